@@ -1,0 +1,92 @@
+//! Files appear whole or not at all: written under a temporary name beside their place, then renamed.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// Writes one file. Whatever stood at `path` stays until the new content is complete.
+pub fn write_file(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<()> {
+    let write = || {
+        let folder = match path.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        };
+        let mut file = tempfile::Builder::new()
+            .prefix(".meshseg-")
+            .permissions(permissions())
+            .tempfile_in(folder)?;
+        let mut writer = BufWriter::new(&mut file);
+        content(&mut writer)?;
+        writer.flush()?;
+        drop(writer);
+        file.persist(path)?;
+        Ok(())
+    };
+    write().map_err(|source| Error::io(path, source))
+}
+
+/// What an ordinary new file would get; the umask takes its share.
+#[cfg(unix)]
+fn permissions() -> fs::Permissions {
+    use std::os::unix::fs::PermissionsExt;
+    fs::Permissions::from_mode(0o666)
+}
+
+/// Checks, before long work starts, that a folder can be written there: it exists, or can be made.
+pub fn check_folder(path: &Path) -> Result<()> {
+    match fs::metadata(path) {
+        Ok(metadata) if metadata.is_dir() => Ok(()),
+        Ok(_) => Err(Error::unsuitable(format!(
+            "{}: is a file; name a folder with --out",
+            path.display()
+        ))),
+        Err(_) => {
+            let made = path
+                .ancestors()
+                .skip(1)
+                .find(|ancestor| ancestor.exists() || *ancestor == Path::new(""));
+            match made {
+                Some(parent) if parent == Path::new("") || parent.is_dir() => Ok(()),
+                _ => Err(Error::unsuitable(format!(
+                    "{}: cannot be made, a folder above it is a file",
+                    path.display()
+                ))),
+            }
+        }
+    }
+}
+
+/// Writes a folder of files: `fill` puts them into an empty temporary folder, which is then renamed to
+/// `path`. If `path` is there already, its other files stay and each new file replaces its namesake.
+pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    let io = |source| Error::io(path, source);
+    let parent = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    fs::create_dir_all(parent).map_err(io)?;
+    let folder = tempfile::Builder::new()
+        .prefix(".meshseg-")
+        .tempdir_in(parent)
+        .map_err(io)?;
+    fill(folder.path())?;
+    if path.is_dir() {
+        for entry in fs::read_dir(folder.path()).map_err(io)? {
+            let entry = entry.map_err(io)?;
+            fs::rename(entry.path(), path.join(entry.file_name())).map_err(io)?;
+        }
+    } else {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).map_err(io)?;
+        }
+        fs::rename(folder.keep(), path).map_err(io)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,58 @@
+//! What can be wrong with the outside world: files, their contents, and requests that do not fit them.
+//!
+//! A caller's mistake is an `assert!`; what the mathematics did is a [`Status`](crate::run::Status);
+//! only outside input that is wrong is an [`Error`]. Each prints as one line that names the file, the
+//! place in it and, where there is one, the way out.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub type Result<T> = std::result::Result<T, Error>;
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operating system refused.
+    #[error("{}: {source}", path.display())]
+    Io { path: PathBuf, source: io::Error },
+    /// The file can be read, but not as what it claims to be.
+    #[error("{}: {message}", path.display())]
+    Malformed { path: PathBuf, message: String },
+    /// The same, with the line (counted from 1) of a text file.
+    #[error("{}, line {line}: {message}", path.display())]
+    MalformedLine {
+        path: PathBuf,
+        line: usize,
+        message: String,
+    },
+    /// Well-formed input that does not fit what was asked.
+    #[error("{0}")]
+    Unsuitable(String),
+}
+
+impl Error {
+    pub fn io(path: &Path, source: io::Error) -> Self {
+        Error::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+
+    pub fn malformed(path: &Path, message: impl Into<String>) -> Self {
+        Error::Malformed {
+            path: path.to_owned(),
+            message: message.into(),
+        }
+    }
+
+    pub fn malformed_line(path: &Path, line: usize, message: impl Into<String>) -> Self {
+        Error::MalformedLine {
+            path: path.to_owned(),
+            line,
+            message: message.into(),
+        }
+    }
+
+    pub fn unsuitable(message: impl Into<String>) -> Self {
+        Error::Unsuitable(message.into())
+    }
+}

@@ -1,0 +1,8 @@
+//! Convex multi-region segmentation of data on triangle meshes.
+
+pub mod atomic;
+pub mod error;
+pub mod mesh;
+
+pub use error::{Error, Result};
+pub use mesh::Mesh;

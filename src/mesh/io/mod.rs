@@ -1,0 +1,1 @@
+//! Mesh files. One format a file; each keeps the file's vertex order.

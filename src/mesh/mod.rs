@@ -1,0 +1,97 @@
+//! Triangle meshes: a polyhedral surface X with vertices x_k and faces S_j.
+//!
+//! Anything made of triangles is legal: boundaries, several components, flipped faces, non-manifold
+//! edges, unreferenced vertices. Only faces without area are not, see [`Mesh::without_degenerate_faces`].
+
+pub mod io;
+
+use nalgebra::{Point3, Vector3};
+
+/// A triangle mesh, with what its file says about its vertices' looks.
+///
+/// Vertex and face order are the file's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// x_k, V points.
+    pub vertices: Vec<Point3<f64>>,
+    /// F triples of vertex indices, each below V.
+    pub faces: Vec<[u32; 3]>,
+    /// RGB in [0, 1] per vertex, if the file has it.
+    pub colors: Option<Vec<[f64; 3]>>,
+    /// Texture coordinates per face corner (so that seams split no vertex), v upwards, if the file has them.
+    pub uv: Option<Vec<[[f64; 2]; 3]>>,
+}
+
+impl Mesh {
+    /// A bare mesh. Panics if a face refers to a vertex that is not there.
+    pub fn new(vertices: Vec<Point3<f64>>, faces: Vec<[u32; 3]>) -> Self {
+        assert!(
+            faces
+                .iter()
+                .flatten()
+                .all(|&k| (k as usize) < vertices.len())
+        );
+        Mesh {
+            vertices,
+            faces,
+            colors: None,
+            uv: None,
+        }
+    }
+
+    /// The corners x_{j,1}, x_{j,2}, x_{j,3} of face j.
+    pub fn corners(&self, j: usize) -> [Point3<f64>; 3] {
+        self.faces[j].map(|k| self.vertices[k as usize])
+    }
+
+    /// The area vector of face j: its length is A_j, its direction the normal.
+    pub fn area_vector(&self, j: usize) -> Vector3<f64> {
+        let [x1, x2, x3] = self.corners(j);
+        0.5 * (x2 - x1).cross(&(x3 - x1))
+    }
+
+    /// A_j.
+    pub fn face_area(&self, j: usize) -> f64 {
+        self.area_vector(j).norm()
+    }
+
+    /// Sum of A_j.
+    pub fn area(&self) -> f64 {
+        (0..self.faces.len()).map(|j| self.face_area(j)).sum()
+    }
+
+    /// Whether face j has no area: a repeated corner, or an area within the rounding error of its own edges.
+    pub fn is_degenerate(&self, j: usize) -> bool {
+        let [x1, x2, x3] = self.corners(j);
+        let longest = [x2 - x1, x3 - x2, x1 - x3]
+            .iter()
+            .map(Vector3::norm_squared)
+            .fold(0.0, f64::max);
+        self.face_area(j) <= 4.0 * f64::EPSILON * longest
+    }
+
+    /// The mesh without its degenerate faces, and how many those were. The vertices stay.
+    pub fn without_degenerate_faces(mut self) -> (Self, usize) {
+        let keep: Vec<bool> = (0..self.faces.len())
+            .map(|j| !self.is_degenerate(j))
+            .collect();
+        let dropped = keep.iter().filter(|&&kept| !kept).count();
+        if dropped > 0 {
+            let mut kept = keep.iter();
+            self.faces.retain(|_| *kept.next().unwrap());
+            if let Some(uv) = &mut self.uv {
+                let mut kept = keep.iter();
+                uv.retain(|_| *kept.next().unwrap());
+            }
+        }
+        (self, dropped)
+    }
+
+    /// The mesh with every coordinate multiplied by c. The energies then relate as lambda -> lambda / c.
+    pub fn scaled(mut self, c: f64) -> Self {
+        for x in &mut self.vertices {
+            *x *= c;
+        }
+        self
+    }
+}
