@@ -70,10 +70,7 @@ pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Resu
         _ => Path::new("."),
     };
     fs::create_dir_all(parent).map_err(io)?;
-    let folder = tempfile::Builder::new()
-        .prefix(".meshseg-")
-        .tempdir_in(parent)
-        .map_err(io)?;
+    let folder = tempfile::Builder::new().prefix(".meshseg-").tempdir_in(parent).map_err(io)?;
     fill(folder.path())?;
     if path.is_dir() {
         for entry in fs::read_dir(folder.path()).map_err(io)? {

@@ -19,11 +19,7 @@ pub enum Error {
     Malformed { path: PathBuf, message: String },
     /// The same, with the line (counted from 1) of a text file.
     #[error("{}, line {line}: {message}", path.display())]
-    MalformedLine {
-        path: PathBuf,
-        line: usize,
-        message: String,
-    },
+    MalformedLine { path: PathBuf, line: usize, message: String },
     /// Well-formed input that does not fit what was asked.
     #[error("{0}")]
     Unsuitable(String),
@@ -31,25 +27,15 @@ pub enum Error {
 
 impl Error {
     pub fn io(path: &Path, source: io::Error) -> Self {
-        Error::Io {
-            path: path.to_owned(),
-            source,
-        }
+        Error::Io { path: path.to_owned(), source }
     }
 
     pub fn malformed(path: &Path, message: impl Into<String>) -> Self {
-        Error::Malformed {
-            path: path.to_owned(),
-            message: message.into(),
-        }
+        Error::Malformed { path: path.to_owned(), message: message.into() }
     }
 
     pub fn malformed_line(path: &Path, line: usize, message: impl Into<String>) -> Self {
-        Error::MalformedLine {
-            path: path.to_owned(),
-            line,
-            message: message.into(),
-        }
+        Error::MalformedLine { path: path.to_owned(), line, message: message.into() }
     }
 
     pub fn unsuitable(message: impl Into<String>) -> Self {

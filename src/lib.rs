@@ -2,7 +2,14 @@
 
 pub mod atomic;
 pub mod error;
+pub mod field;
 pub mod mesh;
+pub mod operator;
+pub mod problem;
+pub mod prox;
+pub mod run;
+pub mod solver;
+pub mod sweep;
 
 pub use error::{Error, Result};
 pub use mesh::Mesh;

@@ -3,6 +3,7 @@
 //! Anything made of triangles is legal: boundaries, several components, flipped faces, non-manifold
 //! edges, unreferenced vertices. Only faces without area are not, see [`Mesh::without_degenerate_faces`].
 
+pub mod geometry;
 pub mod io;
 
 use nalgebra::{Point3, Vector3};
@@ -25,18 +26,8 @@ pub struct Mesh {
 impl Mesh {
     /// A bare mesh. Panics if a face refers to a vertex that is not there.
     pub fn new(vertices: Vec<Point3<f64>>, faces: Vec<[u32; 3]>) -> Self {
-        assert!(
-            faces
-                .iter()
-                .flatten()
-                .all(|&k| (k as usize) < vertices.len())
-        );
-        Mesh {
-            vertices,
-            faces,
-            colors: None,
-            uv: None,
-        }
+        assert!(faces.iter().flatten().all(|&k| (k as usize) < vertices.len()));
+        Mesh { vertices, faces, colors: None, uv: None }
     }
 
     /// The corners x_{j,1}, x_{j,2}, x_{j,3} of face j.
@@ -63,18 +54,14 @@ impl Mesh {
     /// Whether face j has no area: a repeated corner, or an area within the rounding error of its own edges.
     pub fn is_degenerate(&self, j: usize) -> bool {
         let [x1, x2, x3] = self.corners(j);
-        let longest = [x2 - x1, x3 - x2, x1 - x3]
-            .iter()
-            .map(Vector3::norm_squared)
-            .fold(0.0, f64::max);
+        let longest =
+            [x2 - x1, x3 - x2, x1 - x3].iter().map(Vector3::norm_squared).fold(0.0, f64::max);
         self.face_area(j) <= 4.0 * f64::EPSILON * longest
     }
 
     /// The mesh without its degenerate faces, and how many those were. The vertices stay.
     pub fn without_degenerate_faces(mut self) -> (Self, usize) {
-        let keep: Vec<bool> = (0..self.faces.len())
-            .map(|j| !self.is_degenerate(j))
-            .collect();
+        let keep: Vec<bool> = (0..self.faces.len()).map(|j| !self.is_degenerate(j)).collect();
         let dropped = keep.iter().filter(|&&kept| !kept).count();
         if dropped > 0 {
             let mut kept = keep.iter();

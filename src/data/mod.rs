@@ -1,0 +1,71 @@
+//! Data models: which pointwise costs s_p(x) the data suggest for region p, and which region parameters
+//! suit given labels. One likelihood a file.
+
+pub mod constant;
+pub mod kmeans;
+pub mod texture;
+
+pub use constant::PiecewiseConstant;
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::field::Row;
+
+/// What is segmented: a value in R^d at every vertex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Data {
+    /// d.
+    pub dimension: usize,
+    /// V x d, row by row.
+    pub values: Vec<f64>,
+}
+
+impl Data {
+    /// Refuses values that are not finite numbers, naming the first one.
+    pub fn new(dimension: usize, values: Vec<f64>) -> Result<Self> {
+        assert!(dimension > 0 && values.len().is_multiple_of(dimension));
+        match values.iter().position(|x| !x.is_finite()) {
+            None => Ok(Data { dimension, values }),
+            Some(i) => Err(Error::unsuitable(format!(
+                "the data at vertex {} is {}, not a finite number",
+                i / dimension,
+                values[i]
+            ))),
+        }
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.dimension
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// C(x_k).
+    pub fn at(&self, k: usize) -> &[f64] {
+        &self.values[k * self.dimension..(k + 1) * self.dimension]
+    }
+}
+
+/// What is known of one region in the end.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RegionParameters {
+    /// mu_p.
+    pub mean: Vec<f64>,
+}
+
+pub trait DataModel<const M: usize> {
+    /// s_p(x_k), one row per vertex.
+    fn costs(&self) -> Vec<Row<M>>;
+
+    /// The parameters that minimize sum_k <u_k, f_k> for given U. `weights` = M U with the mass matrix of
+    /// f, so that both use one quadrature. A region without mass keeps its parameters.
+    /// Returns the largest change, in the units of the data.
+    fn fit(&mut self, weights: &[Row<M>]) -> f64;
+
+    /// One entry per region.
+    fn parameters(&self) -> Vec<RegionParameters>;
+}

@@ -1,0 +1,51 @@
+//! Sizes of the rows and columns of K in closed form, from which every step size follows without tuning.
+//!
+//!     l_j = lmax(K_j K_j^T)     K_j = [K_j1 K_j2 K_j3] in R^{2 x 3}
+//!     b_j = lmax( sum_{k=1..3} g_k g_k^T ),  g_k = K_jk / |K_jk|       (between 3/2 and 3)
+//!
+//! With them |K_j u|^2 <= b_j sum_k |K_jk|^2 |u_k|^2: for any face weights w_j >= 0 the matrix
+//! K^T diag(w) K is at most diag( sum_{j at k} w_j b_j |K_jk|^2 ), and for positive definite diagonal D
+//! this bounds lmax(D^-1 K^T diag(w) K). It is exact on a grid of right-angled isosceles triangles.
+
+use super::{Face, Operator};
+
+impl Face {
+    /// l_j, squared units of length.
+    pub fn row_bound(&self) -> f64 {
+        largest_eigenvalue(self.columns.map(|column| (1.0, column)))
+    }
+
+    /// b_j, without unit.
+    pub fn column_bound(&self) -> f64 {
+        largest_eigenvalue(self.columns.map(|column| (1.0 / squared(column), column)))
+    }
+}
+
+/// |K_jk|^2.
+pub fn squared([a, b]: [f64; 2]) -> f64 {
+    a * a + b * b
+}
+
+/// lmax( sum_k weight_k g_k g_k^T ) of a symmetric 2 x 2 matrix.
+fn largest_eigenvalue(terms: [(f64, [f64; 2]); 3]) -> f64 {
+    let [mut a, mut b, mut c] = [0.0; 3];
+    for (weight, [x, y]) in terms {
+        a += weight * x * x;
+        b += weight * x * y;
+        c += weight * y * y;
+    }
+    0.5 * (a + c) + (0.5 * (a - c)).hypot(b)
+}
+
+/// sum_{j at k} w_j b_j |K_jk|^2 for every vertex: a diagonal matrix above K^T diag(w) K.
+pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut above = vec![0.0; k.vertices()];
+    for j in 0..k.faces() {
+        let face = k.face(j);
+        let scale = weight(j) * face.column_bound();
+        for (&v, &column) in face.corners.iter().zip(&face.columns) {
+            above[v] += scale * squared(column);
+        }
+    }
+    above
+}

@@ -1,0 +1,130 @@
+//! The quadrature of the data term and the metric of the gradient flow: full and lumped mass matrices.
+//!
+//!     M_ij = int phi_i phi_j      per face  A_j / 12 (1 + delta_ij)          consistent
+//!     a_k  = sum_{j at k} A_j / 3                                            barycentric lumping
+//!     a_k  = area of the mixed Voronoi cell of x_k                           Voronoi lumping
+//!
+//! M. Meyer, M. Desbrun, P. Schröder, A. H. Barr, *Discrete differential-geometry operators for
+//! triangulated 2-manifolds*, 2003, for the mixed cells: raw Voronoi areas are negative on obtuse faces.
+
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::Llt;
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{MatMut, Par, Side};
+use sprs::{CsMat, TriMat};
+
+use crate::field::Row;
+use crate::mesh::Mesh;
+use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
+
+/// How pointwise costs s become integrated costs f.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mass {
+    Barycentric,
+    Voronoi,
+    Consistent,
+}
+
+impl Mass {
+    pub const NAMES: [(&'static str, Mass); 3] = [
+        ("barycentric", Mass::Barycentric),
+        ("voronoi", Mass::Voronoi),
+        ("consistent", Mass::Consistent),
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Mass::Barycentric => "barycentric",
+            Mass::Voronoi => "voronoi",
+            Mass::Consistent => "consistent",
+        }
+    }
+
+    /// f = M s, with pointwise costs s, one row per vertex.
+    pub fn integrate<const M: usize>(self, mesh: &Mesh, s: &[Row<M>]) -> Vec<Row<M>> {
+        match self {
+            Mass::Barycentric => lumped(&barycentric_areas(mesh), s),
+            Mass::Voronoi => lumped(&mixed_voronoi_areas(mesh), s),
+            Mass::Consistent => {
+                let mut f = vec![Row::ZERO; s.len()];
+                for (j, corners) in mesh.faces.iter().enumerate() {
+                    let corners = corners.map(|k| k as usize);
+                    let sum = s[corners[0]] + s[corners[1]] + s[corners[2]];
+                    for k in corners {
+                        f[k] += (sum + s[k]) * (mesh.face_area(j) / 12.0);
+                    }
+                }
+                f
+            }
+        }
+    }
+
+    /// int phi_k: the weight of vertex k in an integral of nodal values, in squared units of length.
+    /// The row sums of the consistent matrix are the barycentric areas.
+    pub fn weights(self, mesh: &Mesh) -> Vec<f64> {
+        match self {
+            Mass::Barycentric | Mass::Consistent => barycentric_areas(mesh),
+            Mass::Voronoi => mixed_voronoi_areas(mesh),
+        }
+    }
+}
+
+fn lumped<const M: usize>(area: &[f64], s: &[Row<M>]) -> Vec<Row<M>> {
+    area.iter().zip(s).map(|(&a, &s)| s * a).collect()
+}
+
+/// The consistent mass matrix, V x V, symmetric; rows of unreferenced vertices are empty.
+pub fn consistent_matrix(mesh: &Mesh) -> CsMat<f64> {
+    let mut m = TriMat::new((mesh.vertices.len(), mesh.vertices.len()));
+    for (j, corners) in mesh.faces.iter().enumerate() {
+        let corners = corners.map(|k| k as usize);
+        for a in corners {
+            for b in corners {
+                let share = if a == b { 2.0 } else { 1.0 };
+                m.add_triplet(a, b, share * mesh.face_area(j) / 12.0);
+            }
+        }
+    }
+    m.to_csr()
+}
+
+/// M^-1, factored once. Vertices without area, on which nothing depends, count as if M were 1 there.
+pub struct ConsistentMass {
+    factor: Llt<usize, f64>,
+}
+
+impl ConsistentMass {
+    pub fn new(mesh: &Mesh) -> Self {
+        let m = consistent_matrix(mesh);
+        let n = m.rows();
+        let mut entries: Vec<Triplet<usize, usize, f64>> = Vec::with_capacity(m.nnz());
+        for (row, values) in m.outer_iterator().enumerate() {
+            if values.nnz() == 0 {
+                entries.push(Triplet::new(row, row, 1.0));
+            }
+            entries.extend(values.iter().map(|(col, &value)| Triplet::new(row, col, value)));
+        }
+        let m = SparseColMat::try_new_from_triplets(n, n, &entries)
+            .expect("the entries lie inside the matrix");
+        // A parallel triangular solve of so thin a right-hand side is several times slower.
+        faer::set_global_parallelism(Par::Seq);
+        let factor = m
+            .sp_cholesky(Side::Lower)
+            .expect("a mass matrix of faces with area is positive definite");
+        ConsistentMass { factor }
+    }
+
+    /// Replaces g by M^-1 g, column by column.
+    pub fn solve<const M: usize>(&self, g: &mut [Row<M>]) {
+        let rows = g.len();
+        let flat = flatten_mut(g);
+        self.factor.solve_in_place(MatMut::from_row_major_slice_mut(flat, rows, M));
+    }
+}
+
+/// The V x M numbers of V rows.
+fn flatten_mut<const M: usize>(rows: &mut [Row<M>]) -> &mut [f64] {
+    let len = rows.len() * M;
+    // SAFETY: Row<M> is repr(transparent) over [f64; M], so the slice is len contiguous f64.
+    unsafe { std::slice::from_raw_parts_mut(rows.as_mut_ptr().cast(), len) }
+}

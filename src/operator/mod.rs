@@ -1,0 +1,45 @@
+//! The discrete gradient K, known by its rows.
+//!
+//!     (K U)_j = A_j grad_j U  in R^{2 x m},  in an orthonormal frame of face j
+//!
+//! Every method here is one face sweep that uses (K u)_j and one vertex sweep that uses (K^T q)_v, so an
+//! operator offers just these two rows; a line of the paper becomes one fused loop and no K u is stored.
+//! [`Stencil`] is the fast one; [`Matrix`], assembled from another formula, is the reference.
+
+pub mod bounds;
+pub mod mass;
+mod matrix;
+mod stencil;
+
+#[cfg(test)]
+mod tests;
+
+pub use mass::{ConsistentMass, Mass};
+pub use matrix::Matrix;
+pub use stencil::Stencil;
+
+use crate::field::{Row, Tangent};
+
+/// One face of K: which vertices it touches, and the column K_jk in R^2 of each.
+#[derive(Clone, Copy, Debug)]
+pub struct Face {
+    pub corners: [usize; 3],
+    pub columns: [[f64; 2]; 3],
+}
+
+pub trait Operator: Sync {
+    fn faces(&self) -> usize;
+
+    fn vertices(&self) -> usize;
+
+    /// A_j, in squared units of length.
+    fn area(&self, j: usize) -> f64;
+
+    fn face(&self, j: usize) -> Face;
+
+    /// (K u)_j; u has one row per vertex.
+    fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
+
+    /// (K^T q)_v; q has one tangent per face.
+    fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M>;
+}

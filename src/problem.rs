@@ -1,0 +1,161 @@
+//! The convex problem, its smoothing, and the bound that certifies any answer to it.
+//!
+//!     E(U)     = sum_k <u_k, f_k> + lambda sum_j |(K U)_j|,      rows of U in the simplex
+//!     D(q)     = sum_k min_p ( f_k + (K^T q)_k )_p,               |q_j| <= lambda
+//!     E_eps(U) = sum_k <u_k, f_k> + lambda sum_j sqrt( |(K U)_j|^2 + eps_j^2 )
+//!
+//! D(q) <= E* <= E(U) for every feasible pair. Delaunoy et al., ICCV 2009, equations (7) and (9).
+
+use crate::error::{Error, Result};
+use crate::field::{Row, Tangent};
+use crate::operator::Operator;
+use crate::sweep::sum;
+
+/// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
+/// no number to multiply by zero; u is exactly zero there from the start to the end.
+pub const NEVER: f64 = 1e300;
+
+pub struct Problem<K, const M: usize> {
+    pub k: K,
+    /// Integrated costs, one row per vertex.
+    pub f: Vec<Row<M>>,
+    /// Weight of the total variation, in units of cost times length; not negative.
+    pub lambda: f64,
+}
+
+impl<K: Operator, const M: usize> Problem<K, M> {
+    /// Panics if the sizes do not fit or lambda is negative or not finite.
+    pub fn new(k: K, f: Vec<Row<M>>, lambda: f64) -> Self {
+        assert_eq!(f.len(), k.vertices());
+        assert!(lambda >= 0.0 && lambda.is_finite());
+        Problem { k, f, lambda }
+    }
+
+    /// sum_k <u_k, f_k>.
+    pub fn data_term(&self, u: &[Row<M>]) -> f64 {
+        sum(u.len(), |v| u[v].dot(self.f[v]))
+    }
+
+    /// sum_j |(K U)_j|, in units of length.
+    pub fn total_variation(&self, u: &[Row<M>]) -> f64 {
+        sum(self.k.faces(), |j| self.k.at(u, j).norm())
+    }
+
+    /// E(U).
+    pub fn energy(&self, u: &[Row<M>]) -> f64 {
+        self.data_term(u) + self.lambda * self.total_variation(u)
+    }
+
+    /// E_eps(U).
+    pub fn smoothed_energy(&self, u: &[Row<M>], smoothing: Smoothing) -> f64 {
+        let variation = sum(self.k.faces(), |j| smoothing.norm(self.k.at(u, j), self.k.area(j)));
+        self.data_term(u) + self.lambda * variation
+    }
+
+    /// D(q); a lower bound of every energy if |q_j| <= lambda for all j.
+    pub fn dual_bound(&self, q: &[Tangent<M>]) -> f64 {
+        sum(self.f.len(), |v| (self.f[v] + self.k.adjoint_at(q, v)).min())
+    }
+
+    /// sum_k |min_p f_kp|: the size of the data term before costs of opposite signs cancel.
+    pub fn scale(&self) -> f64 {
+        sum(self.f.len(), |v| self.f[v].min().abs())
+    }
+
+    /// sum_k (max_p f_kp - min_p f_kp): how much the choice of the regions can weigh.
+    pub fn spread(&self) -> f64 {
+        sum(self.f.len(), |v| {
+            let f = self.f[v];
+            Row::<M>::from_fn(|p| if f.0[p] == NEVER { f.min() } else { f.0[p] }).max() - f.min()
+        })
+    }
+}
+
+/// How the norm in the total variation is made differentiable.
+///
+/// Never compare E_eps with E: only E is the energy, E_eps lies above it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smoothing {
+    pub mode: SmoothingMode,
+    /// eps, positive; squared length for `Paper`, inverse squared length for `Intrinsic`.
+    pub epsilon: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SmoothingMode {
+    /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as equations (7) and (9) print it. Its bias depends
+    /// on the mesh.
+    Paper,
+    /// lambda A_j sqrt(|grad_j U|^2 + eps): the same for every resolution, with a bias of at most
+    /// lambda sqrt(eps) times the area.
+    Intrinsic,
+}
+
+impl SmoothingMode {
+    pub const NAMES: [(&'static str, SmoothingMode); 2] =
+        [("paper", SmoothingMode::Paper), ("intrinsic", SmoothingMode::Intrinsic)];
+}
+
+/// sqrt(eps) times the square root of the area, unless something else is asked for: a bias of a hundredth
+/// of lambda times that length, well below the length of any cut worth making.
+const DEFAULT_SMOOTHNESS: f64 = 1e-2;
+
+impl Smoothing {
+    /// Refuses an eps that is not a positive number.
+    pub fn new(mode: SmoothingMode, epsilon: f64) -> Result<Self> {
+        if epsilon > 0.0 && epsilon.is_finite() {
+            Ok(Smoothing { mode, epsilon })
+        } else {
+            Err(Error::unsuitable(format!("epsilon = {epsilon}: must be a positive number")))
+        }
+    }
+
+    /// An eps that suits the mesh, whatever its units.
+    pub fn default_for(k: &impl Operator, mode: SmoothingMode) -> Self {
+        let area = sum(k.faces(), |j| k.area(j));
+        let root = DEFAULT_SMOOTHNESS / area.sqrt();
+        let epsilon = match mode {
+            SmoothingMode::Intrinsic => root.powi(2),
+            SmoothingMode::Paper => (2.0 * root * area / k.faces() as f64).powi(2),
+        };
+        Smoothing { mode, epsilon }
+    }
+
+    /// eps_j: what the norm |(K U)_j| is rounded off by, in units of length.
+    #[inline(always)]
+    pub fn radius(self, area: f64) -> f64 {
+        match self.mode {
+            SmoothingMode::Paper => 0.5 * self.epsilon.sqrt(),
+            SmoothingMode::Intrinsic => area * self.epsilon.sqrt(),
+        }
+    }
+
+    /// sqrt( |(K U)_j|^2 + eps_j^2 ).
+    #[inline(always)]
+    pub fn norm<const M: usize>(self, ku: Tangent<M>, area: f64) -> f64 {
+        (ku.norm_squared() + self.radius(area).powi(2)).sqrt()
+    }
+
+    /// The gradient of lambda times that norm by (K U)_j. It lies in the ball |q_j| <= lambda, so a
+    /// smoothed method owns a certificate: dE_eps/dU = f + K^T q, and D(q) bounds every energy.
+    #[inline(always)]
+    pub fn dual<const M: usize>(self, ku: Tangent<M>, area: f64, lambda: f64) -> Tangent<M> {
+        ku * (lambda / self.norm(ku, area))
+    }
+}
+
+/// (E - D) / |E|. Where costs of both signs cancel so that |E| is next to nothing, a millionth of the
+/// size of the data term takes its place: no double precision sum is better than that by much.
+pub fn relative_gap(energy: f64, bound: f64, scale: f64) -> f64 {
+    let gap = energy - bound;
+    if gap == 0.0 {
+        return 0.0;
+    }
+    let floor = 1e-6 * scale;
+    gap / if energy.abs() < floor { floor } else { energy.abs() }
+}
+
+/// Labels as a field: the one-hot rows of argmax_p u_kp.
+pub fn rounded<const M: usize>(u: &[Row<M>]) -> Vec<Row<M>> {
+    u.iter().map(|row| Row::one_hot(row.argmax())).collect()
+}

@@ -1,0 +1,147 @@
+//! The two projections of the method, one row at a time.
+//!
+//! Simplex: Proj(v) = max(v - theta, 0) with theta = max_k (S_k - 1) / k, S_k the sum of the k largest
+//! entries. C. Michelot, *A finite algorithm for finding the projection of a point onto the canonical
+//! simplex of R^n*, J. Optim. Theory Appl. 50, 1986; the form with sorted sums is Held, Wolfe and
+//! Crowder's (1974). NaN in gives NaN out.
+
+use crate::field::{Row, Tangent};
+
+/// Up to here sorting all entries without a branch is faster than Michelot's shrinking set.
+const SORTED_UP_TO: usize = 8;
+
+/// The nearest point of { u : u_p >= 0, sum_p u_p = 1 }.
+#[inline(always)]
+pub fn project_simplex<const M: usize>(v: Row<M>) -> Row<M> {
+    // The projection does not change when a constant is added to v. With the largest entry at 0 the
+    // entries that stay positive lie in [-1, 0], so that the row sums to 1 however large v is.
+    let v = v + Row([-v.max(); M]);
+    let theta = if M <= SORTED_UP_TO { threshold_by_sorting(v) } else { threshold_by_shrinking(v) };
+    Row::from_fn(|p| {
+        let u = v.0[p] - theta;
+        if u < 0.0 { 0.0 } else { u }
+    })
+}
+
+/// theta = max_k (S_k - 1) / k over the entries in descending order.
+#[inline(always)]
+fn threshold_by_sorting<const M: usize>(v: Row<M>) -> f64 {
+    let mut s = v.0;
+    for round in 0..M {
+        for p in ((round % 2)..M - 1).step_by(2) {
+            let (a, b) = (s[p], s[p + 1]);
+            (s[p], s[p + 1]) = if a < b { (b, a) } else { (a, b) };
+        }
+    }
+    let mut sum = s[0];
+    let mut theta = sum - 1.0;
+    for (k, &next) in s.iter().enumerate().skip(1) {
+        sum += next;
+        let candidate = (sum - 1.0) / (k + 1) as f64;
+        theta = if candidate > theta { candidate } else { theta };
+    }
+    theta
+}
+
+/// Michelot's iteration: the mean of the entries still above theta, until none falls below it.
+#[inline(always)]
+fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> f64 {
+    let mut theta = f64::NEG_INFINITY;
+    let mut count = M + 1;
+    loop {
+        let (mut sum, mut above) = (0.0, 0);
+        for &entry in &v.0 {
+            if entry > theta {
+                sum += entry;
+                above += 1;
+            }
+        }
+        // The set only shrinks in exact arithmetic; rounding must not make it grow again, for ever.
+        if above >= count || above == 0 {
+            return theta;
+        }
+        count = above;
+        theta = (sum - 1.0) / above as f64;
+    }
+}
+
+/// The nearest point of { q : |q| <= radius }, |.| the Frobenius norm.
+#[inline(always)]
+pub fn project_ball<const M: usize>(q: Tangent<M>, radius: f64) -> Tangent<M> {
+    let norm = q.norm();
+    q * if norm > radius { radius / norm } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The textbook projection: bisect theta in sum_p max(v_p - theta, 0) = 1.
+    fn project_by_bisection<const M: usize>(v: Row<M>) -> Row<M> {
+        let (mut low, mut high) = (v.max() - 1.0, v.max());
+        for _ in 0..200 {
+            let theta = 0.5 * (low + high);
+            let sum: f64 = v.0.iter().map(|&x| f64::max(x - theta, 0.0)).sum();
+            if sum > 1.0 { low = theta } else { high = theta }
+        }
+        Row::from_fn(|p| f64::max(v.0[p] - 0.5 * (low + high), 0.0))
+    }
+
+    fn check<const M: usize>(v: Row<M>) {
+        let u = project_simplex(v);
+        let scale = 1.0 + v.max().abs();
+        assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14, "{v:?} {u:?}");
+        assert!(u.min() >= 0.0);
+        // <v - u, w - u> <= 0 for every w of the simplex, so for its vertices.
+        for p in 0..M {
+            assert!((v - u).dot(Row::one_hot(p) - u) <= 1e-13 * scale, "{v:?} {u:?}");
+        }
+        let twin = project_by_bisection(v);
+        assert!((u - twin).norm_squared().sqrt() <= 1e-13 * scale, "{v:?}: {u:?} {twin:?}");
+    }
+
+    fn entries<const M: usize>() -> impl Strategy<Value = [f64; M]> {
+        let entry = prop_oneof![-2.0..2.0f64, -1e4..1e4f64, Just(0.0), Just(0.5)];
+        prop::collection::vec(entry, M).prop_map(|v| v.try_into().unwrap())
+    }
+
+    proptest! {
+        #[test]
+        fn simplex_projection_is_optimal(a in entries::<2>(), b in entries::<3>(), c in entries::<4>(),
+                                         d in entries::<7>(), e in entries::<8>(), f in entries::<12>(), g in entries::<64>()) {
+            check(Row(a)); check(Row(b)); check(Row(c)); check(Row(d)); check(Row(e)); check(Row(f)); check(Row(g));
+        }
+
+        #[test]
+        fn ball_projection_is_optimal(a in entries::<3>(), b in entries::<3>(), radius in 0.0..3.0f64) {
+            let v = Tangent([Row(a), Row(b)]);
+            let q = project_ball(v, radius);
+            prop_assert!(q.norm() <= radius * (1.0 + 1e-14));
+            // v - q is a non-negative multiple of q, and zero if v was inside.
+            let normal = v - q;
+            prop_assert!(normal.dot(q) >= -1e-12);
+            prop_assert!((normal.dot(q) - normal.norm() * q.norm()).abs() <= 1e-9 * (1.0 + v.norm_squared()));
+            prop_assert!(v.norm() > radius || q == v);
+        }
+    }
+
+    #[test]
+    fn rows_sum_to_one_even_far_out() {
+        for scale in [1e8, 1e150, 1e300] {
+            let u = project_simplex(Row([scale, -scale, 0.3 * scale, scale]));
+            assert_eq!(u, Row([0.5, 0.0, 0.0, 0.5]));
+        }
+    }
+
+    #[test]
+    fn nan_comes_out() {
+        let u4 = project_simplex(Row([0.1, f64::NAN, 0.3, 0.2]));
+        assert!(u4.0.iter().any(|x| x.is_nan()));
+        let mut v = [0.1; 12];
+        v[5] = f64::NAN;
+        assert!(project_simplex(Row(v)).0.iter().any(|x| x.is_nan()));
+        let q = project_ball(Tangent([Row([f64::NAN, 0.0]), Row([0.0, 0.0])]), 1.0);
+        assert!(q.norm().is_nan());
+    }
+}

@@ -1,0 +1,65 @@
+//! The number of regions: a number outside, a type inside. The one place where one becomes the other.
+//!
+//! Sizes that are not compiled are rounded up, with regions that cost [`NEVER`](crate::problem::NEVER)
+//! and start with no mass; the projection onto the simplex then keeps them at exactly zero.
+
+use ndarray::{Array2, ArrayView2};
+
+use crate::error::{Error, Result};
+use crate::field::Row;
+use crate::problem::NEVER;
+
+/// What users may ask for.
+pub const REGIONS: std::ops::RangeInclusive<usize> = 2..=64;
+
+/// Refuses a number of regions out of range.
+pub fn check(m: usize) -> Result<()> {
+    if REGIONS.contains(&m) {
+        Ok(())
+    } else {
+        Err(Error::unsuitable(format!(
+            "{m} regions: must be {} to {}",
+            REGIONS.start(),
+            REGIONS.end()
+        )))
+    }
+}
+
+/// Calls `function::<M>(arguments)` with the smallest compiled M that holds m regions.
+macro_rules! with_regions {
+    ($m:expr, $function:ident($($argument:expr),* $(,)?)) => {
+        match $m {
+            2 => $function::<2>($($argument),*),
+            3 => $function::<3>($($argument),*),
+            4 => $function::<4>($($argument),*),
+            5 => $function::<5>($($argument),*),
+            6 => $function::<6>($($argument),*),
+            7 => $function::<7>($($argument),*),
+            8 => $function::<8>($($argument),*),
+            9..=12 => $function::<12>($($argument),*),
+            13..=16 => $function::<16>($($argument),*),
+            17..=32 => $function::<32>($($argument),*),
+            33..=64 => $function::<64>($($argument),*),
+            m => panic!("{m} regions: must be 2 to 64"),
+        }
+    };
+}
+pub(crate) use with_regions;
+
+/// The rows of a V x m array, filled up with zeros to M columns.
+pub fn rows<const M: usize>(array: ArrayView2<f64>) -> Vec<Row<M>> {
+    let m = array.ncols();
+    array.outer_iter().map(|row| Row::from_fn(|p| if p < m { row[p] } else { 0.0 })).collect()
+}
+
+/// The first m columns of rows.
+pub fn array<const M: usize>(rows: &[Row<M>], m: usize) -> Array2<f64> {
+    Array2::from_shape_fn((rows.len(), m), |(k, p)| rows[k].0[p])
+}
+
+/// Closes the regions from m on: no one can afford them.
+pub fn close_from<const M: usize>(m: usize, f: &mut [Row<M>]) {
+    for row in f {
+        row.0[m..].fill(NEVER);
+    }
+}

@@ -1,0 +1,260 @@
+//! The only loop and the only clock: runs a solver, evaluates what it reaches, and decides when to stop.
+//!
+//! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap. The best of each
+//! is kept apart: the best U may come from another iteration than the best bound.
+//! Metrics are evaluated off the clock.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::field::Row;
+use crate::operator::Operator;
+use crate::problem::{Problem, relative_gap};
+use crate::solver::Solver;
+use crate::sweep;
+
+/// When to stop. Without any bound a run goes on until the observer ends it.
+#[derive(Clone, Debug, Default)]
+pub struct Stop {
+    /// Certified: (E - D) / |E| at most this.
+    pub relative_gap: Option<f64>,
+    /// In steps of this call.
+    pub iterations: Option<u64>,
+    /// Wall time of this call.
+    pub time: Option<Duration>,
+    /// The paper's |U^t - U^{t-1}|_inf <= delta. It certifies nothing.
+    pub change: Option<f64>,
+    /// Steps between samples; `None` starts with [`FIRST_INTERVAL`] and keeps it at about 4 % of the
+    /// iterations so far.
+    pub interval: Option<u64>,
+}
+
+/// Steps between the first samples.
+pub const FIRST_INTERVAL: u64 = 4;
+
+/// How a run ended. None of these is an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// The certified gap was reached.
+    Converged,
+    /// The change of U fell below what was asked for; the gap says how good that is.
+    Stalled,
+    IterationLimit,
+    TimeLimit,
+    Interrupted,
+    /// A number that is none appeared; the best answer before it is kept.
+    Diverged,
+}
+
+impl Status {
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Status::Converged => "converged: the certified gap is within the tolerance",
+            Status::Stalled => {
+                "stopped: U changed by no more than the given amount, which certifies nothing by itself"
+            }
+            Status::IterationLimit => "stopped at the iteration limit before the gap was reached",
+            Status::TimeLimit => "stopped at the time limit before the gap was reached",
+            Status::Interrupted => "interrupted; what was reached so far is kept",
+            Status::Diverged => {
+                "diverged: a value is not a number any more; the best answer before that is kept"
+            }
+        }
+    }
+}
+
+/// One row of a trace.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Sample {
+    pub iteration: u64,
+    /// Time spent in steps.
+    pub seconds: f64,
+    /// The least E seen so far for the current costs.
+    pub energy: f64,
+    /// The greatest D seen so far for the current costs.
+    pub dual_bound: f64,
+    /// Their difference.
+    pub gap: f64,
+    pub relative_gap: f64,
+    /// max |u^n - u^{n-1}|; none before the first step.
+    pub change: Option<f64>,
+    /// E_eps of this iterate, for solvers that minimize it.
+    pub smoothed_energy: Option<f64>,
+}
+
+/// The state of one run; resumable.
+pub struct Run<const M: usize> {
+    pub trace: Vec<Sample>,
+    best_u: Vec<Row<M>>,
+    best_energy: f64,
+    best_bound: f64,
+    clock: Duration,
+    iteration: u64,
+}
+
+impl<const M: usize> Run<M> {
+    /// A run that has not started. `start` is what it returns if nothing better is ever seen.
+    pub fn new(start: &[Row<M>]) -> Self {
+        Run {
+            trace: Vec::new(),
+            best_u: start.to_vec(),
+            best_energy: f64::INFINITY,
+            best_bound: f64::NEG_INFINITY,
+            clock: Duration::ZERO,
+            iteration: 0,
+        }
+    }
+
+    /// The U with the least energy seen for the current costs.
+    pub fn best_u(&self) -> &[Row<M>] {
+        &self.best_u
+    }
+
+    /// Its energy.
+    pub fn energy(&self) -> f64 {
+        self.best_energy
+    }
+
+    /// The greatest lower bound seen for the current costs.
+    pub fn bound(&self) -> f64 {
+        self.best_bound
+    }
+
+    pub fn iterations(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Seconds spent in steps.
+    pub fn seconds(&self) -> f64 {
+        self.clock.as_secs_f64()
+    }
+
+    /// The costs changed: energies and bounds seen so far are those of another problem.
+    pub fn forget(&mut self) {
+        self.best_energy = f64::INFINITY;
+        self.best_bound = f64::NEG_INFINITY;
+    }
+
+    /// Steps until `stop` says so, or `observe` breaks off. It is called after every step, with a sample
+    /// where one was taken.
+    pub fn advance<K: Operator>(
+        &mut self,
+        solver: &mut dyn Solver<K, M>,
+        problem: &Problem<K, M>,
+        stop: &Stop,
+        observe: &mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>,
+    ) -> Status {
+        let begin = Instant::now();
+        let first = self.iteration;
+        let scale = problem.scale();
+        if self.best_energy == f64::INFINITY
+            && let Some(status) = self.sample(solver, problem, scale, None, stop)
+        {
+            return status;
+        }
+        let mut previous: Vec<Row<M>> = Vec::new();
+        let mut next_sample = self.next_sample(stop);
+        let mut end = None;
+        loop {
+            if stop.iterations.is_some_and(|n| self.iteration - first >= n) {
+                return Status::IterationLimit;
+            }
+            if stop.time.is_some_and(|limit| begin.elapsed() >= limit) {
+                end = Some(Status::TimeLimit);
+            }
+            let land = end.is_some()
+                || self.iteration + 1 >= next_sample
+                || stop.iterations.is_some_and(|n| self.iteration + 1 - first >= n);
+            if land {
+                previous.clear();
+                previous.extend_from_slice(solver.iterate().u);
+            }
+            let tick = Instant::now();
+            solver.step(problem, land);
+            self.clock += tick.elapsed();
+            self.iteration += 1;
+            let mut sample = None;
+            if land {
+                let u = solver.iterate().u;
+                let change = sweep::max(u.len(), |v| (u[v] - previous[v]).max_abs());
+                if let Some(status) = self.sample(solver, problem, scale, Some(change), stop) {
+                    return status;
+                }
+                sample = self.trace.last();
+                next_sample = self.next_sample(stop);
+            }
+            let flow = observe(sample);
+            if let Some(status) = end {
+                return status;
+            }
+            if flow.is_break() {
+                if land {
+                    return Status::Interrupted;
+                }
+                end = Some(Status::Interrupted);
+            }
+        }
+    }
+
+    fn next_sample(&self, stop: &Stop) -> u64 {
+        let interval = stop.interval.unwrap_or_else(|| {
+            let share = self.iteration / 25;
+            FIRST_INTERVAL.max(share - share % FIRST_INTERVAL)
+        });
+        self.iteration + interval.max(1)
+    }
+
+    /// Evaluates the current iterate; says how the run ends if it does.
+    fn sample<K: Operator>(
+        &mut self,
+        solver: &dyn Solver<K, M>,
+        problem: &Problem<K, M>,
+        scale: f64,
+        change: Option<f64>,
+        stop: &Stop,
+    ) -> Option<Status> {
+        let iterate = solver.iterate();
+        let energy = problem.energy(iterate.u);
+        let bound = problem.dual_bound(iterate.q);
+        if energy < self.best_energy {
+            self.best_energy = energy;
+            self.best_u.copy_from_slice(iterate.u);
+        }
+        if bound > self.best_bound {
+            self.best_bound = bound;
+        }
+        // What D exceeds E by, when both are at the optimum, is rounding.
+        if self.best_bound > self.best_energy {
+            self.best_bound = self.best_energy;
+        }
+        let relative_gap = relative_gap(self.best_energy, self.best_bound, scale);
+        // The first sample after the costs changed takes the place of the last one before.
+        self.trace.pop_if(|last| last.iteration == self.iteration);
+        self.trace.push(Sample {
+            iteration: self.iteration,
+            seconds: self.seconds(),
+            energy: self.best_energy,
+            dual_bound: self.best_bound,
+            gap: self.best_energy - self.best_bound,
+            relative_gap,
+            change,
+            smoothed_energy: solver
+                .smoothing()
+                .map(|smoothing| problem.smoothed_energy(iterate.u, smoothing)),
+        });
+        if energy.is_nan() || bound.is_nan() {
+            Some(Status::Diverged)
+        } else if stop.relative_gap.is_some_and(|tolerance| relative_gap <= tolerance) {
+            Some(Status::Converged)
+        } else if let (Some(delta), Some(change)) = (stop.change, change)
+            && change <= delta
+        {
+            Some(Status::Stalled)
+        } else {
+            None
+        }
+    }
+}

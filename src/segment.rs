@@ -1,0 +1,197 @@
+//! Segmentation of data: the alternation of the labels U and the region parameters, then a certificate.
+//!
+//! The parameters are re-estimated every r steps of U (the paper takes r = 10) until they settle. A bound
+//! holds for fixed costs only, so it is void at each re-estimation; after the last one the problem is
+//! solved to the requested gap, and that gap is a certificate for the parameters found.
+//! Delaunoy et al., ICCV 2009, section 3.2.
+
+use std::ops::ControlFlow;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::data::kmeans::kmeans;
+use crate::data::{Data, DataModel, PiecewiseConstant, RegionParameters};
+use crate::error::{Error, Result};
+use crate::field::Row;
+use crate::mesh::Mesh;
+use crate::regions::{self, with_regions};
+use crate::run::{Run, Status, Stop};
+use crate::solve::{
+    Observer, Request, Solution, conclude, integrate, model_mesh, problem_of,
+};
+use crate::solver::{self, Setup, Solver};
+
+/// Re-estimations at the most; after them the parameters count as settled.
+const MOST_ESTIMATES: usize = 200;
+
+/// Parameters have settled when no one moves by more than this share of the range of the data.
+const SETTLED: f64 = 1e-4;
+
+/// Where the region parameters start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Initial {
+    /// Area-weighted k-means++ and Lloyd's iteration.
+    KMeans,
+    /// The means of a random partition of the vertices.
+    Random,
+}
+
+/// What is asked besides the [`Request`] to the solver.
+#[derive(Clone, Debug)]
+pub struct Alternation {
+    /// m.
+    pub regions: usize,
+    pub initial: Initial,
+    /// For [`Pcg64`].
+    pub seed: u64,
+    /// r, the steps of U between re-estimations.
+    pub every: u64,
+}
+
+pub struct Segmentation {
+    pub solution: Solution,
+    /// One per region; what the final gap is a certificate for.
+    pub parameters: Vec<RegionParameters>,
+    /// How often they were re-estimated.
+    pub estimates: usize,
+}
+
+/// Segments piecewise constant data on a mesh as it is: no scaling.
+pub fn segment(
+    mesh: &Mesh,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Segmentation> {
+    request.check()?;
+    regions::check(alternation.regions)?;
+    assert!(alternation.every > 0);
+    if data.len() != mesh.vertices.len() {
+        return Err(Error::unsuitable(format!(
+            "the data has {} rows, the mesh {} vertices",
+            data.len(),
+            mesh.vertices.len()
+        )));
+    }
+    let (model, warnings) = model_mesh(mesh)?;
+    let mut segmentation = with_regions!(
+        alternation.regions,
+        segment_compiled(&model, warnings, data, alternation, request, observe)
+    )?;
+    segmentation.solution.summary.faces = mesh.faces.len();
+    Ok(segmentation)
+}
+
+fn segment_compiled<const M: usize>(
+    mesh: &Mesh,
+    warnings: Vec<String>,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Segmentation> {
+    let m = alternation.regions;
+    let initial = initial_means(mesh, data, alternation, request);
+    let mut model = PiecewiseConstant::new(data, initial);
+    let costs = |model: &PiecewiseConstant| DataModel::<M>::costs(model);
+    let mut problem = problem_of(mesh, m, costs(&model), request)?;
+    let start: Vec<Row<M>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let setup =
+        Setup { mesh, problem: &problem, start: start.clone(), options: &request.options };
+    let mut solver = solver::build(&request.solver, setup)?;
+    let mut run = Run::new(&start);
+
+    let settled = SETTLED * range(data);
+    let alternate = Stop { iterations: Some(alternation.every), ..Stop::default() };
+    let begin = std::time::Instant::now();
+    let mut estimates = 0;
+    let mut status = None;
+    while estimates < MOST_ESTIMATES {
+        let left = |limit: std::time::Duration| limit.saturating_sub(begin.elapsed());
+        let stop = Stop { time: request.stop.time.map(left), ..alternate.clone() };
+        match run.advance(&mut *solver, &problem, &stop, observe) {
+            Status::IterationLimit => {}
+            end => {
+                status = Some(end);
+                break;
+            }
+        }
+        let weights = request.mass.integrate(mesh, solver.iterate().u);
+        let change = DataModel::<M>::fit(&mut model, &weights);
+        estimates += 1;
+        problem.f = integrate(mesh, m, &costs(&model), request.mass);
+        solver.restart();
+        run.forget();
+        if change <= settled {
+            break;
+        }
+    }
+    let status = match status {
+        Some(end) => end,
+        None => {
+            let left = |limit: std::time::Duration| limit.saturating_sub(begin.elapsed());
+            let stop = Stop { time: request.stop.time.map(left), ..request.stop.clone() };
+            run.advance(&mut *solver, &problem, &stop, observe)
+        }
+    };
+    Ok(Segmentation {
+        solution: conclude(mesh, &problem, m, request, run, status, warnings),
+        parameters: DataModel::<M>::parameters(&model),
+        estimates,
+    })
+}
+
+fn initial_means(
+    mesh: &Mesh,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+) -> Vec<Vec<f64>> {
+    let area = request.mass.weights(mesh);
+    let mut rng = Pcg64::seed_from_u64(alternation.seed);
+    let regions = alternation.regions;
+    match alternation.initial {
+        Initial::KMeans => kmeans(&data.values, data.dimension, &area, regions, &mut rng),
+        Initial::Random => {
+            let mut mass = vec![0.0; regions];
+            let mut sums = vec![vec![0.0; data.dimension]; regions];
+            for (k, &a) in area.iter().enumerate() {
+                let p = rng.random_range(0..regions);
+                mass[p] += a;
+                for (sum, c) in sums[p].iter_mut().zip(data.at(k)) {
+                    *sum += a * c;
+                }
+            }
+            // A region that drew no vertex starts at the mean of all.
+            let total: f64 = mass.iter().sum();
+            let mean: Vec<f64> = (0..data.dimension)
+                .map(|i| sums.iter().map(|sum| sum[i]).sum::<f64>() / total)
+                .collect();
+            sums.into_iter()
+                .zip(mass)
+                .map(|(sum, mass)| {
+                    if mass > 0.0 {
+                        sum.into_iter().map(|sum| sum / mass).collect()
+                    } else {
+                        mean.clone()
+                    }
+                })
+                .collect()
+        }
+    }
+}
+
+/// The widest range of a coordinate of the data.
+fn range(data: &Data) -> f64 {
+    (0..data.dimension)
+        .map(|i| {
+            let column = data.values[i..].iter().step_by(data.dimension).copied();
+            let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (f64::min(low, x), f64::max(high, x))
+            });
+            high - low
+        })
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,214 @@
+//! One convex problem from mesh and costs to certified labels.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use ndarray::{Array1, Array2};
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::field::Row;
+use crate::mesh::Mesh;
+use crate::operator::{Mass, Operator, Stencil};
+use crate::problem::{Problem, relative_gap, rounded};
+use crate::regions::{self, with_regions};
+use crate::run::{Run, Sample, Status, Stop};
+use crate::solver::{self, Options, Setup, Solver};
+use crate::start::Start;
+
+/// What is asked of a solver, apart from the problem itself.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Weight of the total variation, in units of cost times length.
+    pub lambda: f64,
+    pub mass: Mass,
+    /// One of the names in [`solver::DESCRIPTIONS`].
+    pub solver: String,
+    pub options: Options,
+    pub stop: Stop,
+}
+
+impl Request {
+    /// Refuses what no solver could work with.
+    pub fn check(&self) -> Result<()> {
+        if !(self.lambda >= 0.0 && self.lambda.is_finite()) {
+            return Err(Error::unsuitable(format!(
+                "lambda = {}: must be a finite number from 0",
+                self.lambda
+            )));
+        }
+        self.options.check(solver::describe(&self.solver)?)
+    }
+}
+
+/// Called after every step, with a sample where one was taken; may break the run off.
+pub type Observer<'a> = &'a mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>;
+
+/// The numbers of a result, as `summary.json` has them.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    pub solver: String,
+    pub solver_options: BTreeMap<String, String>,
+    pub status: Status,
+    pub status_sentence: &'static str,
+    pub iterations: u64,
+    /// Time spent in the solver's steps.
+    pub seconds: f64,
+    /// E of `u`.
+    pub energy: f64,
+    /// No U has less energy than this.
+    pub dual_bound: f64,
+    pub gap: f64,
+    /// gap / |energy|.
+    pub relative_gap: f64,
+    /// E of the one-hot rows of `labels`.
+    pub rounded_energy: f64,
+    /// (rounded_energy - dual_bound) / |rounded_energy|: at most this share lies above any labeling.
+    pub rounded_relative_gap: f64,
+    pub vertices: usize,
+    pub faces: usize,
+    pub regions: usize,
+    pub lambda: f64,
+    pub mass: &'static str,
+    /// Of the mesh that the energy is measured on.
+    pub area: f64,
+    pub warnings: Vec<String>,
+}
+
+/// What a run ends with.
+pub struct Solution {
+    pub summary: Summary,
+    pub trace: Vec<Sample>,
+    /// V x m, rows in the simplex.
+    pub u: Array2<f64>,
+    /// argmax over the regions, V numbers.
+    pub labels: Array1<i32>,
+}
+
+/// Minimizes E for pointwise costs s (V x m, finite) on a mesh as it is: no scaling.
+pub fn solve(
+    mesh: &Mesh,
+    s: &Array2<f64>,
+    start: &Start,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Solution> {
+    request.check()?;
+    regions::check(s.ncols())?;
+    let (model, warnings) = model_mesh(mesh)?;
+    with_regions!(s.ncols(), solve_compiled(&model, warnings, s, start, request, observe)).map(
+        |mut solution| {
+            solution.summary.faces = mesh.faces.len();
+            solution
+        },
+    )
+}
+
+fn solve_compiled<const M: usize>(
+    model: &Mesh,
+    warnings: Vec<String>,
+    s: &Array2<f64>,
+    start: &Start,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Solution> {
+    let m = s.ncols();
+    let problem = problem_of::<M>(model, m, regions::rows(s.view()), request)?;
+    let start = start.rows(m, &problem.f);
+    let setup =
+        Setup { mesh: model, problem: &problem, start: start.clone(), options: &request.options };
+    let mut solver = solver::build(&request.solver, setup)?;
+    let mut run = Run::new(&start);
+    let status = run.advance(&mut *solver, &problem, &request.stop, observe);
+    Ok(conclude(model, &problem, m, request, run, status, warnings))
+}
+
+/// The part of a mesh that carries energy, and what was left out.
+pub(crate) fn model_mesh(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
+    let (model, dropped) = mesh.clone().without_degenerate_faces();
+    let mut warnings = Vec::new();
+    if dropped > 0 {
+        warnings.push(format!("{dropped} faces without area were left out"));
+    }
+    if model.faces.is_empty() {
+        return Err(Error::unsuitable("the mesh has no face with an area"));
+    }
+    let area = model.area();
+    if !(area.is_normal() && area.sqrt().is_normal()) {
+        return Err(Error::unsuitable(format!(
+            "the area of the mesh is {area:e}: scale its coordinates to ordinary numbers"
+        )));
+    }
+    Ok((model, warnings))
+}
+
+/// The problem with costs integrated and unused regions closed.
+pub(crate) fn problem_of<const M: usize>(
+    model: &Mesh,
+    m: usize,
+    s: Vec<Row<M>>,
+    request: &Request,
+) -> Result<Problem<Stencil, M>> {
+    let f = integrate(model, m, &s, request.mass);
+    let problem = Problem::new(Stencil::new(model), f, request.lambda);
+    if !(problem.spread().is_finite() && problem.scale().is_finite()) {
+        return Err(Error::unsuitable(
+            "the costs times the areas leave the range of double precision: scale them down",
+        ));
+    }
+    Ok(problem)
+}
+
+/// f = M s.
+pub(crate) fn integrate<const M: usize>(
+    model: &Mesh,
+    m: usize,
+    s: &[Row<M>],
+    mass: Mass,
+) -> Vec<Row<M>> {
+    let mut f = mass.integrate(model, s);
+    regions::close_from(m, &mut f);
+    f
+}
+
+/// Rounds the best U and states what is certain about it.
+pub(crate) fn conclude<const M: usize>(
+    model: &Mesh,
+    problem: &Problem<Stencil, M>,
+    m: usize,
+    request: &Request,
+    run: Run<M>,
+    status: Status,
+    warnings: Vec<String>,
+) -> Solution {
+    let u = run.best_u();
+    let rounded_energy = problem.energy(&rounded(u));
+    let scale = problem.scale();
+    let summary = Summary {
+        solver: request.solver.clone(),
+        solver_options: request.options.pairs().clone(),
+        status,
+        status_sentence: status.sentence(),
+        iterations: run.iterations(),
+        seconds: run.seconds(),
+        energy: run.energy(),
+        dual_bound: run.bound(),
+        gap: run.energy() - run.bound(),
+        relative_gap: relative_gap(run.energy(), run.bound(), scale),
+        rounded_energy,
+        rounded_relative_gap: relative_gap(rounded_energy, run.bound(), scale),
+        vertices: problem.k.vertices(),
+        faces: problem.k.faces(),
+        regions: m,
+        lambda: problem.lambda,
+        mass: request.mass.name(),
+        area: model.area(),
+        warnings,
+    };
+    Solution {
+        summary,
+        u: regions::array(u, m),
+        labels: u.iter().map(|row| row.argmax() as i32).collect(),
+        trace: run.trace,
+    }
+}

@@ -1,0 +1,96 @@
+//! The solvers: one algorithm, one reference, one file; none imports another.
+//!
+//! To add one: write its file with a [`Description`] and an implementation of [`Solver`], then name it
+//! in [`DESCRIPTIONS`] and [`build`]. Clock, stopping and recording are `run.rs`'s; a solver only steps.
+
+mod chambolle_pock;
+mod fista;
+mod metric;
+mod options;
+mod projected_gradient;
+
+#[cfg(test)]
+mod tests;
+
+pub use chambolle_pock::ChambollePock;
+pub use fista::Fista;
+pub use metric::Metric;
+pub use options::{OptionDescription, Options};
+pub use projected_gradient::ProjectedGradient;
+
+use crate::error::{Error, Result};
+use crate::field::{Row, Tangent};
+use crate::mesh::Mesh;
+use crate::operator::Operator;
+use crate::problem::{Problem, Smoothing};
+
+pub trait Solver<K, const M: usize> {
+    /// One iteration; allocates nothing. f and lambda of the problem may have changed since the last.
+    ///
+    /// `land` says that the iterate will be looked at after this step: a method whose iterates are
+    /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one.
+    fn step(&mut self, problem: &Problem<K, M>, land: bool);
+
+    /// After a landing step (or none): a feasible U, rows in the simplex, and a feasible dual field.
+    fn iterate(&self) -> Iterate<'_, M>;
+
+    /// The costs jumped: drop momentum, keep the iterate.
+    fn restart(&mut self) {}
+
+    /// The smoothing of the energy that is minimized in place of E, if there is one.
+    fn smoothing(&self) -> Option<Smoothing> {
+        None
+    }
+}
+
+/// What certifies itself: E(u) is an upper, D(q) a lower bound of the least energy.
+pub struct Iterate<'a, const M: usize> {
+    pub u: &'a [Row<M>],
+    pub q: &'a [Tangent<M>],
+}
+
+/// What a solver is built from.
+pub struct Setup<'a, K, const M: usize> {
+    pub mesh: &'a Mesh,
+    pub problem: &'a Problem<K, M>,
+    /// Rows in the simplex.
+    pub start: Vec<Row<M>>,
+    pub options: &'a Options,
+}
+
+/// What `meshseg solvers` prints.
+pub struct Description {
+    pub name: &'static str,
+    pub summary: &'static str,
+    pub reference: &'static str,
+    pub steps: &'static str,
+    pub options: &'static [OptionDescription],
+}
+
+pub const DEFAULT: &str = "chambolle-pock";
+
+/// All solvers, the default first.
+pub const DESCRIPTIONS: [&Description; 3] =
+    [&chambolle_pock::DESCRIPTION, &fista::DESCRIPTION, &projected_gradient::DESCRIPTION];
+
+/// The description of a solver, or an error that lists the names.
+pub fn describe(name: &str) -> Result<&'static Description> {
+    DESCRIPTIONS.into_iter().find(|description| description.name == name).ok_or_else(|| {
+        let names: Vec<&str> = DESCRIPTIONS.iter().map(|d| d.name).collect();
+        Error::unsuitable(format!("solver {name:?} is unknown; there are {}", names.join(", ")))
+    })
+}
+
+/// The solver of that name, ready for its first step.
+pub fn build<'a, K: Operator + 'a, const M: usize>(
+    name: &str,
+    setup: Setup<'_, K, M>,
+) -> Result<Box<dyn Solver<K, M> + 'a>> {
+    setup.options.check(describe(name)?)?;
+    Ok(match name {
+        "projected-gradient" => Box::new(ProjectedGradient::new(setup)?),
+        "fista" => Box::new(Fista::new(setup)?),
+        "chambolle-pock" => Box::new(ChambollePock::new(setup)?),
+        _ => unreachable!("every described solver is built here"),
+    })
+}

@@ -1,0 +1,116 @@
+//! One pass over all faces or all vertices, in parallel and without races; the only file that knows rayon.
+//!
+//! The same bits with 1 and N threads: a sweep writes each element from its own index alone, and a sum
+//! is a binary tree whose shape depends on the length only.
+
+use rayon::iter::plumbing::{Producer, ProducerCallback};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+
+use crate::error::{Error, Result};
+
+/// Fewer elements than this are not worth a second thread.
+const BLOCK: usize = 1024;
+
+/// Runs `body(index, (column_1[index], column_2[index], ...))` for every index of a tuple of slices,
+/// `&mut` for those that are written: one line of the paper as one fused loop.
+#[inline]
+pub fn sweep<C, B>(columns: C, body: B)
+where
+    C: IntoParallelIterator,
+    C::Iter: IndexedParallelIterator,
+    B: Fn(usize, C::Item) + Sync,
+{
+    let columns = columns.into_par_iter();
+    let length = columns.len();
+    // Rayon's own `for_each` calls the body through a reference and never inlines it. Its producers
+    // split and become plain iterators just as well, and this loop costs no more than one by hand.
+    let block = BLOCK.max(length.div_ceil(4 * rayon::current_num_threads()));
+    columns.with_producer(Blocks { length, block, body: &body });
+}
+
+struct Blocks<'a, B> {
+    length: usize,
+    block: usize,
+    body: &'a B,
+}
+
+impl<T, B: Fn(usize, T) + Sync> ProducerCallback<T> for Blocks<'_, B> {
+    type Output = ();
+
+    fn callback<P: Producer<Item = T>>(self, columns: P) {
+        self.split(0, self.length, columns);
+    }
+}
+
+impl<B> Blocks<'_, B> {
+    fn split<P: Producer>(&self, first: usize, length: usize, columns: P)
+    where
+        B: Fn(usize, P::Item) + Sync,
+    {
+        if length <= self.block {
+            for (index, columns) in (first..first + length).zip(columns.into_iter()) {
+                (self.body)(index, columns);
+            }
+        } else {
+            let half = length / 2;
+            let (left, right) = columns.split_at(half);
+            rayon::join(
+                || self.split(first, half, left),
+                || self.split(first + half, length - half, right),
+            );
+        }
+    }
+}
+
+/// sum_{0 <= index < n} term(index), pairwise above blocks of fixed size.
+pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    fn tree(from: usize, to: usize, term: &(impl Fn(usize) -> f64 + Sync)) -> f64 {
+        if to - from <= BLOCK {
+            return (from..to).map(term).sum();
+        }
+        let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
+        let (left, right) = rayon::join(|| tree(from, middle, term), || tree(middle, to, term));
+        left + right
+    }
+    tree(0, n, &term)
+}
+
+/// max_{0 <= index < n} term(index) for terms >= 0; NaN if one of them is.
+pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
+    (0..n)
+        .into_par_iter()
+        .with_min_len(BLOCK)
+        .map(term)
+        .reduce(|| 0.0, |a, b| if a > b || a.is_nan() { a } else { b })
+}
+
+/// Runs `work` with that many threads; `None` takes as many as the machine has.
+pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0))
+        .build()
+        .map_err(|error| Error::unsuitable(format!("cannot start the threads: {error}")))?;
+    Ok(pool.install(work))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_have_the_same_bits_with_any_number_of_threads() {
+        let term = |i: usize| ((i * 7919) as f64).sin() * 1e3;
+        let with = |threads| with_threads(Some(threads), || sum(100_003, term)).unwrap();
+        let one = with(1);
+        assert!([2, 3, 7].iter().all(|&n| with(n).to_bits() == one.to_bits()));
+        let plain: f64 = (0..100_003).map(term).sum();
+        assert!((one - plain).abs() < 1e-6);
+    }
+
+    #[test]
+    fn max_reports_nan() {
+        let value = max(5000, |i| if i == 4321 { f64::NAN } else { i as f64 });
+        assert!(value.is_nan());
+        assert_eq!(max(5000, |i| i as f64), 4999.0);
+    }
+}
