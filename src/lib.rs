@@ -1,6 +1,7 @@
 //! Convex multi-region segmentation of data on triangle meshes.
 
 pub mod atomic;
+pub mod data;
 pub mod error;
 pub mod mesh;
 
