@@ -26,10 +26,9 @@ pub fn mean_curvature(mesh: &Mesh) -> Vec<f64> {
     for (j, face) in mesh.faces.iter().enumerate() {
         let cotangents = cotangents(mesh, j);
         let edges = opposite_edges(mesh, j);
-        for i in 0..3 {
-            let (next, last) = ((i + 1) % 3, (i + 2) % 3);
+        for (i, &v) in face.iter().enumerate() {
+            let (v, next, last) = (v as usize, (i + 1) % 3, (i + 2) % 3);
             // The edges that leave corner i: x_v - x_next = -e_last and x_v - x_last = e_next.
-            let v = face[i] as usize;
             gradient[v] += cotangents[next] * edges[next] - cotangents[last] * edges[last];
             normal[v] += mesh.area_vector(j);
         }
