@@ -72,16 +72,12 @@ impl<'a> LabelField<'a> {
     pub fn crossings(&self, visibility: &Visibility, regions: &[u32]) -> Vec<Crossing> {
         let size = visibility.size;
         let mut crossings = Vec::new();
-        let steps = |row: usize, column: usize| {
-            let i = row * size + column;
-            let right = (column + 1 < size).then_some((i + 1, 1.0, 0.0));
-            let down = (row + 1 < size).then_some((i + size, 0.0, 1.0));
-            right.into_iter().chain(down)
-        };
         for row in 0..size {
             for column in 0..size {
                 let i = row * size + column;
-                for (k, dx, dy) in steps(row, column) {
+                let right = (column + 1 < size).then_some((i + 1, 1.0, 0.0));
+                let down = (row + 1 < size).then_some((i + size, 0.0, 1.0));
+                for (k, dx, dy) in right.into_iter().chain(down) {
                     if regions[i] != regions[k] && visibility.connected(i, k, 1.0) {
                         let pair = [regions[i], regions[k]];
                         let t = self.crossing_fraction(visibility, [i, k], pair);
@@ -126,32 +122,31 @@ fn argmax(values: impl Iterator<Item = f64>) -> u32 {
     best.0
 }
 
-/// The samples within `radius` of the cut, on its own sheet of the surface.
-pub(super) fn thicken(visibility: &Visibility, cut: &[Crossing], radius: f64) -> Vec<bool> {
+/// How much of every sample the line covers that follows the cut with `radius` samples to both sides, on the
+/// cut's own sheet of the surface; 255 is all of it. The edge of the line is a ramp one sample wide.
+pub(super) fn thicken(visibility: &Visibility, cut: &[Crossing], radius: f64) -> Vec<u8> {
     let size = visibility.size;
-    let mut line = vec![false; size * size];
+    let mut coverage = vec![0; size * size];
     let range = |center: f64| {
-        let low = (center - radius - 0.5).ceil().max(0.0) as usize;
-        let high = (center + radius - 0.5).floor() as usize;
+        let low = (center - radius - 1.0).ceil().max(0.0) as usize;
+        let high = (center + radius).floor() as usize;
         low..=high.min(size - 1)
     };
     for crossing in cut {
         for row in range(crossing.y) {
             for column in range(crossing.x) {
                 let i = row * size + column;
-                let (dx, dy) = (
-                    column as f64 + 0.5 - crossing.x,
-                    row as f64 + 0.5 - crossing.y,
-                );
+                let dx = column as f64 + 0.5 - crossing.x;
+                let dy = row as f64 + 0.5 - crossing.y;
                 let distance = dx.hypot(dy);
-                if !line[i]
-                    && distance <= radius
+                let covered = (255.0 * (radius + 0.5 - distance).clamp(0.0, 1.0)).round() as u8;
+                if covered > coverage[i]
                     && visibility.connected(crossing.from, i, distance.max(1.0))
                 {
-                    line[i] = true;
+                    coverage[i] = covered;
                 }
             }
         }
     }
-    line
+    coverage
 }

@@ -10,6 +10,8 @@ pub mod colormap;
 mod labels;
 mod normals;
 mod shading;
+#[cfg(test)]
+mod tests;
 mod view;
 mod visibility;
 
@@ -85,6 +87,9 @@ impl Scene {
             *v = index[k];
         }
         let points = || referenced.iter().map(|&k| mesh.vertices[k].coords);
+        if !points().all(|x| x.iter().all(|c| c.is_finite())) {
+            return None;
+        }
         let low = points().reduce(|a, b| a.inf(&b))?;
         let high = points().reduce(|a, b| a.sup(&b))?;
         let (center, radius) = (low + (high - low) / 2.0, (high - low).norm() / 2.0);
@@ -141,12 +146,12 @@ impl Scene {
                     *sum += b as f32 * c;
                 }
             }
-            let region = if cut[i] {
-                cut_color
-            } else {
-                lit(self.regions[regions[i] as usize])
-            };
-            [lit(data), region]
+            let (region, line) = (
+                lit(self.regions[regions[i] as usize]),
+                f32::from(cut[i]) / 255.0,
+            );
+            let mixed = [0, 1, 2].map(|c| region[c] + line * (cut_color[c] - region[c]));
+            [lit(data), mixed]
         };
 
         let mut bytes = vec![0; 2 * half * half * 3];

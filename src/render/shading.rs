@@ -29,7 +29,7 @@ impl Light {
         let fill = normal.dot(&FILL).max(0.0);
         let sky = 0.5 + 0.5 * normal.y;
         Light {
-            diffuse: (0.24 + 0.14 * sky + 0.54 * key + 0.20 * fill).min(1.0),
+            diffuse: (0.26 + 0.15 * sky + 0.58 * key + 0.22 * fill).min(1.0),
             highlight: 0.035 * normal.dot(&HIGHLIGHT).max(0.0).powi(24),
         }
     }
