@@ -5,8 +5,6 @@
 //! solved to the requested gap, and that gap is a certificate for the parameters found.
 //! Delaunoy et al., ICCV 2009, section 3.2.
 
-use std::ops::ControlFlow;
-
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -17,10 +15,8 @@ use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Status, Stop};
-use crate::solve::{
-    Observer, Request, Solution, conclude, integrate, model_mesh, problem_of,
-};
-use crate::solver::{self, Setup, Solver};
+use crate::solve::{Observer, Request, Solution, conclude, integrate, model_mesh, problem_of};
+use crate::solver::{self, Setup};
 
 /// Re-estimations at the most; after them the parameters count as settled.
 const MOST_ESTIMATES: usize = 200;
@@ -98,8 +94,7 @@ fn segment_compiled<const M: usize>(
     let costs = |model: &PiecewiseConstant| DataModel::<M>::costs(model);
     let mut problem = problem_of(mesh, m, costs(&model), request)?;
     let start: Vec<Row<M>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-    let setup =
-        Setup { mesh, problem: &problem, start: start.clone(), options: &request.options };
+    let setup = Setup { mesh, problem: &problem, start: start.clone(), options: &request.options };
     let mut solver = solver::build(&request.solver, setup)?;
     let mut run = Run::new(&start);
 

@@ -13,7 +13,7 @@ use crate::operator::{Mass, Operator, Stencil};
 use crate::problem::{Problem, relative_gap, rounded};
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Sample, Status, Stop};
-use crate::solver::{self, Options, Setup, Solver};
+use crate::solver::{self, Options, Setup};
 use crate::start::Start;
 
 /// What is asked of a solver, apart from the problem itself.

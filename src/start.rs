@@ -21,9 +21,8 @@ pub enum Start {
 impl Start {
     /// The rows for m regions of integrated costs f; exactly zero from column m on.
     pub fn rows<const M: usize>(&self, m: usize, f: &[Row<M>]) -> Vec<Row<M>> {
-        let only = |value: &dyn Fn(usize) -> f64| {
-            Row::from_fn(|p| if p < m { value(p) } else { 0.0 })
-        };
+        let only =
+            |value: &dyn Fn(usize) -> f64| Row::from_fn(|p| if p < m { value(p) } else { 0.0 });
         match self {
             Start::Uniform => vec![only(&|_| 1.0 / m as f64); f.len()],
             Start::Argmin => f.iter().map(|f| Row::one_hot(f.argmin())).collect(),

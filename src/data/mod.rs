@@ -3,6 +3,7 @@
 
 pub mod constant;
 pub mod kmeans;
+pub mod range;
 pub mod texture;
 
 pub use constant::PiecewiseConstant;

@@ -1,0 +1,223 @@
+//! Signed mean curvature at the vertices (M. Meyer, M. Desbrun, P. Schröder, A. Barr, *Discrete
+//! Differential-Geometry Operators for Triangulated 2-Manifolds*, 2003, equation 8):
+//!
+//! ```text
+//! H_v = < n_v, sum over the edges vk of (cot alpha_vk + cot beta_vk) (x_v - x_k) > / (4 a_v)
+//! ```
+//!
+//! with the mixed Voronoi areas a_v and the area-weighted unit normals n_v. This is
+//! H n = -1/2 Laplace-Beltrami(x), projected on the normal, so that H passes smoothly through zero.
+//! On a sphere of radius r with outward normals H = 1/r.
+
+use nalgebra::Vector3;
+
+use super::Mesh;
+use super::geometry::{cotangents, mixed_voronoi_areas, opposite_edges};
+
+/// H at the V vertices, in 1/length.
+///
+/// The formula means nothing on the boundary: a boundary vertex takes the mean of its interior neighbors,
+/// or 0 if it has none. Vertices without area have H = 0. Reversing every face changes the sign; where
+/// neighbors disagree in orientation the sign is that of the larger area. Never NaN on finite meshes.
+pub fn mean_curvature(mesh: &Mesh) -> Vec<f64> {
+    let area = mixed_voronoi_areas(mesh);
+    let mut gradient = vec![Vector3::zeros(); mesh.vertices.len()];
+    let mut normal = vec![Vector3::zeros(); mesh.vertices.len()];
+    for (j, face) in mesh.faces.iter().enumerate() {
+        let cotangents = cotangents(mesh, j);
+        let edges = opposite_edges(mesh, j);
+        for (i, &v) in face.iter().enumerate() {
+            let (v, next, last) = (v as usize, (i + 1) % 3, (i + 2) % 3);
+            // The edges that leave corner i: x_v - x_next = -e_last and x_v - x_last = e_next.
+            gradient[v] += cotangents[next] * edges[next] - cotangents[last] * edges[last];
+            normal[v] += mesh.area_vector(j);
+        }
+    }
+    let mut curvature: Vec<f64> = (0..mesh.vertices.len())
+        .map(|v| match normal[v].try_normalize(0.0) {
+            Some(unit) if area[v] > 0.0 => unit.dot(&gradient[v]) / (4.0 * area[v]),
+            _ => 0.0,
+        })
+        .collect();
+    fill_boundary(mesh, &mut curvature);
+    curvature
+}
+
+/// Replaces the boundary values by the mean of their interior neighbors.
+fn fill_boundary(mesh: &Mesh, values: &mut [f64]) {
+    let mut edges: Vec<[u32; 2]> = (0..mesh.faces.len())
+        .filter(|&j| !mesh.is_degenerate(j))
+        .flat_map(|j| {
+            let [a, b, c] = mesh.faces[j];
+            [[a, b], [b, c], [c, a]].map(|[k, l]| [k.min(l), k.max(l)])
+        })
+        .collect();
+    edges.sort_unstable();
+    let mut on_boundary = vec![false; values.len()];
+    for run in edges.chunk_by(|a, b| a == b) {
+        if let &[[k, l]] = run {
+            on_boundary[k as usize] = true;
+            on_boundary[l as usize] = true;
+        }
+    }
+    edges.dedup();
+    let mut sums = vec![(0.0, 0.0); values.len()];
+    for [k, l] in edges.into_iter().map(|edge| edge.map(|k| k as usize)) {
+        for (v, neighbor) in [(k, l), (l, k)] {
+            if on_boundary[v] && !on_boundary[neighbor] {
+                sums[v].0 += values[neighbor];
+                sums[v].1 += 1.0;
+            }
+        }
+    }
+    for v in (0..values.len()).filter(|&v| on_boundary[v]) {
+        let (sum, count) = sums[v];
+        values[v] = if count > 0.0 { sum / count } else { 0.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+    use std::f64::consts::TAU;
+
+    /// A doubly periodic grid on the torus, outward orientation, with its angle v at each vertex.
+    fn torus(big: f64, small: f64, n: usize) -> (Mesh, Vec<f64>) {
+        let (columns, rows) = (3 * n, n);
+        let mut vertices = Vec::new();
+        let mut angles = Vec::new();
+        for i in 0..columns {
+            for k in 0..rows {
+                let (s, v) = (TAU * i as f64 / columns as f64, TAU * k as f64 / rows as f64);
+                let ring = big + small * v.cos();
+                vertices.push(Point3::new(ring * s.cos(), ring * s.sin(), small * v.sin()));
+                angles.push(v);
+            }
+        }
+        let at = |i: usize, k: usize| ((i % columns) * rows + k % rows) as u32;
+        let mut faces = Vec::new();
+        for i in 0..columns {
+            for k in 0..rows {
+                faces.push([at(i, k), at(i + 1, k), at(i + 1, k + 1)]);
+                faces.push([at(i, k), at(i + 1, k + 1), at(i, k + 1)]);
+            }
+        }
+        (Mesh::new(vertices, faces), angles)
+    }
+
+    fn octahedron_sphere(r: f64, levels: usize) -> Mesh {
+        let mut corners: Vec<[Vector3<f64>; 3]> = Vec::new();
+        for signs in 0..8 {
+            let s = [0, 1, 2].map(|b| if signs >> b & 1 == 1 { -1.0 } else { 1.0 });
+            let mut t = [Vector3::x() * s[0], Vector3::y() * s[1], Vector3::z() * s[2]];
+            if s[0] * s[1] * s[2] < 0.0 {
+                t.swap(1, 2);
+            }
+            corners.push(t);
+        }
+        for _ in 0..levels {
+            corners = corners
+                .into_iter()
+                .flat_map(|[a, b, c]| {
+                    let mid = |p: Vector3<f64>, q: Vector3<f64>| (p + q).normalize();
+                    let (ab, bc, ca) = (mid(a, b), mid(b, c), mid(c, a));
+                    [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]
+                })
+                .collect();
+        }
+        let mut index = std::collections::HashMap::new();
+        let mut vertices = Vec::new();
+        let faces = corners
+            .iter()
+            .map(|t| {
+                t.map(|p| {
+                    *index.entry([p.x, p.y, p.z].map(|c| (c * 1e9).round() as i64)).or_insert_with(
+                        || {
+                            vertices.push(Point3::from(p * r));
+                            vertices.len() as u32 - 1
+                        },
+                    )
+                })
+            })
+            .collect();
+        Mesh::new(vertices, faces)
+    }
+
+    fn torus_error(n: usize) -> f64 {
+        let (big, small) = (3.0, 1.0);
+        let (mesh, angles) = torus(big, small, n);
+        mean_curvature(&mesh)
+            .iter()
+            .zip(&angles)
+            .map(|(h, v)| {
+                let exact = (big + 2.0 * small * v.cos()) / (2.0 * small * (big + small * v.cos()));
+                (h - exact).abs()
+            })
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn torus_curvature_converges_with_order_two() {
+        let (coarse, fine) = (torus_error(24), torus_error(48));
+        assert!(fine < 2e-3, "{fine}");
+        assert!((coarse / fine).log2() > 1.8, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn a_sphere_has_curvature_one_over_r() {
+        for r in [1e-4, 1.0, 1e4] {
+            for h in mean_curvature(&octahedron_sphere(r, 4)) {
+                assert!((h * r - 1.0).abs() < 0.01, "{h} {r}");
+            }
+        }
+    }
+
+    #[test]
+    fn reversed_faces_reverse_the_sign() {
+        let (mesh, _) = torus(3.0, 1.0, 12);
+        let mut reversed = mesh.clone();
+        reversed.faces.iter_mut().for_each(|face| face.swap(1, 2));
+        for (h, g) in mean_curvature(&mesh).iter().zip(mean_curvature(&reversed)) {
+            assert!((h + g).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn scaling_by_c_divides_by_c() {
+        let (mesh, _) = torus(3.0, 1.0, 12);
+        for c in [1e-4, 1e4] {
+            let scaled = mean_curvature(&mesh.clone().scaled(c));
+            for (h, g) in mean_curvature(&mesh).iter().zip(scaled) {
+                assert!((h - g * c).abs() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn a_boundary_continues_its_interior_and_lone_faces_are_flat() {
+        let mut open = octahedron_sphere(1.0, 4);
+        open.faces.retain(|face| face.iter().all(|&k| open.vertices[k as usize].z > -0.5));
+        let curvature = mean_curvature(&open);
+        for &k in open.faces.iter().flatten() {
+            assert!((curvature[k as usize] - 1.0).abs() < 0.01);
+        }
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from);
+        let lone = Mesh::new(corners.to_vec(), vec![[0, 1, 2]]);
+        assert_eq!(mean_curvature(&lone), vec![0.0; 3]);
+    }
+
+    #[test]
+    fn never_nan_on_flipped_nonmanifold_degenerate_and_isolated() {
+        let mut mesh = octahedron_sphere(1.0, 2);
+        for j in (0..mesh.faces.len()).step_by(3) {
+            mesh.faces[j].swap(0, 1);
+        }
+        let twin = mesh.faces[1];
+        mesh.faces.extend([twin, [0, 0, 1], [4, 4, 4]]);
+        mesh.vertices.push(Point3::new(9.0, 9.0, 9.0));
+        let curvature = mean_curvature(&mesh);
+        assert!(curvature.iter().all(|h| h.is_finite()));
+        assert_eq!(curvature.last(), Some(&0.0));
+    }
+}

@@ -1,0 +1,291 @@
+//! What the picture must show, and must not.
+
+use super::*;
+use nalgebra::Point3;
+
+const GRAY: [f64; 3] = [0.6; 3];
+const BLUE: [f64; 3] = [0.1, 0.3, 0.8];
+const HALF: usize = 120;
+
+/// An n x n grid on [-1, 1]^2 at height z, seen from above by `from_above`.
+fn plane(n: usize, z: f64) -> Mesh {
+    let step = |i: usize| 2.0 * i as f64 / n as f64 - 1.0;
+    let vertices =
+        (0..(n + 1) * (n + 1)).map(|k| Point3::new(step(k % (n + 1)), step(k / (n + 1)), z));
+    let mut faces = Vec::new();
+    for i in 0..n {
+        for k in 0..n {
+            let a = (i * (n + 1) + k) as u32;
+            let b = a + n as u32 + 1;
+            faces.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
+        }
+    }
+    Mesh::new(vertices.collect(), faces)
+}
+
+/// Both meshes in one, the second as components of its own.
+fn union(mut a: Mesh, b: Mesh) -> Mesh {
+    let offset = a.vertices.len() as u32;
+    a.vertices.extend(b.vertices);
+    a.faces.extend(b.faces.iter().map(|face| face.map(|v| v + offset)));
+    a
+}
+
+/// Two regions, the second where `second` is positive.
+fn field(mesh: &Mesh, second: impl Fn(&Point3<f64>) -> f64) -> Vec<f64> {
+    mesh.vertices.iter().flat_map(|x| [0.0, second(x)]).collect()
+}
+
+fn from_above(mesh: &Mesh, data: &[[f64; 3]], u: &[f64]) -> RgbImage {
+    let scene = Scene::new(mesh, data, &[GRAY, BLUE], u).unwrap();
+    let camera = Camera::fit(Vector3::z(), Vector3::y(), &scene.mesh.vertices);
+    scene.draw(&camera, HALF)
+}
+
+/// As `preview`, at low resolution.
+fn small_preview(mesh: &Mesh, u: &[f64]) -> RgbImage {
+    let data = vec![GRAY; mesh.vertices.len()];
+    let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
+    let field = LabelField::new(&scene.mesh, &scene.u, 2);
+    scene.draw(&view::choose(&scene.mesh, &scene.component, &field), HALF)
+}
+
+fn is_cut(image: &RgbImage, x: usize, y: usize) -> bool {
+    let [r, g, b] = image.get_pixel(x as u32, y as u32).0.map(i32::from);
+    r > g + 60 && r > b + 60
+}
+
+fn cut_pixels(image: &RgbImage) -> usize {
+    let all = (0..2 * HALF).flat_map(|x| (0..HALF).map(move |y| (x, y)));
+    all.filter(|&(x, y)| is_cut(image, x, y)).count()
+}
+
+fn is_white(image: &RgbImage, x: usize, y: usize) -> bool {
+    image.get_pixel(x as u32, y as u32).0 == [255; 3]
+}
+
+/// A bumpy closed surface around the origin.
+fn blob() -> Mesh {
+    let (rows, columns) = (24, 48);
+    let mut vertices = vec![Point3::new(0.0, 1.3, 0.0), Point3::new(0.0, -1.3, 0.0)];
+    for i in 1..rows {
+        for k in 0..columns {
+            let theta = std::f64::consts::PI * i as f64 / rows as f64;
+            let phi = std::f64::consts::TAU * k as f64 / columns as f64;
+            let r = 1.0 + 0.3 * theta.cos().powi(2) + 0.2 * theta.sin() * (2.0 * phi).sin();
+            let (s, c) = theta.sin_cos();
+            vertices.push(Point3::new(r * s * phi.cos(), r * c, r * s * phi.sin()));
+        }
+    }
+    let at = |i: usize, k: usize| match i {
+        0 => 0,
+        i if i == rows => 1,
+        i => (2 + (i - 1) * columns + k % columns) as u32,
+    };
+    let mut faces = Vec::new();
+    for i in 0..rows {
+        for k in 0..columns {
+            faces.push([at(i, k), at(i + 1, k + 1), at(i + 1, k)]);
+            faces.push([at(i, k), at(i, k + 1), at(i + 1, k + 1)]);
+        }
+    }
+    faces.retain(|[a, b, c]| a != b && b != c && c != a);
+    Mesh::new(vertices, faces)
+}
+
+#[test]
+fn a_frontal_square_covers_its_pixels_without_holes() {
+    for n in [1, 4, 13] {
+        let mesh = plane(n, 0.0);
+        let data = vec![GRAY; mesh.vertices.len()];
+        let image = from_above(&mesh, &data, &field(&mesh, |_| -1.0));
+        let border = (0.07 * HALF as f64 / 2.0).ceil() as usize;
+        for x in 0..HALF {
+            for y in 0..HALF {
+                let depth = x.min(y).min(HALF - 1 - x).min(HALF - 1 - y);
+                for x in [x, x + HALF] {
+                    if depth + 1 < border {
+                        assert!(is_white(&image, x, y));
+                    } else if depth > border {
+                        assert_eq!(image.get_pixel(x as u32, y as u32), image.get_pixel(60, 60));
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_surface_facing_the_viewer_keeps_its_color() {
+    let mesh = plane(1, 0.0);
+    let image = from_above(&mesh, &[BLUE; 4], &field(&mesh, |_| -1.0));
+    for (byte, c) in image.get_pixel(60, 60).0.iter().zip(BLUE) {
+        assert!((f64::from(*byte) / 255.0 - c).abs() < 0.1, "{byte} {c}");
+    }
+}
+
+#[test]
+fn what_is_behind_is_invisible_in_any_order_of_the_faces() {
+    let (front, back) = (plane(3, 0.5), plane(3, -0.5).scaled(0.9));
+    let gray = vec![GRAY; front.vertices.len()];
+    let green = vec![[0.0, 1.0, 0.0]; back.vertices.len()];
+    let covered = union(front.clone(), back.clone());
+    let colors = [gray.clone(), green.clone()].concat();
+    let image = from_above(&covered, &colors, &field(&covered, |_| -1.0));
+    let swapped = union(back, front);
+    let colors = [green, gray].concat();
+    assert_eq!(image, from_above(&swapped, &colors, &field(&swapped, |_| -1.0)));
+    assert!(image.pixels().all(|p| p.0[0] == p.0[1]));
+}
+
+#[test]
+fn the_cut_lies_where_the_labels_change_and_nowhere_else() {
+    let mesh = plane(7, 0.0);
+    let data = vec![GRAY; mesh.vertices.len()];
+    assert_eq!(cut_pixels(&from_above(&mesh, &data, &field(&mesh, |_| -1.0))), 0);
+    let image = from_above(&mesh, &data, &field(&mesh, |x| x.x - 0.1));
+    // x = 0.1 lies 5 % of the square's width to the right of the middle.
+    let column = HALF as f64 * (1.5 + 0.05 * 0.93);
+    for y in 6..HALF - 6 {
+        for x in 0..2 * HALF {
+            let distance = (x as f64 + 0.5 - column).abs();
+            if distance > 0.5 * CUT_WIDTH + 0.7 {
+                assert!(!is_cut(&image, x, y), "{x} {y}");
+            } else if distance < 0.5 * CUT_WIDTH - 0.7 {
+                assert!(is_cut(&image, x, y), "{x} {y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_contour_of_an_occluder_is_no_cut() {
+    let small = plane(6, 0.4).scaled(0.5);
+    let apart = union(small, plane(6, -0.4));
+    let data = vec![GRAY; apart.vertices.len()];
+    let image = from_above(&apart, &data, &field(&apart, |x| -x.z));
+    assert_eq!(cut_pixels(&image), 0);
+
+    // One component: a sheet whose left half is folded over the right one. The labels change on the fold, which
+    // the upper half hides.
+    let mut folded = plane(16, 0.0);
+    for x in &mut folded.vertices {
+        (x.x, x.z) = if x.x < 0.0 { (-1.0 - x.x, 0.8) } else { (2.0 * x.x - 1.0, 0.0) };
+    }
+    let data = vec![GRAY; folded.vertices.len()];
+    let image = from_above(&folded, &data, &field(&folded, |x| 0.4 - x.z));
+    let region = |x: usize| image.get_pixel((HALF + x) as u32, 60).0;
+    assert_ne!(region(HALF / 4), region(3 * HALF / 4));
+    assert_eq!(cut_pixels(&image), 0);
+}
+
+#[test]
+fn a_cut_behind_the_surface_is_hidden() {
+    let covered = union(plane(5, 0.5), plane(5, -0.5).scaled(0.9));
+    let data = vec![GRAY; covered.vertices.len()];
+    let u = field(&covered, |x| if x.z < 0.0 { x.x } else { -1.0 });
+    assert_eq!(cut_pixels(&from_above(&covered, &data, &u)), 0);
+}
+
+#[test]
+fn place_and_scale_of_the_mesh_do_not_matter() {
+    let mesh = blob();
+    let u = field(&mesh, |x| x.x + 0.3 * x.y);
+    let image = small_preview(&mesh, &u);
+    assert!(cut_pixels(&image) > 100);
+    assert_eq!(image, small_preview(&mesh.clone().scaled(1.0 / 1024.0), &u));
+    for (c, shift) in [(1e-4, 0.0), (1e4, 1e6), (1.0, -1e5)] {
+        let mut moved = mesh.clone().scaled(c);
+        for x in &mut moved.vertices {
+            x.coords += Vector3::repeat(shift);
+        }
+        let other = small_preview(&moved, &u);
+        let pairs = image.as_raw().iter().zip(other.as_raw());
+        let changed = pairs.filter(|(a, b)| a.abs_diff(**b) > 4).count();
+        assert!(changed < image.as_raw().len() / 1000, "{c} {shift}: {changed}");
+    }
+}
+
+#[test]
+fn orientation_does_not_matter_and_the_same_input_gives_the_same_bytes() {
+    let mesh = blob();
+    let u = field(&mesh, |x| x.z);
+    let image = small_preview(&mesh, &u);
+    assert_eq!(image, small_preview(&mesh, &u));
+    let mut mixed = mesh.clone();
+    for face in mixed.faces.iter_mut().step_by(2) {
+        face.swap(1, 2);
+    }
+    let other = small_preview(&mixed, &u);
+    let pairs = image.as_raw().iter().zip(other.as_raw());
+    let changed = pairs.filter(|(a, b)| a.abs_diff(**b) > 4).count();
+    assert!(changed < image.as_raw().len() / 1000, "{changed}");
+}
+
+#[test]
+fn unreferenced_vertices_do_not_matter() {
+    let mesh = blob();
+    let mut more = mesh.clone();
+    more.vertices.push(Point3::new(1e9, f64::NAN, 0.0));
+    let second = |x: &Point3<f64>| x.z;
+    assert_eq!(
+        small_preview(&mesh, &field(&mesh, second)),
+        small_preview(&more, &field(&more, second))
+    );
+}
+
+#[test]
+fn a_mesh_without_extent_is_a_white_picture() {
+    let white = |mesh: &Mesh| {
+        let n = mesh.vertices.len();
+        let image = preview(mesh, &vec![GRAY; n], &[GRAY], &vec![1.0; n]);
+        assert_eq!(image.dimensions(), (1600, 800));
+        image.pixels().all(|p| p.0 == [255; 3])
+    };
+    assert!(white(&Mesh::default()));
+    assert!(white(&Mesh::new(vec![Point3::origin()], vec![[0, 0, 0]])));
+    let axis = [0.0, 1.0, 2.0].map(|s| Point3::new(s, 0.0, 0.0)).to_vec();
+    assert!(white(&Mesh::new(axis, vec![[0, 1, 2]])));
+}
+
+#[test]
+fn the_camera_fits_the_mesh_exactly() {
+    let mesh = blob();
+    let camera = Camera::fit(Vector3::new(1.0, 0.4, 0.7), Vector3::y(), &mesh.vertices);
+    let reach = |f: fn(&camera::Projected) -> f64| {
+        mesh.vertices.iter().map(|&x| (f(&camera.project(x, 2)) - 1.0).abs()).fold(0.0, f64::max)
+    };
+    let (x, y) = (reach(|p| p.x), reach(|p| p.y));
+    assert!((x.max(y) - 0.93).abs() < 1e-12, "{x} {y}");
+}
+
+#[test]
+fn normals_are_smooth_on_smooth_surfaces_and_keep_creases() {
+    let mut mesh = blob();
+    for x in &mut mesh.vertices {
+        x.coords.normalize_mut();
+    }
+    for face in mesh.faces.iter_mut().step_by(3) {
+        face.swap(0, 1);
+    }
+    let normals = normals::corner_normals(&mesh);
+    for (face, normals) in mesh.faces.iter().zip(&normals) {
+        for (&v, n) in face.iter().zip(normals) {
+            let radial = mesh.vertices[v as usize].coords.cast::<f32>();
+            assert!(n.dot(&radial).abs() > 0.995);
+        }
+    }
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let faces = vec![[0, 1, 2], [0, 3, 1]];
+    let crease = Mesh::new(corners.map(Point3::from).to_vec(), faces);
+    let normals = normals::corner_normals(&crease);
+    assert_eq!(normals, vec![[Vector3::z(); 3], [Vector3::y(); 3]]);
+}
+
+#[test]
+fn srgb_survives_the_way_to_linear_light_and_back() {
+    for byte in 0..=255_u8 {
+        let [linear, ..] = linear_from_srgb([f64::from(byte) / 255.0; 3]);
+        assert_eq!(srgb_byte_from_linear(linear), byte);
+    }
+}
