@@ -23,10 +23,10 @@ pub enum Source {
 
 impl Source {
     /// An existing file is that file; `builtin:NAME`, `torus:...`, `sphere:...` and `grid:...` are what they
-    /// say; all else is a path.
+    /// say; another `WORD:...` without a dot or a slash is refused; all else is a path.
     ///
     /// # Errors
-    /// Unknown builtin names and malformed shapes.
+    /// Unknown words and builtin names, malformed shapes.
     pub fn parse(argument: impl AsRef<OsStr>) -> Result<Self> {
         let argument = argument.as_ref();
         let file = || Source::File(argument.into());
@@ -41,6 +41,18 @@ impl Source {
             ))),
             Some((name @ ("torus" | "sphere" | "grid"), size)) => {
                 Ok(Source::Shape(format!("{name}:{size}").parse()?))
+            }
+            // One letter may be a drive.
+            Some((word, rest))
+                if word.len() > 1
+                    && word.bytes().all(|b| b.is_ascii_alphabetic())
+                    && !rest.contains(['.', '/', '\\']) =>
+            {
+                Err(Error::unsuitable(format!(
+                    "{word}:{}: is neither a file nor a shape; name a file, builtin:spot, {}",
+                    rest.escape_debug(),
+                    Shape::SYNTAX
+                )))
             }
             _ => Ok(file()),
         }
@@ -112,7 +124,7 @@ mod tests {
         let shape = |text: &str| Source::Shape(text.parse().unwrap());
         assert_eq!(Source::parse("torus:4x3").unwrap(), shape("torus:4x3"));
         assert_eq!(Source::parse("sphere:2").unwrap().to_string(), "sphere:2");
-        for path in ["no/such.obj", "spot", "cube:3", "C:\\bunny.ply", ""] {
+        for path in ["no/such.obj", "spot", "no:such.obj", "C:\\bunny.ply", ""] {
             assert_eq!(Source::parse(path).unwrap(), Source::File(path.into()));
             assert!(source(path).is_err());
         }

@@ -45,6 +45,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let mut texture_faces: Vec<[u32; 3]> = Vec::new();
     let mut corners = Vec::new();
     let mut texture_corners = Vec::new();
+    let mut some_textured = false;
     let mut vertex_range = References::default();
     let mut texture_range = References::default();
 
@@ -71,11 +72,13 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
                     let n = corners.len();
                     return Err(text.error(format!("a face needs 3 corners, this one has {n}")));
                 }
-                if texture_corners.contains(&NONE) {
-                    texture_corners.fill(NONE);
+                // Once a face comes without, the others' texture coordinates do not count either.
+                let complete = !texture_corners.contains(&NONE);
+                some_textured |= complete;
+                if complete && texture_faces.len() == faces.len() {
+                    texture_faces.extend(fan(&texture_corners));
                 }
                 faces.extend(fan(&corners));
-                texture_faces.extend(fan(&texture_corners));
             }
             Some(keyword) if !keyword[0].is_ascii_alphabetic() => {
                 return Err(text.error(format!(
@@ -89,7 +92,13 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
 
     vertex_range.check(path, vertices.len(), "vertex", "vertices")?;
     texture_range.check(path, textures.len(), "vt", "vt lines")?;
-    let uv = texture_of_corners(path, &texture_faces, &textures);
+    let all_textured = texture_faces.len() == faces.len();
+    if some_textured && !all_textured {
+        tracing::warn!(
+            "{}: only some faces have texture coordinates; they are ignored",
+            path.display()
+        );
+    }
     if !colors.is_empty() && colors.len() < vertices.len() {
         tracing::warn!(
             "{}: only some vertices have colors; they are ignored",
@@ -98,9 +107,9 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     }
     Ok(Mesh {
         colors: (!colors.is_empty() && colors.len() == vertices.len()).then_some(colors),
+        uv: all_textured.then(|| uv_of_vertices(&texture_faces, &textures)),
         vertices,
         faces,
-        uv,
     })
 }
 
@@ -198,25 +207,6 @@ impl References {
             _ => Ok(()),
         }
     }
-}
-
-/// Texture coordinates per face corner, if every face has them.
-fn texture_of_corners(
-    path: &Path,
-    faces: &[[u32; 3]],
-    textures: &[[f64; 2]],
-) -> Option<Vec<[[f64; 2]; 3]>> {
-    let missing = faces.iter().filter(|face| face[0] == NONE).count();
-    if missing > 0 {
-        if missing < faces.len() {
-            tracing::warn!(
-                "{}: only some faces have texture coordinates; they are ignored",
-                path.display()
-            );
-        }
-        return None;
-    }
-    Some(uv_of_vertices(faces, textures))
 }
 
 /// Numbers are written with the fewest digits that read back to the same bits.

@@ -9,6 +9,18 @@ use std::path::Path;
 use super::check_coordinate;
 use crate::error::{Error, Result};
 
+/// Blanks and line ends, by byte.
+const ENDS_TOKEN: [bool; 256] = {
+    let mut ends = [false; 256];
+    let blanks = b" \t\n\r\x0b\x0c";
+    let mut i = 0;
+    while i < blanks.len() {
+        ends[blanks[i] as usize] = true;
+        i += 1;
+    }
+    ends
+};
+
 /// A position in a text. Before the first [`Text::next_line`] it stands before the first line.
 pub struct Text<'a> {
     path: &'a Path,
@@ -76,25 +88,33 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The next token of the current line.
+    /// Goes to the next token of the current line; false if there is none.
     #[inline]
-    pub fn token(&mut self) -> Option<&'a [u8]> {
-        loop {
-            match *self.bytes.get(self.at)? {
+    fn skip_blanks(&mut self) -> bool {
+        while let Some(&b) = self.bytes.get(self.at) {
+            match b {
                 b' ' | b'\t' | b'\x0b' | b'\x0c' => self.at += 1,
-                b'\n' | b'\r' => return None,
+                b'\n' | b'\r' => return false,
                 b'\\' if self.continued && self.newline(self.at + 1) > 0 => {
                     self.at += 1 + self.newline(self.at + 1);
                     self.line += 1;
                 }
-                b if Some(b) == self.comment => return None,
-                _ => break,
+                b => return Some(b) != self.comment,
             }
+        }
+        false
+    }
+
+    /// The next token of the current line.
+    #[inline]
+    pub fn token(&mut self) -> Option<&'a [u8]> {
+        if !self.skip_blanks() {
+            return None;
         }
         let rest = &self.bytes[self.at..];
         let length = rest
             .iter()
-            .position(|&b| b.is_ascii_whitespace() || b == b'\x0b' || Some(b) == self.comment)
+            .position(|&b| ENDS_TOKEN[b as usize] || Some(b) == self.comment)
             .unwrap_or(rest.len());
         let mut token = &rest[..length];
         if self.continued && token.last() == Some(&b'\\') && self.newline(self.at + length) > 0 {
@@ -113,9 +133,7 @@ impl<'a> Text<'a> {
         self.started = true;
         self.line += 1;
         while self.at < self.bytes.len() {
-            let start = self.at;
-            if self.token().is_some() {
-                self.at = start;
+            if self.skip_blanks() {
                 return true;
             }
             self.finish_line();

@@ -14,8 +14,8 @@
 //! and whatever else there is is skipped. Nothing may follow the last element but blanks and zero bytes: a
 //! count that is too low would otherwise pass for a smaller mesh.
 //!
-//! The parser is our own: the crates either believe the counts of a header (`element x 10^18` without
-//! properties never ends), build every element by property name, or report errors over several lines.
+//! The parser is our own: ply-rs-bw never ends at `element x 1000000000000000000` without properties, lets the
+//! second of two elements of one name replace the first, and spreads its messages over several lines.
 //!
 //! Reference: Greg Turk, *The PLY Polygon File Format*, 1994.
 

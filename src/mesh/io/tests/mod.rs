@@ -1,5 +1,6 @@
 //! Round trips, the unusual and the malformed.
 
+mod broken;
 mod exact;
 mod malformed;
 mod unusual;
@@ -38,4 +39,19 @@ fn decorated() -> Mesh {
     let uv = (0..mesh.faces.len()).map(|j| [0, 1, 2].map(|i| corner(j, i)));
     mesh.uv = Some(uv.collect());
     mesh
+}
+
+/// The least PLY file.
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 0 0\n";
+
+/// The message of an error, which must be there and be one line.
+fn message(result: Result<Mesh>, context: &str) -> String {
+    let message = match result {
+        Ok(_) => panic!("was read: {context}"),
+        Err(error) => error.to_string(),
+    };
+    assert!(!message.contains(['\n', '\r']), "{message:?}");
+    assert!(message.len() < 250, "{message:?}");
+    message
 }
