@@ -9,6 +9,9 @@ use std::path::Path;
 use super::check_coordinate;
 use crate::error::{Error, Result};
 
+/// What some editors put before the text.
+pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Blanks and line ends, by byte.
 const ENDS_TOKEN: [bool; 256] = {
     let mut ends = [false; 256];
@@ -36,7 +39,6 @@ pub struct Text<'a> {
 
 impl<'a> Text<'a> {
     pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
-        const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
         Text {
             path,
             bytes: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes),

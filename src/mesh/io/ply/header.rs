@@ -12,7 +12,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::mesh::io::text::quote;
+use crate::mesh::io::text::{BYTE_ORDER_MARK, quote};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
@@ -147,12 +147,12 @@ impl Element {
     }
 
     /// The place of the list of vertex indices.
-    pub fn indices(&self, path: &Path) -> Result<(usize, Scalar)> {
+    pub fn indices(&self, path: &Path) -> Result<usize> {
         let names = ["vertex_indices", "vertex_index"];
         for name in names {
             if let Some((at, item)) = self.list(path, name)? {
                 return if item.is_integer() {
-                    Ok((at, item))
+                    Ok(at)
                 } else {
                     Err(self.error(path, name, "has items that are no whole numbers"))
                 };
@@ -196,7 +196,15 @@ pub struct Header {
 
 /// Whether the first line is `ply`.
 pub fn recognizes(bytes: &[u8]) -> bool {
-    line_end(bytes).is_some()
+    line_end(&bytes[mark_length(bytes)..]).is_some()
+}
+
+fn mark_length(bytes: &[u8]) -> usize {
+    if bytes.starts_with(BYTE_ORDER_MARK) {
+        BYTE_ORDER_MARK.len()
+    } else {
+        0
+    }
 }
 
 /// The line end after the first line: the header keeps to it. Binary data right behind a lone CR may begin
@@ -212,12 +220,7 @@ fn line_end(bytes: &[u8]) -> Option<&'static [u8]> {
 
 impl Header {
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
-        const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-        let mark = if bytes.starts_with(BYTE_ORDER_MARK) {
-            BYTE_ORDER_MARK.len()
-        } else {
-            0
-        };
+        let mark = mark_length(bytes);
         let end = line_end(&bytes[mark..])
             .ok_or_else(|| Error::malformed_line(path, 1, "expected ply; this is no PLY file"))?;
         let mut encoding = None;

@@ -231,8 +231,8 @@ impl Faces {
         vertices: usize,
         values: &mut impl Values,
     ) -> Result<()> {
-        let (indices, ..) = element.indices(path)?;
-        let texcoord = element.list(path, "texcoord")?.map(|(at, ..)| at);
+        let indices = element.indices(path)?;
+        let texcoord = element.list(path, "texcoord")?.map(|(at, _)| at);
         self.uv_missing |= texcoord.is_none();
         self.corners.reserve(values.capacity(element));
         let mut polygon = Vec::new();
@@ -299,7 +299,7 @@ impl Faces {
         values: &mut impl Values,
     ) -> Result<()> {
         self.uv_missing = true;
-        let (indices, ..) = element.indices(path)?;
+        let indices = element.indices(path)?;
         for j in 0..element.count {
             values.begin()?;
             for (at, property) in element.properties.iter().enumerate() {

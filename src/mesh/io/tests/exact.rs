@@ -3,6 +3,8 @@
 use std::fs;
 
 use nalgebra::Point3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 
 use super::{FORMATS, decorated, read, written};
 use crate::mesh::io::{self, Format, write_labeled};
@@ -38,6 +40,26 @@ fn obj_and_ply_hold_everything() {
         }
         ply.colors.clone_from(&mesh.colors);
         assert_eq!(ply, mesh);
+    }
+}
+
+/// Any coordinate that is let in, whatever its bits.
+#[test]
+fn every_coordinate_survives_text() {
+    let mut random = Pcg64::seed_from_u64(3);
+    let mut coordinate = || loop {
+        let x = f64::from_bits(random.random());
+        if x.abs() <= 1e50 {
+            return x;
+        }
+    };
+    let points = (0..3000).map(|_| Point3::new(coordinate(), coordinate(), coordinate()));
+    let mesh = Mesh::new(points.collect(), vec![[0, 1, 2]]);
+    for format in [Format::Obj, Format::Ply, Format::Off] {
+        let read = read(format, written(format, &mesh)).unwrap();
+        for (a, b) in read.vertices.iter().zip(&mesh.vertices) {
+            assert_eq!(a.map(f64::to_bits), b.map(f64::to_bits), "{format:?}");
+        }
     }
 }
 

@@ -377,6 +377,7 @@ fn what_is_no_file_of_a_mesh() {
     ] {
         refused(&file(name, content), ".obj, .ply, .off and .stl");
     }
+    message(io::read(Path::new("a\nb.ply")), "a line end in the name");
     #[cfg(unix)]
     refused(Path::new("/dev/zero"), "is not a regular file");
 }
