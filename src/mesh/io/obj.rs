@@ -24,9 +24,6 @@ use super::{check_color, check_texture, coordinates, fan, uv_of_vertices};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
-/// A corner without a texture coordinate.
-const NONE: u32 = u32::MAX;
-
 /// Whether one of the first lines with content defines a vertex.
 pub fn recognizes(bytes: &[u8]) -> bool {
     const LINES: usize = 100;
@@ -41,14 +38,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let mut vertices = Vec::new();
     let mut colors = Vec::new();
     let mut textures = Vec::new();
-    let mut faces = Vec::new();
-    let mut texture_faces: Vec<[u32; 3]> = Vec::new();
-    let mut corners = Vec::new();
-    let mut texture_corners = Vec::new();
-    let mut some_textured = false;
-    let mut vertex_range = References::default();
-    let mut texture_range = References::default();
-
+    let mut faces = Faces::default();
     while text.next_line() {
         match text.token() {
             Some(b"v") => {
@@ -56,30 +46,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
                 colors.extend(color(&mut text)?);
             }
             Some(b"vt") => textures.push(texture(&mut text)?),
-            Some(b"f" | b"fo") => {
-                corners.clear();
-                texture_corners.clear();
-                while let Some(token) = text.token() {
-                    let mut indices = token.split(|&b| b == b'/');
-                    let vertex = indices.next().unwrap_or_default();
-                    corners.push(vertex_range.resolve(&text, vertex, vertices.len(), "vertex")?);
-                    texture_corners.push(match indices.next() {
-                        None | Some(b"") => NONE,
-                        Some(index) => texture_range.resolve(&text, index, textures.len(), "vt")?,
-                    });
-                }
-                if corners.len() < 3 {
-                    let n = corners.len();
-                    return Err(text.error(format!("a face needs 3 corners, this one has {n}")));
-                }
-                // Once a face comes without, the others' texture coordinates do not count either.
-                let complete = !texture_corners.contains(&NONE);
-                some_textured |= complete;
-                if complete && texture_faces.len() == faces.len() {
-                    texture_faces.extend(fan(&texture_corners));
-                }
-                faces.extend(fan(&corners));
-            }
+            Some(b"f" | b"fo") => faces.read(&mut text, vertices.len(), textures.len())?,
             Some(keyword) if !keyword[0].is_ascii_alphabetic() => {
                 return Err(text.error(format!(
                     "expected a statement such as v or f, not {}",
@@ -89,28 +56,21 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
             _ => {}
         }
     }
-
-    vertex_range.check(path, vertices.len(), "vertex", "vertices")?;
-    texture_range.check(path, textures.len(), "vt", "vt lines")?;
-    let all_textured = texture_faces.len() == faces.len();
-    if some_textured && !all_textured {
-        tracing::warn!(
-            "{}: only some faces have texture coordinates; they are ignored",
-            path.display()
-        );
-    }
-    if !colors.is_empty() && colors.len() < vertices.len() {
-        tracing::warn!(
-            "{}: only some vertices have colors; they are ignored",
-            path.display()
-        );
+    let uv = faces.uv(path, vertices.len(), &textures)?;
+    let all_colored = colors.len() == vertices.len();
+    if !all_colored && !colors.is_empty() {
+        warn_incomplete(path, "vertices have colors");
     }
     Ok(Mesh {
-        colors: (!colors.is_empty() && colors.len() == vertices.len()).then_some(colors),
-        uv: all_textured.then(|| uv_of_vertices(&texture_faces, &textures)),
+        colors: (all_colored && !colors.is_empty()).then_some(colors),
         vertices,
-        faces,
+        faces: faces.corners,
+        uv,
     })
+}
+
+fn warn_incomplete(path: &Path, what: &str) {
+    tracing::warn!("{}: only some {what}; they are ignored", path.display());
 }
 
 fn position(text: &mut Text) -> Result<Point3<f64>> {
@@ -157,6 +117,72 @@ fn texture(text: &mut Text) -> Result<[f64; 2]> {
     Ok([u, v])
 }
 
+/// The triangles so far.
+#[derive(Default)]
+struct Faces {
+    corners: Vec<[u32; 3]>,
+    /// Indices of texture coordinates, for as long as every face had them.
+    textures: Vec<[u32; 3]>,
+    some_textured: bool,
+    vertex_references: References,
+    texture_references: References,
+    /// The polygon that is being read.
+    polygon: Vec<u32>,
+    polygon_textures: Vec<u32>,
+}
+
+impl Faces {
+    /// One polygon, after that many vertices and texture coordinates.
+    fn read(&mut self, text: &mut Text, vertices: usize, textures: usize) -> Result<()> {
+        self.polygon.clear();
+        self.polygon_textures.clear();
+        while let Some(token) = text.token() {
+            let mut indices = token.split(|&b| b == b'/');
+            let vertex = indices.next().unwrap_or_default();
+            let k = self
+                .vertex_references
+                .resolve(text, vertex, vertices, "vertex")?;
+            self.polygon.push(k);
+            if let Some(index) = indices.next().filter(|index| !index.is_empty()) {
+                let t = self
+                    .texture_references
+                    .resolve(text, index, textures, "vt")?;
+                self.polygon_textures.push(t);
+            }
+        }
+        let n = self.polygon.len();
+        if n < 3 {
+            return Err(text.error(format!("a face needs 3 corners, this one has {n}")));
+        }
+        if self.polygon_textures.len() == n {
+            self.some_textured = true;
+            if self.textures.len() == self.corners.len() {
+                self.textures.extend(fan(&self.polygon_textures));
+            }
+        }
+        self.corners.extend(fan(&self.polygon));
+        Ok(())
+    }
+
+    /// Texture coordinates per face corner, if every face has them. Checks all references.
+    fn uv(
+        &self,
+        path: &Path,
+        vertices: usize,
+        textures: &[[f64; 2]],
+    ) -> Result<Option<Vec<[[f64; 2]; 3]>>> {
+        self.vertex_references
+            .check(path, vertices, "vertex", "vertices")?;
+        self.texture_references
+            .check(path, textures.len(), "vt", "vt lines")?;
+        let all_textured = self.textures.len() == self.corners.len();
+        if self.some_textured && !all_textured {
+            warn_incomplete(path, "faces have texture coordinates");
+        }
+        Ok(all_textured.then(|| uv_of_vertices(&self.textures, textures)))
+    }
+}
+
 /// The largest index that was referred to, and where: the vertex may follow later in the file.
 #[derive(Default)]
 struct References {
@@ -181,7 +207,7 @@ impl References {
         };
         let resolved = u32::try_from(from_zero)
             .ok()
-            .filter(|&k| k != NONE)
+            .filter(|&k| k < u32::MAX)
             .ok_or_else(|| {
                 text.error(format!(
                     "refers to {what} {index}, but {defined} are defined here"

@@ -187,9 +187,7 @@ impl Vertices {
                     Role::Texture(_) => check_texture(value),
                     Role::Other => Ok(value),
                 };
-                let value = checked.map_err(|message| {
-                    values.error(format!("vertex {}: {message}", positions.len()))
-                })?;
+                let value = checked.map_err(wrong(values, "vertex", positions.len()))?;
                 match role {
                     Role::Coordinate(c) => x[c] = value,
                     Role::Color(c, _) => color[c] = value,
@@ -246,10 +244,8 @@ impl Faces {
                     Kind::List { count, item } if at == indices => {
                         for _ in 0..list_length(values, count)? {
                             let k = values.integer(item)?;
-                            if !(0..vertices as i64).contains(&k) {
-                                return Err(no_such_vertex(values, "face", j, k, vertices));
-                            }
-                            polygon.push(k as u32);
+                            polygon
+                                .push(vertex_index(k, vertices).map_err(wrong(values, "face", j))?);
                         }
                     }
                     Kind::List { count, item } if Some(at) == texcoord => {
@@ -258,11 +254,9 @@ impl Faces {
                             return Err(values.error(format!("face {j}: texcoord has {n} numbers")));
                         }
                         for _ in 0..n / 2 {
-                            let mut t = [0.0; 2];
-                            for t in &mut t {
-                                *t = check_texture(values.number(item)?).map_err(|message| {
-                                    values.error(format!("face {j}: {message}"))
-                                })?;
+                            let t = [values.number(item)?, values.number(item)?];
+                            for t in t {
+                                check_texture(t).map_err(wrong(values, "face", j))?;
                             }
                             textures.push(t);
                         }
@@ -317,10 +311,8 @@ impl Faces {
                     if k == -1 {
                         self.add_strip(&strip);
                         strip.clear();
-                    } else if (0..vertices as i64).contains(&k) {
-                        strip.push(k as u32);
                     } else {
-                        return Err(no_such_vertex(values, "strip", j, k, vertices));
+                        strip.push(vertex_index(k, vertices).map_err(wrong(values, "strip", j))?);
                     }
                 }
                 self.add_strip(&strip);
@@ -340,9 +332,15 @@ impl Faces {
     }
 }
 
-fn no_such_vertex(values: &impl Values, what: &str, j: usize, k: i64, vertices: usize) -> Error {
-    values.error(format!(
-        "{what} {j}: refers to vertex {k}, but the file has vertices 0 to {}",
-        vertices.saturating_sub(1)
-    ))
+/// An index as it should be, or what is wrong with it.
+fn vertex_index(k: i64, vertices: usize) -> std::result::Result<u32, String> {
+    u32::try_from(k)
+        .ok()
+        .filter(|&k| (k as usize) < vertices)
+        .ok_or_else(|| format!("refers to vertex {k}, but the file has {vertices}, counted from 0"))
+}
+
+/// Puts before a message which element it is about, and where.
+fn wrong(values: &impl Values, what: &str, j: usize) -> impl Fn(String) -> Error {
+    move |message| values.error(format!("{what} {j}: {message}"))
 }
