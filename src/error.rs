@@ -12,13 +12,13 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", on_one_line(path))]
     Io { path: PathBuf, source: io::Error },
     /// The file can be read, but not as what it claims to be.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message}", on_one_line(path))]
     Malformed { path: PathBuf, message: String },
     /// The same, with the line (counted from 1) of a text file.
-    #[error("{}, line {line}: {message}", path.display())]
+    #[error("{}, line {line}: {message}", on_one_line(path))]
     MalformedLine { path: PathBuf, line: usize, message: String },
     /// Well-formed input that does not fit what was asked.
     #[error("{0}")]
@@ -41,4 +41,17 @@ impl Error {
     pub fn unsuitable(message: impl Into<String>) -> Self {
         Error::Unsuitable(message.into())
     }
+}
+
+/// A path for a message: its control characters, which may be line ends, are escaped.
+fn on_one_line(path: &Path) -> String {
+    let mut shown = String::new();
+    for c in path.to_string_lossy().chars() {
+        if c.is_control() {
+            shown.extend(c.escape_debug());
+        } else {
+            shown.push(c);
+        }
+    }
+    shown
 }

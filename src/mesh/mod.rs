@@ -6,8 +6,16 @@
 pub mod curvature;
 pub mod geometry;
 pub mod io;
+mod shapes;
+mod source;
+mod statistics;
+mod subdivide;
 
 use nalgebra::{Point3, Vector3};
+
+pub use shapes::Shape;
+pub use source::{Source, source};
+pub use statistics::{BoundingBox, Statistics};
 
 /// A triangle mesh, with what its file says about its vertices' looks.
 ///

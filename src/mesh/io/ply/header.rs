@@ -1,0 +1,323 @@
+//! The header of a PLY file: its encoding, its elements, and the types of their properties.
+//!
+//! ```text
+//! ply
+//! format ascii|binary_little_endian|binary_big_endian 1.0
+//! comment ... | obj_info ...
+//! element NAME COUNT
+//! property TYPE NAME | property list TYPE TYPE NAME
+//! end_header
+//! ```
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::mesh::io::text::{BYTE_ORDER_MARK, quote};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+/// A type of one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn parse(name: &[u8]) -> Option<Self> {
+        match name {
+            b"char" | b"int8" => Some(Scalar::I8),
+            b"uchar" | b"uint8" => Some(Scalar::U8),
+            b"short" | b"int16" => Some(Scalar::I16),
+            b"ushort" | b"uint16" => Some(Scalar::U16),
+            b"int" | b"int32" => Some(Scalar::I32),
+            b"uint" | b"uint32" => Some(Scalar::U32),
+            b"float" | b"float32" => Some(Scalar::F32),
+            b"double" | b"float64" => Some(Scalar::F64),
+            _ => None,
+        }
+    }
+
+    /// In bytes.
+    pub fn size(self) -> usize {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::F64 => 8,
+        }
+    }
+
+    fn is_integer(self) -> bool {
+        !matches!(self, Scalar::F32 | Scalar::F64)
+    }
+
+    /// The value of a full color component.
+    pub fn full_intensity(self) -> f64 {
+        match self {
+            Scalar::F32 | Scalar::F64 => 1.0,
+            Scalar::U16 => 65535.0,
+            _ => 255.0,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Scalar(Scalar),
+    /// First how many items follow, then the items.
+    List {
+        count: Scalar,
+        item: Scalar,
+    },
+}
+
+#[derive(Debug)]
+pub struct Property {
+    name: String,
+    pub kind: Kind,
+}
+
+#[derive(Debug)]
+pub struct Element {
+    pub name: String,
+    pub count: usize,
+    pub properties: Vec<Property>,
+}
+
+impl Element {
+    /// Bytes of the shortest such element in a binary file.
+    pub fn least_size(&self) -> usize {
+        let sizes = self.properties.iter().map(|property| match property.kind {
+            Kind::Scalar(scalar) => scalar.size(),
+            Kind::List { count, .. } => count.size(),
+        });
+        sizes.sum()
+    }
+
+    /// The place of the property of that name.
+    fn find(&self, path: &Path, name: &str) -> Result<Option<(usize, Kind)>> {
+        let mut found =
+            self.properties.iter().enumerate().filter(|(_, property)| property.name == name);
+        let first = found.next().map(|(at, property)| (at, property.kind));
+        if found.next().is_some() {
+            return Err(self.error(path, name, "is declared twice"));
+        }
+        Ok(first)
+    }
+
+    fn error(&self, path: &Path, name: &str, message: &str) -> Error {
+        Error::malformed(path, format!("{} property {name} {message}", self.name))
+    }
+
+    /// The place and type of a scalar property.
+    pub fn scalar(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
+        match self.find(path, name)? {
+            None => Ok(None),
+            Some((at, Kind::Scalar(scalar))) => Ok(Some((at, scalar))),
+            Some((_, Kind::List { .. })) => {
+                Err(self.error(path, name, "is a list; it must be a number"))
+            }
+        }
+    }
+
+    /// The place of a list property, and the type of its items.
+    pub fn list(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
+        match self.find(path, name)? {
+            None => Ok(None),
+            Some((at, Kind::List { item, .. })) => Ok(Some((at, item))),
+            Some((_, Kind::Scalar(_))) => {
+                Err(self.error(path, name, "is a number; it must be a list"))
+            }
+        }
+    }
+
+    /// The place of the list of vertex indices.
+    pub fn indices(&self, path: &Path) -> Result<usize> {
+        let names = ["vertex_indices", "vertex_index"];
+        for name in names {
+            if let Some((at, item)) = self.list(path, name)? {
+                return if item.is_integer() {
+                    Ok(at)
+                } else {
+                    Err(self.error(path, name, "has items that are no whole numbers"))
+                };
+            }
+        }
+        let message = format!("the element {} has no list {}", self.name, names[0]);
+        Err(Error::malformed(path, message))
+    }
+
+    /// The first group of names of which all are scalar properties.
+    pub fn first_complete<const N: usize>(
+        &self,
+        path: &Path,
+        groups: &[[&str; N]],
+    ) -> Result<Option<[(usize, Scalar); N]>> {
+        for group in groups {
+            let mut found = [(0, Scalar::U8); N];
+            let mut complete = true;
+            for (found, name) in found.iter_mut().zip(group) {
+                match self.find(path, name)? {
+                    Some((at, Kind::Scalar(scalar))) => *found = (at, scalar),
+                    _ => complete = false,
+                }
+            }
+            if complete {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+}
+
+#[derive(Debug)]
+pub struct Header {
+    pub encoding: Encoding,
+    pub elements: Vec<Element>,
+    /// How many bytes and lines the header has.
+    pub length: usize,
+    pub lines: usize,
+}
+
+/// Whether the first line is `ply`.
+pub fn recognizes(bytes: &[u8]) -> bool {
+    line_end(&bytes[mark_length(bytes)..]).is_some()
+}
+
+fn mark_length(bytes: &[u8]) -> usize {
+    if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 }
+}
+
+/// The line end after the first line: the header keeps to it. Binary data right behind a lone CR may begin
+/// with the byte of an LF, so the kinds must not be mixed.
+fn line_end(bytes: &[u8]) -> Option<&'static [u8]> {
+    let rest = bytes.strip_prefix(b"ply")?;
+    let blanks = rest.iter().take_while(|&&b| b == b' ' || b == b'\t');
+    let rest = &rest[blanks.count()..];
+    [b"\r\n".as_slice(), b"\n", b"\r"].into_iter().find(|end| rest.starts_with(end))
+}
+
+impl Header {
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let mark = mark_length(bytes);
+        let end = line_end(&bytes[mark..])
+            .ok_or_else(|| Error::malformed_line(path, 1, "expected ply; this is no PLY file"))?;
+        let mut encoding = None;
+        let mut elements: Vec<Element> = Vec::new();
+        let mut at = mark;
+        let mut number = 0;
+        loop {
+            let rest = &bytes[at..];
+            let Some(length) = find(rest, end) else {
+                return Err(Error::malformed(path, "ends before end_header"));
+            };
+            at += length + end.len();
+            number += 1;
+            let error = |message: String| Error::malformed_line(path, number, message);
+            let words: Vec<&[u8]> = rest[..length]
+                .split(u8::is_ascii_whitespace)
+                .filter(|word| !word.is_empty())
+                .collect();
+            match words[..] {
+                [] | [b"comment" | b"obj_info", ..] => {}
+                [b"ply"] if number == 1 => {}
+                [b"format", _, version] if version != b"1.0" => {
+                    return Err(error(format!(
+                        "unknown version {}; it should be 1.0",
+                        quote(version)
+                    )));
+                }
+                [b"format", name, _] if encoding.is_none() => {
+                    encoding = Some(match name {
+                        b"ascii" => Encoding::Ascii,
+                        b"binary_little_endian" => Encoding::LittleEndian,
+                        b"binary_big_endian" => Encoding::BigEndian,
+                        _ => return Err(error(format!("unknown format {}", quote(name)))),
+                    });
+                }
+                [b"element", name, count] => {
+                    let name = String::from_utf8_lossy(name).into_owned();
+                    if elements.len() == 1000 || elements.iter().any(|e| e.name == name) {
+                        return Err(error(format!(
+                            "element {} is declared twice, or there are too many",
+                            quote(name.as_bytes())
+                        )));
+                    }
+                    elements.push(Element {
+                        count: parse_count(&name, count).map_err(error)?,
+                        name,
+                        properties: Vec::new(),
+                    });
+                }
+                [b"property", ..] => {
+                    let property = parse_property(&words).map_err(error)?;
+                    elements
+                        .last_mut()
+                        .ok_or_else(|| error("a property before the first element".into()))?
+                        .properties
+                        .push(property);
+                }
+                [b"end_header"] => break,
+                _ => {
+                    return Err(error(format!(
+                        "{} is no line of a PLY header",
+                        quote(&rest[..length])
+                    )));
+                }
+            }
+        }
+        Ok(Header {
+            encoding: encoding
+                .ok_or_else(|| Error::malformed(path, "the header has no line format"))?,
+            elements,
+            length: at,
+            lines: number,
+        })
+    }
+}
+
+fn find(bytes: &[u8], end: &[u8]) -> Option<usize> {
+    bytes.windows(end.len()).position(|window| window == end)
+}
+
+fn parse_count(element: &str, token: &[u8]) -> std::result::Result<usize, String> {
+    let count = std::str::from_utf8(token)
+        .ok()
+        .and_then(|token| token.parse::<usize>().ok())
+        .ok_or_else(|| format!("{} is no number of elements", quote(token)))?;
+    if element == "vertex" && u32::try_from(count).is_err() {
+        return Err(format!("{count} vertices; at most 2^32 - 1 are possible"));
+    }
+    Ok(count)
+}
+
+fn parse_property(words: &[&[u8]]) -> std::result::Result<Property, String> {
+    let scalar = |name: &[u8]| {
+        Scalar::parse(name).ok_or_else(|| format!("unknown property type {}", quote(name)))
+    };
+    let (kind, name) = match *words {
+        [_, b"list", count, item, name] => {
+            let count = scalar(count)?;
+            if !count.is_integer() {
+                return Err("a list must be counted by an integer type".into());
+            }
+            let item = scalar(item)?;
+            (Kind::List { count, item }, name)
+        }
+        [_, kind, name] => (Kind::Scalar(scalar(kind)?), name),
+        _ => return Err("a property has a type and a name".into()),
+    };
+    Ok(Property { name: String::from_utf8_lossy(name).into_owned(), kind })
+}

@@ -1,0 +1,221 @@
+//! The numbers after the header, as text or as bytes, behind one face.
+
+use std::path::Path;
+
+use super::header::{Element, Header, Scalar};
+use crate::error::{Error, Result};
+use crate::mesh::io::text::{Text, quote};
+
+/// A source of numbers, in the order of the file.
+pub trait Values {
+    /// Before the first of such elements. Refuses more than the file can hold.
+    fn expect(&mut self, element: &Element) -> Result<()>;
+    /// Before each element.
+    fn begin(&mut self) -> Result<()>;
+    /// After each element.
+    fn end(&mut self) -> Result<()>;
+    /// After the last.
+    fn finish(&mut self) -> Result<()>;
+    /// A number of any type; it may be NaN or infinite.
+    fn number(&mut self, scalar: Scalar) -> Result<f64>;
+    /// A number of an integer type.
+    fn integer(&mut self, scalar: Scalar) -> Result<i64>;
+    fn skip(&mut self, scalar: Scalar, n: u64) -> Result<()>;
+    /// For how many such elements memory may be taken at once.
+    fn capacity(&self, element: &Element) -> usize;
+    fn error(&self, message: String) -> Error;
+}
+
+/// One line per element.
+pub struct Ascii<'a> {
+    text: Text<'a>,
+    /// Which element is read, how many of it were begun, and how many there should be.
+    element: String,
+    begun: usize,
+    count: usize,
+}
+
+impl<'a> Ascii<'a> {
+    pub fn new(path: &'a Path, bytes: &'a [u8], header: &Header) -> Self {
+        Ascii {
+            text: Text::new(path, &bytes[header.length..]).behind(header.lines),
+            element: String::new(),
+            begun: 0,
+            count: 0,
+        }
+    }
+}
+
+impl Values for Ascii<'_> {
+    fn expect(&mut self, element: &Element) -> Result<()> {
+        self.element.clone_from(&element.name);
+        self.begun = 0;
+        self.count = element.count;
+        Ok(())
+    }
+
+    #[inline]
+    fn begin(&mut self) -> Result<()> {
+        if !self.text.next_line() {
+            return Err(self.text.error(format!(
+                "the file ends after {} of {} elements {}",
+                self.begun,
+                self.count,
+                quote(self.element.as_bytes())
+            )));
+        }
+        self.begun += 1;
+        Ok(())
+    }
+
+    #[inline]
+    fn end(&mut self) -> Result<()> {
+        self.text.expect_end_of_line()
+    }
+
+    fn finish(&mut self) -> Result<()> {
+        if self.text.next_line() {
+            return Err(self.text.error("more lines than the header declares"));
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn number(&mut self, _: Scalar) -> Result<f64> {
+        self.text.number("a value")
+    }
+
+    #[inline]
+    fn integer(&mut self, _: Scalar) -> Result<i64> {
+        self.text.integer("a value")
+    }
+
+    fn skip(&mut self, _: Scalar, n: u64) -> Result<()> {
+        for _ in 0..n {
+            // Not even parsed: writers print NaN in many ways, and nobody needs these values.
+            self.text.expect_token("a value")?;
+        }
+        Ok(())
+    }
+
+    fn capacity(&self, element: &Element) -> usize {
+        const SHORTEST_LINE: usize = 6;
+        element.count.min(self.text.remaining() / SHORTEST_LINE + 1)
+    }
+
+    fn error(&self, message: String) -> Error {
+        self.text.error(message)
+    }
+}
+
+/// Packed bytes of either order.
+pub struct Binary<'a, const BIG_ENDIAN: bool> {
+    path: &'a Path,
+    rest: &'a [u8],
+}
+
+impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
+    pub fn new(path: &'a Path, bytes: &'a [u8], header: &Header) -> Self {
+        Binary { path, rest: &bytes[header.length..] }
+    }
+
+    #[inline]
+    fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let Some((bytes, rest)) = self.rest.split_first_chunk() else {
+            return Err(self.too_short());
+        };
+        self.rest = rest;
+        let mut bytes = *bytes;
+        if BIG_ENDIAN {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    fn too_short(&self) -> Error {
+        Error::malformed(
+            self.path,
+            "ends before the last element; it was cut off, or its header is wrong",
+        )
+    }
+}
+
+impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
+    fn expect(&mut self, element: &Element) -> Result<()> {
+        match element.count.checked_mul(element.least_size()) {
+            Some(size) if size <= self.rest.len() => Ok(()),
+            _ => Err(Error::malformed(
+                self.path,
+                format!(
+                    "the header declares {} elements {}, for which the file is too short",
+                    element.count,
+                    quote(element.name.as_bytes())
+                ),
+            )),
+        }
+    }
+
+    #[inline]
+    fn begin(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    #[inline]
+    fn end(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<()> {
+        let padding = |&b: &u8| b == 0 || b.is_ascii_whitespace();
+        if self.rest.iter().all(padding) {
+            return Ok(());
+        }
+        Err(Error::malformed(
+            self.path,
+            format!("{} bytes follow the last element that the header declares", self.rest.len()),
+        ))
+    }
+
+    #[inline]
+    fn number(&mut self, scalar: Scalar) -> Result<f64> {
+        Ok(match scalar {
+            Scalar::F32 => f64::from(f32::from_le_bytes(self.take()?)),
+            Scalar::F64 => f64::from_le_bytes(self.take()?),
+            // At most 32 bits: exact.
+            _ => self.integer(scalar)? as f64,
+        })
+    }
+
+    #[inline]
+    fn integer(&mut self, scalar: Scalar) -> Result<i64> {
+        Ok(match scalar {
+            Scalar::I8 => i8::from_le_bytes(self.take()?).into(),
+            Scalar::U8 => u8::from_le_bytes(self.take()?).into(),
+            Scalar::I16 => i16::from_le_bytes(self.take()?).into(),
+            Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
+            Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
+            Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
+            Scalar::F32 | Scalar::F64 => unreachable!("the header refuses them as integers"),
+        })
+    }
+
+    fn skip(&mut self, scalar: Scalar, n: u64) -> Result<()> {
+        let size = usize::try_from(n).ok().and_then(|n| n.checked_mul(scalar.size()));
+        match size.and_then(|size| self.rest.get(size..)) {
+            Some(rest) => {
+                self.rest = rest;
+                Ok(())
+            }
+            None => Err(self.too_short()),
+        }
+    }
+
+    /// All of them: `expect` made sure that the file is long enough.
+    fn capacity(&self, element: &Element) -> usize {
+        element.count
+    }
+
+    fn error(&self, message: String) -> Error {
+        Error::malformed(self.path, message)
+    }
+}

@@ -1,0 +1,213 @@
+//! STL, triangles without connectivity: ascii and binary.
+//!
+//! ```text
+//! binary: 80 bytes of anything, F as u32, then F times: normal, 3 corners (12 f32), 2 bytes; little endian
+//! ascii:  solid NAME { facet normal N outer loop { vertex x y z } x3 endloop endfacet } endsolid NAME
+//! ```
+//!
+//! Corners at exactly the same position are welded; vertices are numbered in order of first appearance.
+//! Normals are skipped: they follow from the corners. Since many binary files begin with `solid` too, the
+//! length decides: a binary file has 84 + 50 F bytes, perhaps followed by zero bytes or blanks.
+//!
+//! The reader is our own: that of the crate takes `solid` at its word, rounds ascii coordinates to 32 bits,
+//! keeps 0 and -0 apart, and does not say in which line an error is.
+//!
+//! Reference: 3D Systems, *StereoLithography Interface Specification*, 1989.
+
+use std::collections::HashMap;
+use std::io::{self, Write};
+use std::path::Path;
+
+use nalgebra::Point3;
+
+use super::text::{Text, quote};
+use super::{check_coordinate, coordinates};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+const HEADER: usize = 80;
+const COUNT: usize = 4;
+const TRIANGLE: usize = 50;
+
+pub fn recognizes(bytes: &[u8]) -> bool {
+    begins_with_solid(bytes) || declared_length(bytes) == Some(bytes.len())
+}
+
+fn begins_with_solid(bytes: &[u8]) -> bool {
+    let mut text = Text::new(Path::new(""), bytes);
+    text.next_line() && text.token().is_some_and(|token| token.eq_ignore_ascii_case(b"solid"))
+}
+
+/// Bytes of a binary file with the number of triangles that this one would declare.
+fn declared_length(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(HEADER..)?.first_chunk::<COUNT>()?;
+    let triangles = usize::try_from(u32::from_le_bytes(*count)).ok()?;
+    triangles.checked_mul(TRIANGLE)?.checked_add(HEADER + COUNT)
+}
+
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+    let exact = declared_length(bytes) == Some(bytes.len());
+    // Text has no zero bytes; the 80 bytes of a binary header that begins with "solid" nearly always do.
+    let head = &bytes[..bytes.len().min(HEADER + COUNT)];
+    if !exact && begins_with_solid(bytes) && !head.contains(&0) {
+        parse_ascii(path, bytes)
+    } else {
+        parse_binary(path, bytes)
+    }
+}
+
+/// The mesh of the triangles so far.
+#[derive(Default)]
+struct Welder {
+    vertices: Vec<Point3<f64>>,
+    faces: Vec<[u32; 3]>,
+    index_of: HashMap<[u64; 3], u32>,
+}
+
+impl Welder {
+    fn add(&mut self, corners: [[f64; 3]; 3]) {
+        let face = corners.map(|x| {
+            // -0 + 0 = 0, so that both zeros have the same bits.
+            let position = x.map(|x| (x + 0.0).to_bits());
+            *self.index_of.entry(position).or_insert_with(|| {
+                self.vertices.push(Point3::from(x));
+                // Three corners of 50 bytes: memory ends long before the indices do.
+                u32::try_from(self.vertices.len() - 1).expect("fewer than 2^32 vertices")
+            })
+        });
+        self.faces.push(face);
+    }
+
+    fn finish(self) -> Mesh {
+        Mesh::new(self.vertices, self.faces)
+    }
+}
+
+fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+    let length = declared_length(bytes)
+        .ok_or_else(|| Error::malformed(path, "is neither ascii nor binary STL"))?;
+    let Some(triangles) = bytes.get(HEADER + COUNT..length) else {
+        let (declared, has) =
+            ((length - HEADER - COUNT) / TRIANGLE, (bytes.len() - HEADER - COUNT) / TRIANGLE);
+        return Err(Error::malformed(
+            path,
+            format!(
+                "declares {declared} triangles and has {has}; it was cut off, or is no STL file"
+            ),
+        ));
+    };
+    let behind = &bytes[length..];
+    if !behind.iter().all(|&b| b == 0 || b.is_ascii_whitespace()) {
+        return Err(Error::malformed(
+            path,
+            format!("{} bytes follow the last triangle it declares", behind.len()),
+        ));
+    }
+    let mut welder = Welder::default();
+    let (triangles, _) = triangles.as_chunks::<TRIANGLE>();
+    for (j, triangle) in triangles.iter().enumerate() {
+        let (floats, _) = triangle.as_chunks::<4>();
+        let mut corners = [[0.0; 3]; 3];
+        for (x, bytes) in corners.as_flattened_mut().iter_mut().zip(&floats[3..]) {
+            *x = check_coordinate(f64::from(f32::from_le_bytes(*bytes)))
+                .map_err(|message| Error::malformed(path, format!("triangle {j}: {message}")))?;
+        }
+        welder.add(corners);
+    }
+    Ok(welder.finish())
+}
+
+fn parse_ascii(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+    let mut text = Text::new(path, bytes);
+    let mut welder = Welder::default();
+    while text.next_line() {
+        expect_keyword(&mut text, b"solid")?;
+        loop {
+            next_line(&mut text, b"endsolid")?;
+            let keyword = text.token().unwrap_or_default();
+            if keyword.eq_ignore_ascii_case(b"endsolid") {
+                break;
+            }
+            if !keyword.eq_ignore_ascii_case(b"facet") {
+                return Err(
+                    text.error(format!("expected facet or endsolid, not {}", quote(keyword)))
+                );
+            }
+            next_line(&mut text, b"outer")?;
+            expect_keyword(&mut text, b"outer")?;
+            expect_keyword(&mut text, b"loop")?;
+            let mut corners = [[0.0; 3]; 3];
+            for corner in &mut corners {
+                next_line(&mut text, b"vertex")?;
+                expect_keyword(&mut text, b"vertex")?;
+                for x in corner {
+                    *x = text.coordinate()?;
+                }
+                text.expect_end_of_line()?;
+            }
+            for keyword in [b"endloop".as_slice(), b"endfacet"] {
+                next_line(&mut text, keyword)?;
+                expect_keyword(&mut text, keyword)?;
+            }
+            welder.add(corners);
+        }
+    }
+    Ok(welder.finish())
+}
+
+fn next_line(text: &mut Text, expected: &[u8]) -> Result<()> {
+    if text.next_line() {
+        return Ok(());
+    }
+    Err(text.error(format!("the file ends where {} should be", String::from_utf8_lossy(expected))))
+}
+
+fn expect_keyword(text: &mut Text, keyword: &[u8]) -> Result<()> {
+    match text.token() {
+        Some(token) if token.eq_ignore_ascii_case(keyword) => Ok(()),
+        token => Err(text.error(format!(
+            "expected {}, not {}",
+            String::from_utf8_lossy(keyword),
+            quote(token.unwrap_or_default())
+        ))),
+    }
+}
+
+/// Whether all coordinates fit into 32 bits, and the faces into their count.
+///
+/// # Errors
+/// They do not.
+pub fn check_range(path: &Path, mesh: &Mesh) -> Result<()> {
+    let fits = |x: &Point3<f64>| coordinates(x).iter().all(|&x| (x as f32).is_finite());
+    if !mesh.vertices.iter().all(fits) {
+        return Err(Error::unsuitable(format!(
+            "{}: the coordinates are too large for STL; write PLY or OBJ",
+            path.display()
+        )));
+    }
+    if u32::try_from(mesh.faces.len()).is_err() {
+        return Err(Error::unsuitable(format!(
+            "{}: too many faces for STL; write PLY or OBJ",
+            path.display()
+        )));
+    }
+    Ok(())
+}
+
+/// Binary. Coordinates are rounded to 32 bits; unreferenced vertices have no place in the format.
+pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
+    let mut header = [0; HEADER];
+    let title = b"binary STL";
+    header[..title.len()].copy_from_slice(title);
+    out.write_all(&header)?;
+    out.write_all(&(mesh.faces.len() as u32).to_le_bytes())?;
+    for j in 0..mesh.faces.len() {
+        let normal = mesh.area_vector(j).try_normalize(0.0).unwrap_or_default().into();
+        let [x1, x2, x3] = mesh.corners(j).map(|x| coordinates(&x));
+        for x in [normal, x1, x2, x3].as_flattened() {
+            out.write_all(&(*x as f32).to_le_bytes())?;
+        }
+        out.write_all(&[0; 2])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,57 @@
+//! Round trips, the unusual and the malformed.
+
+mod broken;
+mod exact;
+mod malformed;
+mod unusual;
+
+use std::path::Path;
+
+use super::{Format, parse};
+use crate::error::Result;
+use crate::mesh::{Mesh, Shape};
+
+const FORMATS: [Format; 4] = [Format::Obj, Format::Ply, Format::Off, Format::Stl];
+
+fn read(format: Format, content: impl AsRef<[u8]>) -> Result<Mesh> {
+    parse(Path::new("test"), format, content.as_ref())
+}
+
+/// What the format's writer makes of a mesh.
+fn written(format: Format, mesh: &Mesh) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    match format {
+        Format::Obj => super::obj::write(&mut bytes, mesh),
+        Format::Ply => super::ply::write(&mut bytes, mesh),
+        Format::Off => super::off::write(&mut bytes, mesh),
+        Format::Stl => super::stl::write(&mut bytes, mesh),
+    }
+    .unwrap();
+    bytes
+}
+
+/// Closed, with colors and with texture coordinates that jump at a seam.
+fn decorated() -> Mesh {
+    let mut mesh = Shape::Torus { nu: 5, nv: 4 }.mesh();
+    let shade = |k: usize| [k as f64 / 19.0, 1.0 - k as f64 / 19.0, (k % 2) as f64];
+    mesh.colors = Some((0..mesh.vertices.len()).map(shade).collect());
+    let corner = |j: usize, i: usize| [0.1 * j as f64, (i as f64 - 1.0) / 3.0];
+    let uv = (0..mesh.faces.len()).map(|j| [0, 1, 2].map(|i| corner(j, i)));
+    mesh.uv = Some(uv.collect());
+    mesh
+}
+
+/// The least PLY file.
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 0 0\n";
+
+/// The message of an error, which must be there and be one line.
+fn message(result: Result<Mesh>, context: &str) -> String {
+    let message = match result {
+        Ok(_) => panic!("was read: {context}"),
+        Err(error) => error.to_string(),
+    };
+    assert!(!message.contains(['\n', '\r']), "{message:?}");
+    assert!(message.len() < 250, "{message:?}");
+    message
+}

@@ -1,0 +1,219 @@
+//! The tokens of a text file, line by line.
+//!
+//! Lines end with LF, CRLF or CR, a leading byte order mark is skipped, and tokens are separated by blanks.
+//! Numbers are parsed by the standard library: correctly rounded (Eisel-Lemire, as the crates for it), fast
+//! enough here (a third of the reading time of an OBJ file), and one dependency less.
+
+use std::path::Path;
+
+use super::check_coordinate;
+use crate::error::{Error, Result};
+
+/// What some editors put before the text.
+pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// Blanks and line ends, by byte.
+const ENDS_TOKEN: [bool; 256] = {
+    let mut ends = [false; 256];
+    let blanks = b" \t\n\r\x0b\x0c";
+    let mut i = 0;
+    while i < blanks.len() {
+        ends[blanks[i] as usize] = true;
+        i += 1;
+    }
+    ends
+};
+
+/// A position in a text. Before the first [`Text::next_line`] it stands before the first line.
+pub struct Text<'a> {
+    path: &'a Path,
+    bytes: &'a [u8],
+    at: usize,
+    line: usize,
+    started: bool,
+    /// From this byte to the end of the line nothing counts.
+    comment: Option<u8>,
+    /// Whether a backslash before the end of a line joins the next one to it.
+    continued: bool,
+}
+
+impl<'a> Text<'a> {
+    pub fn new(path: &'a Path, bytes: &'a [u8]) -> Self {
+        Text {
+            path,
+            bytes: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes),
+            at: 0,
+            line: 0,
+            started: false,
+            comment: None,
+            continued: false,
+        }
+    }
+
+    /// The same text as the continuation of one with that many lines.
+    pub fn behind(mut self, lines: usize) -> Self {
+        self.line = lines;
+        self
+    }
+
+    pub fn with_comments(mut self) -> Self {
+        self.comment = Some(b'#');
+        self
+    }
+
+    pub fn with_continued_lines(mut self) -> Self {
+        self.continued = true;
+        self
+    }
+
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        Error::malformed_line(self.path, self.line.max(1), message)
+    }
+
+    /// The current line, from 1.
+    pub fn line(&self) -> usize {
+        self.line
+    }
+
+    /// An upper bound on what is left to read, in bytes.
+    pub fn remaining(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    /// The length of the line end at `at`: 0 if there is none.
+    fn newline(&self, at: usize) -> usize {
+        match self.bytes.get(at) {
+            Some(b'\n') => 1,
+            Some(b'\r') if self.bytes.get(at + 1) == Some(&b'\n') => 2,
+            Some(b'\r') => 1,
+            _ => 0,
+        }
+    }
+
+    /// Goes to the next token of the current line; false if there is none.
+    #[inline]
+    fn skip_blanks(&mut self) -> bool {
+        while let Some(&b) = self.bytes.get(self.at) {
+            match b {
+                b' ' | b'\t' | b'\x0b' | b'\x0c' => self.at += 1,
+                b'\n' | b'\r' => return false,
+                b'\\' if self.continued && self.newline(self.at + 1) > 0 => {
+                    self.at += 1 + self.newline(self.at + 1);
+                    self.line += 1;
+                }
+                b => return Some(b) != self.comment,
+            }
+        }
+        false
+    }
+
+    /// The next token of the current line.
+    #[inline]
+    pub fn token(&mut self) -> Option<&'a [u8]> {
+        if !self.skip_blanks() {
+            return None;
+        }
+        let rest = &self.bytes[self.at..];
+        let length = rest
+            .iter()
+            .position(|&b| ENDS_TOKEN[b as usize] || Some(b) == self.comment)
+            .unwrap_or(rest.len());
+        let mut token = &rest[..length];
+        if self.continued && token.last() == Some(&b'\\') && self.newline(self.at + length) > 0 {
+            token = &token[..length - 1];
+        }
+        self.at += token.len();
+        Some(token)
+    }
+
+    /// Goes to the next line that has a token; false at the end of the text.
+    #[inline]
+    pub fn next_line(&mut self) -> bool {
+        if self.started {
+            self.finish_line();
+        }
+        self.started = true;
+        self.line += 1;
+        while self.at < self.bytes.len() {
+            if self.skip_blanks() {
+                return true;
+            }
+            self.finish_line();
+            self.line += 1;
+        }
+        false
+    }
+
+    /// Goes past the end of the current line.
+    fn finish_line(&mut self) {
+        if self.continued {
+            while self.token().is_some() {}
+        }
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&b| b == b'\n' || b == b'\r');
+        self.at += length.unwrap_or(rest.len());
+        self.at += self.newline(self.at);
+    }
+
+    /// The next token, which must be there.
+    pub fn expect_token(&mut self, what: &str) -> Result<&'a [u8]> {
+        self.token().ok_or_else(|| self.error(format!("{what} is missing")))
+    }
+
+    /// Nothing more may stand on this line.
+    pub fn expect_end_of_line(&mut self) -> Result<()> {
+        match self.token() {
+            None => Ok(()),
+            Some(token) => Err(self.error(format!("unexpected {}", quote(token)))),
+        }
+    }
+
+    pub fn number(&mut self, what: &str) -> Result<f64> {
+        let token = self.expect_token(what)?;
+        self.number_of(token, what)
+    }
+
+    /// What a token of this line says as a number; it may be NaN or infinite.
+    pub fn number_of(&self, token: &[u8], what: &str) -> Result<f64> {
+        parse_float(token)
+            .ok_or_else(|| self.error(format!("expected {what}, a number, not {}", quote(token))))
+    }
+
+    /// A coordinate: finite, and of a size that can be computed with.
+    #[inline]
+    pub fn coordinate(&mut self) -> Result<f64> {
+        let x = self.number("a coordinate")?;
+        check_coordinate(x).map_err(|message| self.error(message))
+    }
+
+    pub fn integer(&mut self, what: &str) -> Result<i64> {
+        let token = self.expect_token(what)?;
+        parse_integer(token).ok_or_else(|| {
+            self.error(format!("expected {what}, a whole number, not {}", quote(token)))
+        })
+    }
+}
+
+/// A decimal number; also NaN and infinity, which the caller must refuse.
+#[inline]
+pub fn parse_float(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// A decimal integer, with an optional sign.
+#[inline]
+pub fn parse_integer(token: &[u8]) -> Option<i64> {
+    // Nearly all are indices of a few digits.
+    if token.len() <= 15 && !token.is_empty() && token.iter().all(u8::is_ascii_digit) {
+        return Some(token.iter().fold(0, |n, b| 10 * n + i64::from(b - b'0')));
+    }
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// A piece of the file for a message: on one line, and short.
+pub fn quote(token: &[u8]) -> String {
+    const LONGEST: usize = 32;
+    let shown = String::from_utf8_lossy(&token[..token.len().min(LONGEST)]);
+    let ellipsis = if token.len() > LONGEST { "..." } else { "" };
+    format!("\"{}{ellipsis}\"", shown.escape_debug())
+}

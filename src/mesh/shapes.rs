@@ -1,0 +1,315 @@
+//! Surfaces with known answers: torus, sphere, grid.
+//!
+//! | shape | V | F | Euler characteristic | area | Gaussian curvature |
+//! |---|---|---|---|---|---|
+//! | `torus:NUxNV` | nu nv | 2 nu nv | 0 | 1, exactly that of the mesh | cos v / (r (R + r cos v)) before scaling |
+//! | `sphere:LEVEL` | 10 4^level + 2 | 20 4^level | 2 | 4 pi - O(4^-level) | 1 |
+//! | `grid:NXxNY` | (nx + 1)(ny + 1) | 2 nx ny | 1 | ny / nx | 0 |
+
+use std::f64::consts::TAU;
+use std::fmt;
+use std::str::FromStr;
+
+use nalgebra::Point3;
+
+use super::Mesh;
+use crate::error::{Error, Result};
+
+/// More faces than this are refused.
+const LARGEST: u64 = 50_000_000;
+
+/// The finest sphere, of 20,971,520 faces.
+const FINEST_LEVEL: u32 = 10;
+
+/// A generated surface. Its text form is that of the command line, such as `torus:400x250`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// With R = 1, r = 0.4 and u = 2 pi i / nu, v = 2 pi j / nv, the point
+    /// ((R + r cos v) cos u, (R + r cos v) sin u, r sin v) is vertex i nv + j; then scaled to area 1.
+    ///
+    /// The smooth torus has area 4 pi^2 R r, total Gaussian curvature 0, and mean curvature
+    /// (R + 2 r cos v) / (2 r (R + r cos v)), all before scaling. Normals point outwards.
+    Torus { nu: u32, nv: u32 },
+    /// The unit icosahedron, subdivided `level` times at its midpoints, which are moved to the unit sphere.
+    ///
+    /// All normals point outwards; the principal curvatures are 1.
+    Sphere { level: u32 },
+    /// nx x ny square cells of side 1/nx on [0, 1] x [0, ny/nx] in the plane z = 0, each cut along its diagonal
+    /// from the lower left; vertex (i, j) has index j (nx + 1) + i.
+    ///
+    /// The boundary is one loop of 2 (nx + ny) edges; normals point along +z.
+    Grid { nx: u32, ny: u32 },
+}
+
+impl Shape {
+    /// The forms that [`Shape::from_str`] takes.
+    pub const SYNTAX: &str = "torus:400x250, sphere:6 or grid:100x100";
+
+    pub fn mesh(self) -> Mesh {
+        match self {
+            Shape::Torus { nu, nv } => torus(nu, nv),
+            Shape::Sphere { level } => sphere(level),
+            Shape::Grid { nx, ny } => grid(nx, ny),
+        }
+    }
+
+    /// F.
+    pub fn faces(self) -> u64 {
+        match self {
+            Shape::Torus { nu: a, nv: b } | Shape::Grid { nx: a, ny: b } => {
+                u64::from(a).saturating_mul(b.into()).saturating_mul(2)
+            }
+            Shape::Sphere { level } => 20 << (2 * level),
+        }
+    }
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Shape::Torus { nu, nv } => write!(f, "torus:{nu}x{nv}"),
+            Shape::Sphere { level } => write!(f, "sphere:{level}"),
+            Shape::Grid { nx, ny } => write!(f, "grid:{nx}x{ny}"),
+        }
+    }
+}
+
+impl FromStr for Shape {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let refuse =
+            |why: String| Err(Error::unsuitable(format!("{}: {why}", text.escape_debug())));
+        let (name, size) = text.split_once(':').unwrap_or((text, ""));
+        let pair = || {
+            let (a, b) = size.split_once('x')?;
+            Some((number(a)?, number(b)?))
+        };
+        let shape = match name {
+            "torus" => match pair() {
+                Some((nu @ 3.., nv @ 3..)) => Shape::Torus { nu, nv },
+                Some(_) => return refuse("a torus needs at least 3x3 vertices".into()),
+                None => return refuse("a torus is given as torus:400x250".into()),
+            },
+            "sphere" => match number(size) {
+                Some(level @ ..=FINEST_LEVEL) => Shape::Sphere { level },
+                Some(_) => return refuse(format!("a sphere has level 0 to {FINEST_LEVEL}")),
+                None => return refuse("a sphere is given by its level, as sphere:6".into()),
+            },
+            "grid" => match pair() {
+                Some((nx @ 1.., ny @ 1..)) => Shape::Grid { nx, ny },
+                Some(_) => return refuse("a grid needs at least 1x1 cells".into()),
+                None => return refuse("a grid is given by its cells, as grid:100x100".into()),
+            },
+            _ => return refuse(format!("is no shape; there are {}", Shape::SYNTAX)),
+        };
+        if shape.faces() > LARGEST {
+            return refuse(format!(
+                "would have {} faces; at most {LARGEST} are possible",
+                shape.faces()
+            ));
+        }
+        Ok(shape)
+    }
+}
+
+/// Digits only; what does not fit is too large in any case.
+fn number(text: &str) -> Option<u32> {
+    if text.is_empty() || !text.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    Some(text.parse().unwrap_or(u32::MAX))
+}
+
+fn torus(nu: u32, nv: u32) -> Mesh {
+    const MAJOR: f64 = 1.0;
+    const MINOR: f64 = 0.4;
+    let index = |i: u32, j: u32| (i % nu) * nv + j % nv;
+    let mut vertices = Vec::with_capacity(nu as usize * nv as usize);
+    let mut faces = Vec::with_capacity(2 * vertices.capacity());
+    for i in 0..nu {
+        let (sin_u, cos_u) = (TAU * f64::from(i) / f64::from(nu)).sin_cos();
+        for j in 0..nv {
+            let (sin_v, cos_v) = (TAU * f64::from(j) / f64::from(nv)).sin_cos();
+            let distance = MAJOR + MINOR * cos_v;
+            vertices.push(Point3::new(distance * cos_u, distance * sin_u, MINOR * sin_v));
+            let (a, b) = (index(i, j), index(i + 1, j + 1));
+            faces.push([a, index(i + 1, j), b]);
+            faces.push([a, b, index(i, j + 1)]);
+        }
+    }
+    let mesh = Mesh::new(vertices, faces);
+    let c = mesh.area().sqrt().recip();
+    mesh.scaled(c)
+}
+
+fn sphere(level: u32) -> Mesh {
+    let project = |mut mesh: Mesh| {
+        for x in &mut mesh.vertices {
+            x.coords.normalize_mut();
+        }
+        mesh
+    };
+    (0..level).fold(project(icosahedron()), |mesh, _| project(mesh.subdivided()))
+}
+
+/// The cyclic permutations of (0, +-1, +-phi), with outward normals.
+fn icosahedron() -> Mesh {
+    let phi = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut vertices = Vec::with_capacity(12);
+    for (a, b) in [(-1.0, phi), (1.0, phi), (-1.0, -phi), (1.0, -phi)] {
+        vertices.push(Point3::new(a, b, 0.0));
+    }
+    for (a, b) in [(-1.0, phi), (1.0, phi), (-1.0, -phi), (1.0, -phi)] {
+        vertices.push(Point3::new(0.0, a, b));
+    }
+    for (a, b) in [(-1.0, phi), (1.0, phi), (-1.0, -phi), (1.0, -phi)] {
+        vertices.push(Point3::new(b, 0.0, a));
+    }
+    let faces = vec![
+        [0, 11, 5],
+        [0, 5, 1],
+        [0, 1, 7],
+        [0, 7, 10],
+        [0, 10, 11],
+        [1, 5, 9],
+        [5, 11, 4],
+        [11, 10, 2],
+        [10, 7, 6],
+        [7, 1, 8],
+        [3, 9, 4],
+        [3, 4, 2],
+        [3, 2, 6],
+        [3, 6, 8],
+        [3, 8, 9],
+        [4, 9, 5],
+        [2, 4, 11],
+        [6, 2, 10],
+        [8, 6, 7],
+        [9, 8, 1],
+    ];
+    Mesh::new(vertices, faces)
+}
+
+fn grid(nx: u32, ny: u32) -> Mesh {
+    let scaled = |i: u32| f64::from(i) / f64::from(nx);
+    let index = |i: u32, j: u32| j * (nx + 1) + i;
+    let mut vertices = Vec::new();
+    for j in 0..=ny {
+        for i in 0..=nx {
+            vertices.push(Point3::new(scaled(i), scaled(j), 0.0));
+        }
+    }
+    let mut faces = Vec::with_capacity(2 * nx as usize * ny as usize);
+    for j in 0..ny {
+        for i in 0..nx {
+            let (a, c) = (index(i, j), index(i + 1, j + 1));
+            faces.push([a, index(i + 1, j), c]);
+            faces.push([a, c, index(i, j + 1)]);
+        }
+    }
+    Mesh::new(vertices, faces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Statistics;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn torus_follows_the_recipe() {
+        let (nu, nv) = (40, 25);
+        let mesh = Shape::Torus { nu, nv }.mesh();
+        assert_eq!((mesh.vertices.len(), mesh.faces.len()), (1000, 2000));
+        assert!((mesh.area() - 1.0).abs() < 1e-14);
+        assert_eq!(mesh.faces[..2], [[0, 25, 26], [0, 26, 1]]);
+        assert_eq!(mesh.faces[1998..], [[999, 24, 0], [999, 0, 975]]);
+        // Every vertex is at distance r from the circle of radius R, in the same scale.
+        let c = mesh.vertices[0].x / 1.4;
+        for x in &mesh.vertices {
+            let from_axis = x.x.hypot(x.y) / c;
+            assert!(((from_axis - 1.0).hypot(x.z / c) - 0.4).abs() < 1e-14);
+        }
+        assert_eq!(Statistics::of(&mesh).euler_characteristic, 0);
+    }
+
+    /// The area before scaling tends to 4 pi^2 R r with order 2.
+    #[test]
+    fn torus_converges() {
+        let error = |n: u32| {
+            let mesh = Shape::Torus { nu: 2 * n, nv: n }.mesh();
+            let c = mesh.vertices[0].x / 1.4;
+            ((c * c).recip() - 4.0 * PI * PI * 0.4).abs()
+        };
+        assert_order_2(error(32), error(64));
+    }
+
+    #[test]
+    fn sphere_converges() {
+        let error = |level| (4.0 * PI - Shape::Sphere { level }.mesh().area()).abs();
+        for level in 2..5 {
+            assert_order_2(error(level), error(level + 1));
+        }
+        for level in 0..4 {
+            let mesh = Shape::Sphere { level }.mesh();
+            let s = Statistics::of(&mesh);
+            assert_eq!(
+                (s.vertices, s.faces),
+                (10 * 4_usize.pow(level) + 2, 20 * 4_usize.pow(level))
+            );
+            assert_eq!((s.euler_characteristic, s.inconsistent_edges), (2, 0));
+            assert!(mesh.vertices.iter().all(|x| (x.coords.norm() - 1.0).abs() < 1e-15));
+            let outwards = |j: usize| mesh.area_vector(j).dot(&mesh.corners(j)[0].coords) > 0.0;
+            assert!((0..mesh.faces.len()).all(outwards));
+        }
+    }
+
+    #[test]
+    fn grid_is_a_rectangle() {
+        let mesh = Shape::Grid { nx: 8, ny: 3 }.mesh();
+        assert_eq!((mesh.vertices.len(), mesh.faces.len()), (36, 48));
+        assert!((mesh.area() - 3.0 / 8.0).abs() < 1e-15);
+        assert!((0..48).all(|j| mesh.area_vector(j).z > 0.0));
+        assert_eq!(mesh.vertices[35], Point3::new(1.0, 0.375, 0.0));
+    }
+
+    #[test]
+    fn text_round_trips() {
+        for text in ["torus:400x250", "sphere:0", "sphere:10", "grid:1x7", "grid:5000x5000"] {
+            let shape: Shape = text.parse().unwrap();
+            assert_eq!(shape.to_string(), text);
+        }
+        assert_eq!("torus:400x250".parse::<Shape>().unwrap().faces(), 200_000);
+        for text in [
+            "",
+            "torus",
+            "torus:",
+            "torus:4",
+            "torus:2x9",
+            "torus:4x4x4",
+            "torus:-4x4",
+            "torus:4 x4",
+            "torus:99999999999999999999x3",
+            "torus:4000000000x4000000000",
+            "sphere:",
+            "sphere:11",
+            "sphere:x",
+            "sphere:+1",
+            "grid:0x3",
+            "grid:3x0",
+            "grid:5001x5000",
+            "cube:3",
+            "cube\n:3",
+            "Torus:4x4",
+        ] {
+            let message = text.parse::<Shape>().unwrap_err().to_string();
+            assert!(!message.contains('\n'), "{message}");
+        }
+    }
+
+    fn assert_order_2(coarse: f64, fine: f64) {
+        let order = (coarse / fine).log2();
+        assert!((order - 2.0).abs() < 0.05, "observed order {order}");
+    }
+}

@@ -1,0 +1,236 @@
+//! What a mesh is: sizes, topology, and what is unusual about it.
+//!
+//! The topology is that of the proper faces, those with three different corners, as a simplicial complex: its
+//! vertices are their corners, its edges their sides, and chi = V - E + F.
+
+use serde::Serialize;
+
+use super::Mesh;
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundingBox {
+    pub min: [f64; 3],
+    pub max: [f64; 3],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Statistics {
+    pub vertices: usize,
+    pub faces: usize,
+    /// Sum of A_j.
+    pub area: f64,
+    /// Different sides of proper faces.
+    pub edges: usize,
+    /// Edges with exactly one proper face.
+    pub boundary_edges: usize,
+    /// Connected components of the graph of boundary edges: closed curves, where the mesh is a manifold. Curves
+    /// that touch at a vertex count as one.
+    pub boundary_loops: usize,
+    /// Components of the proper faces, connected through shared vertices.
+    pub components: usize,
+    /// chi = V - E + F of the proper faces with their vertices and edges.
+    pub euler_characteristic: i64,
+    /// Edges with more than two proper faces.
+    pub non_manifold_edges: usize,
+    /// Edges with two proper faces that run along it in the same direction, so that one of them is flipped.
+    pub inconsistent_edges: usize,
+    /// Faces without area, see [`Mesh::is_degenerate`].
+    pub degenerate_faces: usize,
+    /// Faces whose set of corners an earlier face has.
+    pub duplicate_faces: usize,
+    /// Vertices in no face at all.
+    pub unreferenced_vertices: usize,
+    /// Of all vertices; none if there are none.
+    pub bounding_box: Option<BoundingBox>,
+    pub has_colors: bool,
+    pub has_uv: bool,
+}
+
+impl Statistics {
+    /// In O(F log F) time.
+    pub fn of(mesh: &Mesh) -> Self {
+        let vertices = mesh.vertices.len();
+        let proper = || mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a);
+
+        // Sides as (smaller end, larger end, whether they run downwards).
+        let mut sides: Vec<(u32, u32, bool)> = proper()
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .map(|(a, b)| (a.min(b), a.max(b), a > b))
+            .collect();
+        sides.sort_unstable();
+
+        let mut faces_joined = Partition::new(vertices);
+        let mut boundary_joined = Partition::new(vertices);
+        let mut on_boundary = vec![false; vertices];
+        let (mut edges, mut boundary_edges) = (0, 0);
+        let (mut non_manifold_edges, mut inconsistent_edges) = (0, 0);
+        for edge in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
+            let (a, b, downwards) = edge[0];
+            edges += 1;
+            faces_joined.join(a, b);
+            match edge.len() {
+                1 => {
+                    boundary_edges += 1;
+                    boundary_joined.join(a, b);
+                    on_boundary[a as usize] = true;
+                    on_boundary[b as usize] = true;
+                }
+                2 => inconsistent_edges += usize::from(edge[1].2 == downwards),
+                _ => non_manifold_edges += 1,
+            }
+        }
+
+        let mut in_complex = vec![false; vertices];
+        proper().flatten().for_each(|&k| in_complex[k as usize] = true);
+        let mut referenced = in_complex.clone();
+        mesh.faces.iter().flatten().for_each(|&k| referenced[k as usize] = true);
+        let complex_vertices = count(&in_complex);
+
+        let mut corner_sets: Vec<[u32; 3]> = mesh.faces.clone();
+        corner_sets.iter_mut().for_each(|face| face.sort_unstable());
+        corner_sets.sort_unstable();
+
+        Statistics {
+            vertices,
+            faces: mesh.faces.len(),
+            area: mesh.area(),
+            edges,
+            boundary_edges,
+            boundary_loops: boundary_joined.classes(&on_boundary),
+            components: faces_joined.classes(&in_complex),
+            euler_characteristic: complex_vertices as i64 - edges as i64 + proper().count() as i64,
+            non_manifold_edges,
+            inconsistent_edges,
+            degenerate_faces: (0..mesh.faces.len()).filter(|&j| mesh.is_degenerate(j)).count(),
+            duplicate_faces: corner_sets.windows(2).filter(|pair| pair[0] == pair[1]).count(),
+            unreferenced_vertices: vertices - count(&referenced),
+            bounding_box: bounding_box(mesh),
+            has_colors: mesh.colors.is_some(),
+            has_uv: mesh.uv.is_some(),
+        }
+    }
+}
+
+fn count(marked: &[bool]) -> usize {
+    marked.iter().filter(|&&marked| marked).count()
+}
+
+fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
+    let first = mesh.vertices.first()?;
+    let (min, max) =
+        mesh.vertices.iter().fold((*first, *first), |(min, max), x| (min.inf(x), max.sup(x)));
+    Some(BoundingBox { min: min.into(), max: max.into() })
+}
+
+/// Disjoint sets with path halving. The root of a class is its smallest member.
+///
+/// Reference: Tarjan, van Leeuwen, *Worst-case analysis of set union algorithms*, J. ACM 31(2), 1984.
+struct Partition {
+    parent: Vec<u32>,
+}
+
+impl Partition {
+    fn new(n: usize) -> Self {
+        Partition { parent: (0..n as u32).collect() }
+    }
+
+    fn root(&mut self, mut k: u32) -> u32 {
+        while self.parent[k as usize] != k {
+            let above = self.parent[self.parent[k as usize] as usize];
+            self.parent[k as usize] = above;
+            k = above;
+        }
+        k
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+    }
+
+    /// How many classes the marked members have, of which either all or none are marked.
+    fn classes(&self, marked: &[bool]) -> usize {
+        let roots = self.parent.iter().enumerate().zip(marked);
+        roots.filter(|&((k, &parent), &marked)| marked && parent as usize == k).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Shape;
+    use nalgebra::Point3;
+
+    fn mesh(vertices: usize, faces: &[[u32; 3]]) -> Mesh {
+        // On a moment curve no three points are on a line.
+        let points = (0..vertices).map(|k| {
+            let t = k as f64;
+            Point3::new(t, t * t, t * t * t)
+        });
+        Mesh::new(points.collect(), faces.to_vec())
+    }
+
+    #[test]
+    fn torus_is_closed_with_euler_characteristic_0() {
+        let s = Statistics::of(&Shape::Torus { nu: 20, nv: 11 }.mesh());
+        assert_eq!((s.vertices, s.faces, s.edges), (220, 440, 660));
+        assert_eq!((s.euler_characteristic, s.components), (0, 1));
+        assert_eq!((s.boundary_edges, s.boundary_loops), (0, 0));
+        assert_eq!((s.inconsistent_edges, s.non_manifold_edges), (0, 0));
+        assert_eq!((s.degenerate_faces, s.duplicate_faces), (0, 0));
+    }
+
+    #[test]
+    fn grid_has_one_boundary_loop() {
+        let s = Statistics::of(&Shape::Grid { nx: 7, ny: 4 }.mesh());
+        assert_eq!((s.boundary_edges, s.boundary_loops), (22, 1));
+        assert_eq!((s.euler_characteristic, s.inconsistent_edges), (1, 0));
+        let expected = BoundingBox { min: [0.0; 3], max: [1.0, 4.0 / 7.0, 0.0] };
+        assert_eq!(s.bounding_box, Some(expected));
+    }
+
+    /// Every hole that does not touch another lowers chi by one and adds a loop.
+    #[test]
+    fn each_hole_is_a_boundary_loop() {
+        let mut sphere = Shape::Sphere { level: 3 }.mesh();
+        for (holes, j) in [0, 500, 900].into_iter().enumerate() {
+            sphere.faces.remove(j);
+            let s = Statistics::of(&sphere);
+            assert_eq!(s.boundary_loops, holes + 1);
+            assert_eq!(s.euler_characteristic, 1 - holes as i64);
+        }
+    }
+
+    #[test]
+    fn flipped_face_is_inconsistent_with_its_three_neighbors() {
+        let mut sphere = Shape::Sphere { level: 1 }.mesh();
+        sphere.faces[17].swap(0, 1);
+        assert_eq!(Statistics::of(&sphere).inconsistent_edges, 3);
+    }
+
+    #[test]
+    fn components_share_vertices() {
+        // A bow tie is one component, vertex 8 is in none.
+        let s = Statistics::of(&mesh(9, &[[0, 1, 2], [2, 3, 4], [5, 6, 7]]));
+        assert_eq!(s.components, 2);
+        assert_eq!(s.unreferenced_vertices, 1);
+        assert_eq!(s.boundary_loops, 2);
+        assert_eq!(s.euler_characteristic, 2);
+    }
+
+    #[test]
+    fn counts_what_is_wrong() {
+        let s = Statistics::of(&mesh(6, &[[0, 1, 2], [1, 2, 0], [2, 1, 0], [3, 3, 4], [5, 5, 5]]));
+        assert_eq!(s.duplicate_faces, 2);
+        assert_eq!(s.degenerate_faces, 2);
+        assert_eq!(s.non_manifold_edges, 3);
+        assert_eq!((s.edges, s.components, s.unreferenced_vertices), (3, 1, 0));
+    }
+
+    #[test]
+    fn of_nothing() {
+        let s = Statistics::of(&Mesh::default());
+        assert_eq!((s.vertices, s.components, s.area), (0, 0, 0.0));
+        assert_eq!(s.bounding_box, None);
+    }
+}
