@@ -1,11 +1,14 @@
 //! Convex multi-region segmentation of data on triangle meshes.
 
-pub mod atomic;
 pub mod data;
 pub mod error;
+pub mod evaluate;
 pub mod field;
+pub mod file;
 pub mod mesh;
+pub mod npy;
 pub mod operator;
+pub mod outcome;
 pub mod problem;
 pub mod prox;
 pub mod regions;

@@ -94,6 +94,13 @@ pub enum SmoothingMode {
 impl SmoothingMode {
     pub const NAMES: [(&'static str, SmoothingMode); 2] =
         [("paper", SmoothingMode::Paper), ("intrinsic", SmoothingMode::Intrinsic)];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            SmoothingMode::Paper => "paper",
+            SmoothingMode::Intrinsic => "intrinsic",
+        }
+    }
 }
 
 /// sqrt(eps) times the square root of the area, unless something else is asked for: a bias of a hundredth

@@ -10,12 +10,14 @@ use rand_pcg::Pcg64;
 
 use crate::data::kmeans::kmeans;
 use crate::data::{Data, DataModel, PiecewiseConstant, RegionParameters};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Status, Stop};
-use crate::solve::{Observer, Request, Solution, conclude, integrate, model_mesh, problem_of};
+use crate::solve::{
+    Observer, Request, Solution, check_rows, conclude, integrate, model_mesh, problem_of,
+};
 use crate::solver::{self, Setup};
 
 /// Re-estimations at the most; after them the parameters count as settled.
@@ -64,13 +66,7 @@ pub fn segment(
     request.check()?;
     regions::check(alternation.regions)?;
     assert!(alternation.every > 0);
-    if data.len() != mesh.vertices.len() {
-        return Err(Error::unsuitable(format!(
-            "the data has {} rows, the mesh {} vertices",
-            data.len(),
-            mesh.vertices.len()
-        )));
-    }
+    check_rows("data", data.len(), mesh)?;
     let (model, warnings) = model_mesh(mesh)?;
     let mut segmentation = with_regions!(
         alternation.regions,

@@ -31,13 +31,28 @@ pub struct Request {
 impl Request {
     /// Refuses what no solver could work with.
     pub fn check(&self) -> Result<()> {
-        if !(self.lambda >= 0.0 && self.lambda.is_finite()) {
-            return Err(Error::unsuitable(format!(
-                "lambda = {}: must be a finite number from 0",
-                self.lambda
-            )));
-        }
+        check_lambda(self.lambda)?;
         self.options.check(solver::describe(&self.solver)?)
+    }
+}
+
+pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
+    if lambda >= 0.0 && lambda.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::unsuitable(format!("lambda = {lambda}: must be a finite number from 0")))
+    }
+}
+
+/// Refuses an array whose rows are not the vertices of the mesh.
+pub(crate) fn check_rows(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
+    let vertices = mesh.vertices.len();
+    if rows == vertices {
+        Ok(())
+    } else {
+        Err(Error::unsuitable(format!(
+            "the {what} have {rows} rows, the mesh has {vertices} vertices; one row per vertex is needed"
+        )))
     }
 }
 
@@ -95,6 +110,8 @@ pub fn solve(
 ) -> Result<Solution> {
     request.check()?;
     regions::check(s.ncols())?;
+    check_rows("costs", s.nrows(), mesh)?;
+    start.check(s.dim())?;
     let (model, warnings) = model_mesh(mesh)?;
     with_regions!(s.ncols(), solve_compiled(&model, warnings, s, start, request, observe)).map(
         |mut solution| {
@@ -124,7 +141,7 @@ fn solve_compiled<const M: usize>(
 }
 
 /// The part of a mesh that carries energy, and what was left out.
-pub(crate) fn model_mesh(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
+pub fn model_mesh(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let (model, dropped) = mesh.clone().without_degenerate_faces();
     let mut warnings = Vec::new();
     if dropped > 0 {

@@ -1,10 +1,13 @@
 //! Where U starts. The optimum does not depend on it; the number of iterations does.
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView1};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use crate::error::{Error, Result};
 use crate::field::Row;
+use crate::problem::NEVER;
+use crate::prox::project_simplex;
 
 #[derive(Clone, Debug)]
 pub enum Start {
@@ -18,7 +21,33 @@ pub enum Start {
     Given(Array2<f64>),
 }
 
+/// How far a given row may be off the simplex: what single precision rounds away.
+const OFF_SIMPLEX: f64 = 1e-5;
+
 impl Start {
+    /// Refuses a given U of another shape than V x m, or with a row that is not in the simplex.
+    pub fn check(&self, dim: (usize, usize)) -> Result<()> {
+        let Start::Given(u) = self else { return Ok(()) };
+        if u.dim() != dim {
+            return Err(Error::unsuitable(format!(
+                "the initial U has {} x {} entries, the costs {} x {}",
+                u.nrows(),
+                u.ncols(),
+                dim.0,
+                dim.1
+            )));
+        }
+        let off = |row: ArrayView1<f64>| {
+            (row.sum() - 1.0).abs() > OFF_SIMPLEX || row.iter().any(|&x| x < -OFF_SIMPLEX)
+        };
+        match u.outer_iter().position(off) {
+            None => Ok(()),
+            Some(k) => Err(Error::unsuitable(format!(
+                "row {k} of the initial U is not in the simplex: its entries must be non-negative and sum to 1"
+            ))),
+        }
+    }
+
     /// The rows for m regions of integrated costs f; exactly zero from column m on.
     pub fn rows<const M: usize>(&self, m: usize, f: &[Row<M>]) -> Vec<Row<M>> {
         let only =
@@ -26,7 +55,10 @@ impl Start {
         match self {
             Start::Uniform => vec![only(&|_| 1.0 / m as f64); f.len()],
             Start::Argmin => f.iter().map(|f| Row::one_hot(f.argmin())).collect(),
-            Start::Given(u) => crate::regions::rows(u.view()),
+            Start::Given(u) => crate::regions::rows::<M>(u.view())
+                .into_iter()
+                .map(|row| project_onto_first(m, row))
+                .collect(),
             Start::Random { seed } => {
                 let mut rng = Pcg64::seed_from_u64(*seed);
                 f.iter()
@@ -43,4 +75,9 @@ impl Start {
             }
         }
     }
+}
+
+/// The projection onto the simplex of the first m regions.
+fn project_onto_first<const M: usize>(m: usize, row: Row<M>) -> Row<M> {
+    project_simplex(Row::from_fn(|p| if p < m { row.0[p] } else { -NEVER }))
 }

@@ -6,14 +6,14 @@
 //! sRGB values divided by their maximum, without any transfer function; alpha is ignored, since what an
 //! atlas stores below it is the color that was meant.
 
-use std::fs::File;
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 use std::path::Path;
 
 use image::error::{ImageError, LimitErrorKind};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, ImageResult, Limits, Rgb};
 
 use crate::error::{Error, Result};
+use crate::file;
 use crate::mesh::Mesh;
 
 /// Limits against images that unpack to far more than they are: each bounds the memory by some 400 MB.
@@ -31,13 +31,7 @@ pub struct Texture {
 impl Texture {
     /// Reads a PNG or JPEG file; its content decides which, not its name.
     pub fn open(path: &Path) -> Result<Self> {
-        let io = |source| Error::io(path, source);
-        let mut bytes = Vec::new();
-        File::open(path)
-            .map_err(io)?
-            .take(MAX_FILE_BYTES + 1)
-            .read_to_end(&mut bytes)
-            .map_err(io)?;
+        let bytes = file::read(path)?;
         Texture::decode(&bytes, path)
     }
 

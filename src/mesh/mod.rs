@@ -6,7 +6,7 @@
 pub mod curvature;
 pub mod geometry;
 pub mod io;
-mod shapes;
+pub mod shapes;
 mod source;
 mod statistics;
 mod subdivide;

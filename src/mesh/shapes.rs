@@ -16,7 +16,8 @@ use super::Mesh;
 use crate::error::{Error, Result};
 
 /// More faces than this are refused.
-const LARGEST: u64 = 50_000_000;
+/// More faces than any one machine here should be asked for.
+pub const MOST_FACES: u64 = 50_000_000;
 
 /// The finest sphere, of 20,971,520 faces.
 const FINEST_LEVEL: u32 = 10;
@@ -103,9 +104,9 @@ impl FromStr for Shape {
             },
             _ => return refuse(format!("is no shape; there are {}", Shape::SYNTAX)),
         };
-        if shape.faces() > LARGEST {
+        if shape.faces() > MOST_FACES {
             return refuse(format!(
-                "would have {} faces; at most {LARGEST} are possible",
+                "would have {} faces; at most {MOST_FACES} are possible",
                 shape.faces()
             ));
         }

@@ -7,6 +7,7 @@
 //! [`Stencil`] is the fast one; [`Matrix`], assembled from another formula, is the reference.
 
 pub mod bounds;
+pub mod export;
 pub mod mass;
 mod matrix;
 mod stencil;

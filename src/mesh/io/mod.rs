@@ -20,14 +20,13 @@ mod text;
 #[cfg(test)]
 mod tests;
 
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use nalgebra::Point3;
 
-use crate::atomic;
 use crate::error::{Error, Result};
+use crate::file;
 use crate::mesh::Mesh;
 
 pub use ply::write_labeled;
@@ -81,18 +80,7 @@ impl Format {
 /// # Errors
 /// The file cannot be read, is not a regular file, or is not a valid mesh with at least one face.
 pub fn read(path: &Path) -> Result<Mesh> {
-    let metadata = fs::metadata(path).map_err(|source| Error::io(path, source))?;
-    if metadata.is_dir() {
-        return Err(Error::malformed(path, "is a folder, not a mesh file"));
-    }
-    // A device or a pipe may never end.
-    if !metadata.is_file() {
-        return Err(Error::malformed(path, "is not a regular file; copy its content to one"));
-    }
-    let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
-    if bytes.is_empty() {
-        return Err(Error::malformed(path, "is empty"));
-    }
+    let bytes = file::read(path)?;
     let format =
         Format::of_extension(path).or_else(|| Format::of_content(&bytes)).ok_or_else(|| {
             Error::malformed(
@@ -147,7 +135,7 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     if format == Format::Stl {
         stl::check_range(path, mesh)?;
     }
-    atomic::write_file(path, |out: &mut dyn Write| match format {
+    file::write(path, |out: &mut dyn Write| match format {
         Format::Obj => obj::write(out, mesh),
         Format::Ply => ply::write(out, mesh),
         Format::Off => off::write(out, mesh),

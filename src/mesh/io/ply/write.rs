@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use crate::atomic;
 use crate::error::Result;
+use crate::file;
 use crate::mesh::Mesh;
 use crate::mesh::io::coordinates;
 
@@ -20,7 +20,7 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
 /// # Errors
 /// The file cannot be written.
 pub fn write_labeled(path: &Path, mesh: &Mesh, colors: &[[f64; 3]], labels: &[u8]) -> Result<()> {
-    atomic::write_file(path, |out| write_all(out, mesh, Some(colors), Some(labels)))
+    file::write(path, |out| write_all(out, mesh, Some(colors), Some(labels)))
 }
 
 fn write_all(

@@ -1,4 +1,5 @@
-//! Files appear whole or not at all: written under a temporary name beside their place, then renamed.
+//! Files are read whole, and appear whole or not at all: written under a temporary name beside their place,
+//! then renamed.
 
 use std::fs;
 use std::io::{self, BufWriter, Write};
@@ -6,11 +7,25 @@ use std::path::Path;
 
 use crate::error::{Error, Result};
 
+/// The content of a regular file that is not empty. A device or a pipe may never end.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let io = |source| Error::io(path, source);
+    let metadata = fs::metadata(path).map_err(io)?;
+    if metadata.is_dir() {
+        return Err(Error::malformed(path, "is a folder; name a file"));
+    }
+    if !metadata.is_file() {
+        return Err(Error::malformed(path, "is not a regular file; copy its content to one"));
+    }
+    let bytes = fs::read(path).map_err(io)?;
+    if bytes.is_empty() {
+        return Err(Error::malformed(path, "is empty"));
+    }
+    Ok(bytes)
+}
+
 /// Writes one file. Whatever stood at `path` stays until the new content is complete.
-pub fn write_file(
-    path: &Path,
-    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<()> {
+pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let write = || {
         let folder = match path.parent() {
             Some(parent) if parent != Path::new("") => parent,

@@ -1,0 +1,60 @@
+//! `meshseg evaluate`: energies and certificate of any U, as JSON.
+
+use std::path::PathBuf;
+
+use meshseg::evaluate::evaluate;
+use meshseg::mesh::source;
+use meshseg::npy;
+use meshseg::operator::Mass;
+use meshseg::problem::{Smoothing, SmoothingMode};
+
+use super::{Outcome, named, print_json};
+
+/// Print the energies, the lower bound and the rounding of any U as JSON.
+///
+/// The bound comes from the gradient of the smoothed total variation at U, so it holds whoever computed U.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --epsilon 0.01")]
+pub struct Arguments {
+    /// Mesh file, builtin:spot, or a shape such as torus:400x250
+    mesh: PathBuf,
+
+    /// Pointwise costs, V x m
+    #[arg(long, value_name = "S.npy")]
+    costs: PathBuf,
+
+    /// Weight of the total variation
+    #[arg(long)]
+    lambda: f64,
+
+    /// V x m
+    #[arg(long, value_name = "U.npy")]
+    u: PathBuf,
+
+    /// Also print the smoothed energy with this eps
+    #[arg(long)]
+    epsilon: Option<f64>,
+
+    /// paper: (1/2) sqrt(xi + eps); intrinsic: A sqrt(|grad u|^2 + eps)
+    #[arg(long, value_parser = named(&SmoothingMode::NAMES), default_value = "intrinsic")]
+    epsilon_mode: SmoothingMode,
+
+    /// Quadrature of the data term
+    #[arg(long, value_parser = named(&Mass::NAMES), default_value = "barycentric")]
+    mass: Mass,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let smoothing = arguments
+        .epsilon
+        .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
+        .transpose()?;
+    let mesh = source(&arguments.mesh)?;
+    let costs = npy::read_matrix(&arguments.costs)?;
+    let u = npy::read_matrix(&arguments.u)?;
+    let evaluation =
+        evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
+    print_json(&evaluation)?;
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! `meshseg mesh info|generate|convert`.
+
+use std::path::{Path, PathBuf};
+
+use meshseg::Error;
+use meshseg::mesh::shapes::MOST_FACES;
+use meshseg::mesh::{Mesh, Shape, Statistics, io, source};
+
+use super::{Outcome, print, print_json, table};
+
+/// Look at, make, and convert meshes.
+#[derive(clap::Subcommand)]
+pub enum Verb {
+    /// Print counts, topology and defects of a mesh
+    Info {
+        /// Mesh file, builtin:spot, or a shape such as torus:400x250
+        mesh: PathBuf,
+        /// As JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a shape: torus:NUxNV (area 1), sphere:LEVEL, grid:NXxNY (cells)
+    Generate {
+        /// For example torus:400x250, sphere:6, grid:100x100
+        shape: String,
+        /// .ply, .obj, .off or .stl
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+    },
+    /// Write a mesh in another format, in the same vertex order
+    Convert {
+        /// Mesh file, builtin:spot, or a shape such as torus:400x250
+        mesh: PathBuf,
+        /// .ply, .obj, .off or .stl
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+        /// Split each face into four, so many times; old vertices keep their numbers
+        #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
+        subdivide: u8,
+    },
+}
+
+pub fn run(verb: &Verb) -> Outcome {
+    match verb {
+        Verb::Info { mesh, json } => info(mesh, *json),
+        Verb::Generate { shape, out } => write(out, &shape.parse::<Shape>()?.mesh()),
+        Verb::Convert { mesh, out, subdivide } => {
+            let mut mesh = source(mesh)?;
+            for _ in 0..*subdivide {
+                if 4 * mesh.faces.len() as u64 > MOST_FACES {
+                    return Err(Error::unsuitable(format!(
+                        "--subdivide {subdivide}: more than {} faces",
+                        MOST_FACES
+                    ))
+                    .into());
+                }
+                mesh = mesh.subdivided();
+            }
+            write(out, &mesh)
+        }
+    }
+}
+
+fn write(path: &Path, mesh: &Mesh) -> Outcome {
+    io::write(path, mesh)?;
+    eprintln!(
+        "{}: {} vertices, {} faces",
+        path.display(),
+        mesh.vertices.len(),
+        mesh.faces.len()
+    );
+    Ok(())
+}
+
+fn info(path: &Path, json: bool) -> Outcome {
+    let statistics = Statistics::of(&source(path)?);
+    if json {
+        print_json(&statistics)?;
+        return Ok(());
+    }
+    let Statistics {
+        vertices,
+        faces,
+        area,
+        edges,
+        boundary_edges,
+        boundary_loops,
+        components,
+        euler_characteristic,
+        non_manifold_edges,
+        inconsistent_edges,
+        degenerate_faces,
+        duplicate_faces,
+        unreferenced_vertices,
+        bounding_box,
+        has_colors,
+        has_uv,
+    } = statistics;
+    let yes_or_no = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
+    let corners = bounding_box.map_or_else(String::new, |corners| {
+        let point = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
+        format!("{} to {}", point(corners.min), point(corners.max))
+    });
+    print(&table::pairs(&[
+        ("vertices", vertices.to_string()),
+        ("faces", faces.to_string()),
+        ("area", format!("{area:.9}")),
+        ("edges", edges.to_string()),
+        ("boundary edges", boundary_edges.to_string()),
+        ("boundary loops", boundary_loops.to_string()),
+        ("components", components.to_string()),
+        ("Euler characteristic", euler_characteristic.to_string()),
+        ("non-manifold edges", non_manifold_edges.to_string()),
+        ("inconsistently oriented edges", inconsistent_edges.to_string()),
+        ("degenerate faces", degenerate_faces.to_string()),
+        ("duplicate faces", duplicate_faces.to_string()),
+        ("unreferenced vertices", unreferenced_vertices.to_string()),
+        ("bounding box", corners),
+        ("vertex colors", yes_or_no(has_colors)),
+        ("texture coordinates", yes_or_no(has_uv)),
+    ]))?;
+    Ok(())
+}

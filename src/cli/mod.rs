@@ -1,0 +1,140 @@
+//! The command line: one file per verb. The only place that prints; data to stdout, all else to stderr.
+//!
+//! Exit codes: 0 done, 1 bad input or I/O, 2 usage, 130 interrupted (what was reached is written).
+
+mod completions;
+mod evaluate;
+mod mesh;
+mod operators;
+mod progress;
+mod segment;
+mod solve;
+mod solvers;
+mod solving;
+mod table;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Parser, Subcommand};
+
+use meshseg::Error;
+
+/// Convex multi-region segmentation of data on triangle meshes, with certified optimality gaps.
+#[derive(Parser)]
+#[command(name = "meshseg", version, max_term_width = 100, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  meshseg segment builtin:spot --regions 3 --out results/spot
+  meshseg segment person.ply --regions 4 --out results/person
+  meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
+  meshseg solve mesh.ply --costs S.npy --lambda 0.01 --gap 1e-5 --out results/mesh
+
+MESH is a file (.obj, .ply, .off, .stl), builtin:spot, or a shape: torus:400x250, sphere:6, grid:100x100.";
+
+#[derive(Subcommand)]
+enum Verb {
+    Segment(segment::Arguments),
+    Solve(solve::Arguments),
+    Evaluate(evaluate::Arguments),
+    Operators(operators::Arguments),
+    #[command(subcommand)]
+    Mesh(mesh::Verb),
+    Solvers(solvers::Arguments),
+    Completions(completions::Arguments),
+}
+
+/// Why a verb did not end well.
+enum Failure {
+    Input(Error),
+    /// Standard output is gone or full.
+    Output(io::Error),
+    /// The user broke off; what was reached is written.
+    Interrupted,
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Failure::Input(error)
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Failure::Output(error)
+    }
+}
+
+type Outcome = Result<(), Failure>;
+
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    tracing_subscriber::fmt()
+        .with_writer(io::stderr)
+        .with_target(false)
+        .without_time()
+        .with_ansi(io::IsTerminal::is_terminal(&io::stderr()))
+        .init();
+    let outcome = match cli.verb {
+        Verb::Segment(arguments) => segment::run(&arguments),
+        Verb::Solve(arguments) => solve::run(&arguments),
+        Verb::Evaluate(arguments) => evaluate::run(&arguments),
+        Verb::Operators(arguments) => operators::run(&arguments),
+        Verb::Mesh(verb) => mesh::run(&verb),
+        Verb::Solvers(arguments) => solvers::run(&arguments),
+        Verb::Completions(arguments) => completions::run(&arguments),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(error)) => {
+            eprintln!("error: {}", one_line(&error.to_string()));
+            ExitCode::from(1)
+        }
+        // The reader of a pipe has seen enough.
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
+        Err(Failure::Output(error)) => {
+            eprintln!("error: standard output: {error}");
+            ExitCode::from(1)
+        }
+        Err(Failure::Interrupted) => ExitCode::from(130),
+    }
+}
+
+fn one_line(message: &str) -> String {
+    message.replace(['\n', '\r'], " ")
+}
+
+fn print(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    stdout.write_all(text.as_bytes())?;
+    stdout.flush()
+}
+
+fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
+    let json = serde_json::to_string_pretty(value).map_err(io::Error::from)?;
+    print(&(json + "\n"))
+}
+
+fn warn(warnings: &[String]) {
+    for warning in warnings {
+        tracing::warn!("{warning}");
+    }
+}
+
+/// A value given by one of its names.
+fn named<T: Copy + Send + Sync + 'static>(
+    names: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names.iter().map(|(name, _)| *name)).map(|given| {
+        let (_, value) = names.iter().find(|(name, _)| *name == given).expect("one of the names");
+        *value
+    })
+}

@@ -1,0 +1,325 @@
+//! `meshseg segment`: the data of a mesh into regions.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use meshseg::data::range::robust_unit_range;
+use meshseg::data::texture::{Texture, colors_at_vertices};
+use meshseg::data::{Data, RegionParameters};
+use meshseg::mesh::curvature::mean_curvature;
+use meshseg::mesh::geometry::barycentric_areas;
+use meshseg::mesh::{Mesh, Source};
+use meshseg::outcome::{self, Looks};
+use meshseg::render::colormap::sequential;
+use meshseg::segment::{Alternation, Initial, Segmentation, segment};
+use meshseg::solve::Summary;
+use meshseg::{Error, Result, npy, sweep};
+use serde::Serialize;
+
+use super::progress::Progress;
+use super::solving::{Solving, exit, summary_lines};
+use super::{Outcome, named, print, table, warn};
+
+/// Segment colors, a texture, curvature or other data on a mesh into regions.
+///
+/// Region parameters and labels are found in turn; the final labels are certified for the final parameters.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Mesh file, builtin:spot, or a shape such as torus:400x250
+    mesh: PathBuf,
+
+    /// colors (of the vertices, in [0,1]), texture:IMAGE (PNG or JPEG), curvature (mean curvature, its middle
+    /// 96 % mapped to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided by 255) [default: the colors or
+    /// texture that come with the mesh]
+    #[arg(long, value_name = "DATA")]
+    data: Option<DataSource>,
+
+    /// Number of regions, 2 to 64
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64))]
+    regions: u8,
+
+    /// Model of the data in a region
+    #[arg(long, value_parser = named(&Model::NAMES), default_value = "constant")]
+    model: Model,
+
+    /// Weight of the length of the cuts
+    #[arg(long, default_value_t = 0.01)]
+    lambda: f64,
+
+    /// Iterations between re-estimations of the region parameters
+    #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+
+    /// Where the region parameters start
+    #[arg(long, value_parser = named(&INITIALS), default_value = "kmeans")]
+    init: Initial,
+
+    /// Seed of the start
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+
+    /// area: scale the mesh to total area 1, so that lambda means the same for every mesh; none: keep its units
+    #[arg(long, value_parser = named(&Normalize::NAMES), default_value = "area")]
+    normalize: Normalize,
+
+    #[command(flatten)]
+    solving: Solving,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  meshseg segment builtin:spot --regions 3 --out results/spot
+  meshseg segment person.ply --regions 4 --lambda 0.005 --out results/person
+  meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
+  meshseg segment model.obj --data texture:atlas.png --regions 5 --out results/model";
+
+#[derive(Clone)]
+enum DataSource {
+    Colors,
+    Texture(PathBuf),
+    Curvature,
+    File(PathBuf),
+}
+
+impl FromStr for DataSource {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.split_once(':')) {
+            ("colors", _) => Ok(DataSource::Colors),
+            ("curvature", _) => Ok(DataSource::Curvature),
+            (_, Some(("texture", image))) if !image.is_empty() => {
+                Ok(DataSource::Texture(image.into()))
+            }
+            (file, _) if file.ends_with(".npy") => Ok(DataSource::File(file.into())),
+            _ => Err("must be colors, texture:IMAGE, curvature or FILE.npy".into()),
+        }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Model {
+    Constant,
+}
+
+impl Model {
+    const NAMES: [(&'static str, Model); 1] = [("constant", Model::Constant)];
+
+    fn name(self) -> &'static str {
+        match self {
+            Model::Constant => "constant",
+        }
+    }
+}
+
+const INITIALS: [(&str, Initial); 2] = [("kmeans", Initial::KMeans), ("random", Initial::Random)];
+
+#[derive(Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum Normalize {
+    Area,
+    None,
+}
+
+impl Normalize {
+    const NAMES: [(&'static str, Normalize); 2] =
+        [("area", Normalize::Area), ("none", Normalize::None)];
+}
+
+/// The data, how it looks, and what to call it.
+struct Seen {
+    data: Data,
+    looks: Vec<[f64; 3]>,
+    name: String,
+    /// What 0 and 1 stand for, if the data was mapped.
+    unit_range: Option<[f64; 2]>,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let solving = &arguments.solving;
+    let request = solving.request(arguments.lambda)?;
+    let source = Source::parse(&arguments.mesh)?;
+    let mesh = source.mesh()?;
+    let area = mesh.area();
+    let scale = match arguments.normalize {
+        Normalize::Area if area > 0.0 && area.is_finite() => 1.0 / area.sqrt(),
+        Normalize::Area | Normalize::None => 1.0,
+    };
+    let scaled = mesh.clone().scaled(scale);
+    let seen = arguments.see(&source, &scaled)?;
+    if scale != 1.0 {
+        eprintln!(
+            "scaled by {scale:.6e} to total area 1, which lambda refers to; --normalize none keeps the units"
+        );
+    }
+
+    let alternation = Alternation {
+        regions: usize::from(arguments.regions),
+        initial: arguments.init,
+        seed: arguments.seed,
+        every: arguments.every,
+    };
+    let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
+    let segmentation = sweep::with_threads(solving.threads(), || {
+        segment(&scaled, &seen.data, &alternation, &request, &mut |sample| progress.observe(sample))
+    })??;
+    progress.finish();
+
+    let regions = describe_regions(&segmentation, &seen, &barycentric_areas(&scaled));
+    let solution = &segmentation.solution;
+    let summary = SegmentSummary {
+        summary: &solution.summary,
+        data: &seen.name,
+        data_unit_range: seen.unit_range,
+        model: arguments.model.name(),
+        init: INITIALS[arguments.init as usize].0,
+        seed: arguments.seed,
+        every: arguments.every,
+        re_estimations: segmentation.estimates,
+        normalize: arguments.normalize,
+        scale,
+        region_parameters: &regions,
+    };
+    let looks =
+        Looks { regions: regions.iter().map(|region| region.color).collect(), data: seen.looks };
+    outcome::write(&solving.out, &summary, solution, &mesh, &looks, !solving.no_preview)?;
+
+    warn(&solution.summary.warnings);
+    let mut lines = summary_lines(&solution.summary);
+    lines.push(("written to", solving.out.display().to_string()));
+    print(&(table::pairs(&lines) + "\n" + &regions_table(&regions)))?;
+    exit(solution.summary.status)
+}
+
+impl Arguments {
+    fn see(&self, source: &Source, mesh: &Mesh) -> Result<Seen> {
+        match (&self.data, source.texture(), &mesh.colors) {
+            (Some(DataSource::Texture(image)), ..) => {
+                let texture = Texture::open(image)?;
+                colored(colors_at_vertices(mesh, &texture)?, format!("texture {}", image.display()))
+            }
+            (Some(DataSource::Curvature), ..) => {
+                let area = barycentric_areas(mesh);
+                let (unit, range) = robust_unit_range(&mean_curvature(mesh), &area);
+                Ok(Seen {
+                    looks: unit.iter().map(|&t| sequential(t)).collect(),
+                    data: Data::new(1, unit)?,
+                    name: "mean curvature".into(),
+                    unit_range: Some(range),
+                })
+            }
+            (Some(DataSource::File(path)), ..) => numbers(mesh, path),
+            (None, Some(bytes), _) => {
+                let texture = Texture::decode(bytes, &self.mesh)?;
+                colored(colors_at_vertices(mesh, &texture)?, "texture".into())
+            }
+            (Some(DataSource::Colors) | None, _, Some(colors)) => {
+                colored(colors.clone(), "colors".into())
+            }
+            (Some(DataSource::Colors) | None, _, None) => Err(Error::unsuitable(format!(
+                "{}: has no vertex colors; choose --data texture:IMAGE, --data curvature or --data FILE.npy",
+                self.mesh.display()
+            ))),
+        }
+    }
+}
+
+fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
+    let data = Data::new(3, colors.iter().flatten().copied().collect())?;
+    Ok(Seen { data, looks: colors, name, unit_range: None })
+}
+
+/// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
+/// column.
+fn numbers(mesh: &Mesh, path: &PathBuf) -> Result<Seen> {
+    let array = npy::read_data(path)?;
+    if array.nrows() != mesh.vertices.len() {
+        return Err(Error::malformed(
+            path,
+            format!("has {} rows, the mesh {} vertices", array.nrows(), mesh.vertices.len()),
+        ));
+    }
+    let looks = if array.ncols() == 3 && array.iter().all(|x| (0.0..=1.0).contains(x)) {
+        array.outer_iter().map(|row| [row[0], row[1], row[2]]).collect()
+    } else {
+        let (unit, _) = robust_unit_range(&array.column(0).to_vec(), &barycentric_areas(mesh));
+        unit.into_iter().map(sequential).collect()
+    };
+    let data = Data::new(array.ncols(), array.iter().copied().collect())?;
+    Ok(Seen { data, looks, name: path.display().to_string(), unit_range: None })
+}
+
+/// What is told of one region.
+#[derive(Serialize)]
+struct Region {
+    #[serde(flatten)]
+    parameters: RegionParameters,
+    /// Mean of the shown colors over its vertices.
+    color: [f64; 3],
+    /// Of its share of the vertices' barycentric cells.
+    area: f64,
+    /// Of the whole area.
+    share: f64,
+}
+
+#[derive(Serialize)]
+struct SegmentSummary<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    data: &'a str,
+    data_unit_range: Option<[f64; 2]>,
+    model: &'static str,
+    init: &'static str,
+    seed: u64,
+    every: u64,
+    re_estimations: usize,
+    normalize: Normalize,
+    scale: f64,
+    region_parameters: &'a [Region],
+}
+
+/// Looks of a region that has no vertex.
+const EMPTY: [f64; 3] = [0.5; 3];
+
+fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> Vec<Region> {
+    let m = segmentation.parameters.len();
+    let mut areas = vec![0.0; m];
+    let mut sums = vec![[0.0; 3]; m];
+    for (k, &label) in segmentation.solution.labels.iter().enumerate() {
+        areas[label as usize] += area[k];
+        for (sum, color) in sums[label as usize].iter_mut().zip(seen.looks[k]) {
+            *sum += area[k] * color;
+        }
+    }
+    let total: f64 = area.iter().sum();
+    let parameters = segmentation.parameters.iter().cloned();
+    parameters
+        .zip(areas)
+        .zip(sums)
+        .map(|((parameters, area), sum)| Region {
+            parameters,
+            color: if area > 0.0 { sum.map(|sum| (sum / area).clamp(0.0, 1.0)) } else { EMPTY },
+            area,
+            share: area / total,
+        })
+        .collect()
+}
+
+fn regions_table(regions: &[Region]) -> String {
+    let mut rows: Vec<Vec<String>> =
+        vec![["region", "mean", "color", "area", "share"].map(String::from).to_vec()];
+    rows.extend(regions.iter().enumerate().map(|(p, region)| {
+        let mean: Vec<String> =
+            region.parameters.mean.iter().map(|mu| format!("{mu:.3}")).collect();
+        let [r, g, b] = region.color.map(|c| (255.0 * c).round() as u8);
+        vec![
+            p.to_string(),
+            mean.join(" "),
+            format!("#{r:02x}{g:02x}{b:02x}"),
+            format!("{:.4}", region.area),
+            format!("{:.1} %", 100.0 * region.share),
+        ]
+    }));
+    table::columns(&rows)
+}

@@ -1,0 +1,118 @@
+//! `meshseg solve`: one convex problem for given costs.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use meshseg::mesh::source;
+use meshseg::outcome::{self, Looks};
+use meshseg::render::colormap::categorical;
+use meshseg::start::Start;
+use meshseg::{Result, npy, solve, sweep};
+
+use super::progress::Progress;
+use super::solving::{Solving, exit, summary_lines};
+use super::{Outcome, print, table, warn};
+
+/// Minimize the energy for given costs, on the mesh as it is (no scaling).
+///
+/// The costs S are pointwise: V x m, float64 or float32, in C or Fortran order.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Mesh file, builtin:spot, or a shape such as torus:400x250
+    mesh: PathBuf,
+
+    /// Pointwise costs, V x m
+    #[arg(long, value_name = "S.npy")]
+    costs: PathBuf,
+
+    /// Weight of the total variation
+    #[arg(long)]
+    lambda: f64,
+
+    /// Where U starts: uniform, random, argmin, or a file U.npy
+    #[arg(long, default_value = "argmin", value_name = "uniform|random|argmin|U.npy")]
+    init: Init,
+
+    /// Seed of a random start
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+
+    #[command(flatten)]
+    solving: Solving,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh
+  meshseg solve torus:400x250 --costs S.npy --lambda 0.005 --gap 1e-5 --solver fista \\
+      --solver-option epsilon=0.1 --out results/torus";
+
+#[derive(Clone)]
+enum Init {
+    Uniform,
+    Random,
+    Argmin,
+    File(PathBuf),
+}
+
+impl FromStr for Init {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
+        Ok(match text {
+            "uniform" => Init::Uniform,
+            "random" => Init::Random,
+            "argmin" => Init::Argmin,
+            file => Init::File(file.into()),
+        })
+    }
+}
+
+impl Arguments {
+    fn start(&self) -> Result<Start> {
+        Ok(match &self.init {
+            Init::Uniform => Start::Uniform,
+            Init::Random => Start::Random { seed: self.seed },
+            Init::Argmin => Start::Argmin,
+            Init::File(path) => Start::Given(npy::read_matrix(path)?),
+        })
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let solving = &arguments.solving;
+    let request = solving.request(arguments.lambda)?;
+    let mesh = source(&arguments.mesh)?;
+    let costs = npy::read_matrix(&arguments.costs)?;
+    let start = arguments.start()?;
+
+    let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
+    let solution = sweep::with_threads(solving.threads(), || {
+        solve::solve(&mesh, &costs, &start, &request, &mut |sample| progress.observe(sample))
+    })??;
+    progress.finish();
+
+    let looks = Looks {
+        data: costs.outer_iter().map(|s| categorical(cheapest(s.as_slice().unwrap_or(&s.to_vec())))).collect(),
+        regions: (0..costs.ncols()).map(categorical).collect(),
+    };
+    outcome::write(
+        &solving.out,
+        &solution.summary,
+        &solution,
+        &mesh,
+        &looks,
+        !solving.no_preview,
+    )?;
+    let summary = &solution.summary;
+    warn(&summary.warnings);
+    let mut lines = summary_lines(summary);
+    lines.push(("written to", solving.out.display().to_string()));
+    print(&table::pairs(&lines))?;
+    exit(summary.status)
+}
+
+fn cheapest(s: &[f64]) -> usize {
+    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
+}

@@ -1,0 +1,37 @@
+//! `meshseg solvers`: what there is to choose from.
+
+use std::fmt::Write;
+
+use meshseg::solver::{DEFAULT, DESCRIPTIONS};
+
+use super::{Outcome, print};
+
+/// List the solvers: references, step rules, options and their defaults.
+#[derive(clap::Args)]
+pub struct Arguments {}
+
+pub fn run(_: &Arguments) -> Outcome {
+    let mut text = String::new();
+    for description in DESCRIPTIONS {
+        let default = if description.name == DEFAULT { " (default)" } else { "" };
+        let _ = writeln!(text, "{}{default}", description.name);
+        let _ = writeln!(text, "    {}", description.summary);
+        let _ = writeln!(text, "    reference  {}", description.reference);
+        let _ = writeln!(text, "    steps      {}", description.steps);
+        for option in description.options {
+            let _ = writeln!(
+                text,
+                "    --solver-option {}={}  [default: {}]",
+                option.key, option.values, option.default
+            );
+            let _ = writeln!(text, "               {}", option.help);
+        }
+        text.push('\n');
+    }
+    text.push_str(
+        "Every solver certifies: each sample has an energy E(U), a true lower bound D(q) of all energies,\n\
+         and stops by their relative gap, whatever the solver minimizes on the way.\n",
+    );
+    print(&text)?;
+    Ok(())
+}

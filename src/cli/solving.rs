@@ -1,0 +1,126 @@
+//! What `solve` and `segment` share: how to solve, when to stop, where to write.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use meshseg::operator::Mass;
+use meshseg::run::{Status, Stop};
+use meshseg::solve::{Request, Summary};
+use meshseg::solver::{DEFAULT, DESCRIPTIONS, Options};
+use meshseg::{Error, Result};
+
+use super::{Failure, Outcome, named};
+
+#[derive(Args)]
+pub struct Solving {
+    /// Quadrature of the data term
+    #[arg(long, value_parser = named(&Mass::NAMES), default_value = "barycentric")]
+    mass: Mass,
+
+    /// See `meshseg solvers`
+    #[arg(long, default_value = DEFAULT, value_parser = clap::builder::PossibleValuesParser::new(
+        DESCRIPTIONS.iter().map(|description| description.name)))]
+    solver: String,
+
+    /// Option of the solver, may be repeated
+    #[arg(long = "solver-option", value_name = "KEY=VALUE")]
+    solver_options: Vec<String>,
+
+    /// Stop when the certified gap (E - D) / |E| is at most this
+    #[arg(long, value_name = "GAP", default_value_t = 1e-4)]
+    gap: f64,
+
+    /// Stop after so many iterations
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    max_iterations: u64,
+
+    /// Stop after so many seconds
+    #[arg(long, value_name = "SECONDS")]
+    time_limit: Option<f64>,
+
+    /// Stop when no entry of U changes by more than this in an iteration (the paper's rule; it certifies
+    /// nothing)
+    #[arg(long, value_name = "DELTA")]
+    stop_change: Option<f64>,
+
+    /// Iterations between checks of the gap [default: 4, later 4 % of the iterations]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    check_every: Option<u64>,
+
+    /// Threads; the result does not depend on their number [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    /// Folder for the results; it appears whole or not at all
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+
+    /// Draw no preview.png
+    #[arg(long)]
+    pub no_preview: bool,
+}
+
+impl Solving {
+    pub fn threads(&self) -> Option<usize> {
+        self.threads.map(usize::from)
+    }
+
+    pub fn request(&self, lambda: f64) -> Result<Request> {
+        let not_negative = |name: &str, value: f64| {
+            if value >= 0.0 {
+                Ok(value)
+            } else {
+                Err(Error::unsuitable(format!("{name} {value}: must be a number from 0")))
+            }
+        };
+        let time = match self.time_limit {
+            None => None,
+            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|error| {
+                Error::unsuitable(format!("--time-limit {seconds}: {error}"))
+            })?),
+        };
+        let change = self.stop_change.map(|delta| not_negative("--stop-change", delta));
+        let request = Request {
+            lambda,
+            mass: self.mass,
+            solver: self.solver.clone(),
+            options: Options::parse(&self.solver_options)?,
+            stop: Stop {
+                relative_gap: Some(not_negative("--gap", self.gap)?),
+                iterations: Some(self.max_iterations),
+                time,
+                change: change.transpose()?,
+                interval: self.check_every,
+            },
+        };
+        request.check()?;
+        meshseg::file::check_folder(&self.out)?;
+        Ok(request)
+    }
+}
+
+/// The exit of a run whose results are written.
+pub fn exit(status: Status) -> Outcome {
+    match status {
+        Status::Interrupted => Err(Failure::Interrupted),
+        _ => Ok(()),
+    }
+}
+
+/// The lines of the short table that every run prints.
+pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
+    let percent = 100.0 * summary.rounded_relative_gap;
+    vec![
+        ("status", summary.status_sentence.to_owned()),
+        ("energy", format!("{:.9}", summary.energy)),
+        ("lower bound", format!("{:.9}", summary.dual_bound)),
+        ("certified gap", format!("{:.2e} of the energy", summary.relative_gap)),
+        (
+            "labels",
+            format!("energy {:.9}, at most {percent:.2} % above any labeling", summary.rounded_energy),
+        ),
+        ("iterations", format!("{} of {}", summary.iterations, summary.solver)),
+        ("time", format!("{:.3} s in the solver", summary.seconds)),
+    ]
+}

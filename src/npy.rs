@@ -1,0 +1,245 @@
+//! NumPy's `.npy` files at the edge of the program: V x m arrays in, arrays out.
+//!
+//! Format: NEP 1, <https://numpy.org/neps/nep-0001-npy-format.html>. The header is checked against the size
+//! of the file before any of its numbers is believed.
+
+use std::path::Path;
+
+use ndarray::{Array2, ArrayBase, Axis, Data, Dimension, Ix1, Ix2, OwnedRepr};
+use ndarray_npy::{ReadNpyExt, ReadableElement, WritableElement, WriteNpyExt};
+
+use crate::error::{Error, Result};
+use crate::file;
+
+/// A well-formed header has a handful; a parser need not recurse further.
+const MOST_BRACKETS: usize = 16;
+
+/// A V x m array of float64 or float32, in C or Fortran order, every entry finite.
+///
+/// # Errors
+/// The file cannot be read, is cut off, has another type or shape, or an entry that is not finite.
+pub fn read_matrix(path: &Path) -> Result<Array2<f64>> {
+    let bytes = file::read(path)?;
+    let header = Header::of(path, &bytes)?;
+    if header.shape.len() != 2 {
+        return Err(Error::malformed(
+            path,
+            format!("has {} axes, not 2 (vertices, regions)", header.shape.len()),
+        ));
+    }
+    finite(path, header.numbers::<Ix2>(path, &bytes)?)
+}
+
+/// Data at vertices: V or V x d, float64 or float32 as they are, uint8 divided by 255.
+///
+/// # Errors
+/// As [`read_matrix`].
+pub fn read_data(path: &Path) -> Result<Array2<f64>> {
+    let bytes = file::read(path)?;
+    let header = Header::of(path, &bytes)?;
+    let data = match (header.shape.len(), header.element.as_str()) {
+        (1, "|u1") => {
+            parse::<u8, Ix1>(path, &bytes)?.insert_axis(Axis(1)).mapv(|x| f64::from(x) / 255.0)
+        }
+        (2, "|u1") => parse::<u8, Ix2>(path, &bytes)?.mapv(|x| f64::from(x) / 255.0),
+        (1, _) => header.numbers::<Ix1>(path, &bytes)?.insert_axis(Axis(1)),
+        (2, _) => header.numbers::<Ix2>(path, &bytes)?,
+        (axes, _) => {
+            return Err(Error::malformed(path, format!("has {axes} axes, not 1 or 2")));
+        }
+    };
+    if data.ncols() == 0 {
+        return Err(Error::malformed(path, "has no columns"));
+    }
+    finite(path, data)
+}
+
+/// Writes one array; the file appears whole.
+pub fn write<A: WritableElement, D: Dimension>(
+    path: &Path,
+    array: &ArrayBase<impl Data<Elem = A>, D>,
+) -> Result<()> {
+    file::write(path, |out| array.write_npy(out).map_err(std::io::Error::other))
+}
+
+fn finite(path: &Path, array: Array2<f64>) -> Result<Array2<f64>> {
+    match array.indexed_iter().find(|(_, x)| !x.is_finite()) {
+        None => Ok(array),
+        Some(((row, column), x)) => Err(Error::malformed(
+            path,
+            format!("the entry in row {row}, column {column} is {x}, not a finite number"),
+        )),
+    }
+}
+
+/// What a header promises.
+struct Header {
+    /// NumPy's type string, such as `<f8`.
+    element: String,
+    shape: Vec<usize>,
+}
+
+impl Header {
+    /// Reads the header far enough to know that the file is as long as it says.
+    fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
+        let malformed = |message: &str| Error::malformed(path, message);
+        let rest = bytes
+            .strip_prefix(b"\x93NUMPY")
+            .ok_or_else(|| malformed("is not a .npy file; save it with numpy.save"))?;
+        let (length, start) = match rest {
+            [1, _, a, b, ..] => (u64::from(u16::from_le_bytes([*a, *b])), 10),
+            [2 | 3, _, a, b, c, d, ..] => (u64::from(u32::from_le_bytes([*a, *b, *c, *d])), 12),
+            [1..=3, ..] => return Err(malformed("ends inside its header")),
+            _ => return Err(malformed("has an unknown .npy version")),
+        };
+        let end = usize::try_from(length)
+            .ok()
+            .and_then(|length| length.checked_add(start))
+            .filter(|&end| end <= bytes.len())
+            .ok_or_else(|| malformed("ends inside its header"))?;
+        let text = std::str::from_utf8(&bytes[start..end])
+            .map_err(|_| malformed("has a header that is no text"))?;
+        if text.matches(['(', '[', '{']).count() > MOST_BRACKETS {
+            return Err(malformed("does not hold plain numbers; float64 or float32 is needed"));
+        }
+        let element = after(text, "descr")
+            .and_then(|rest| rest.trim_start().strip_prefix(['\'', '"']))
+            .and_then(|rest| rest.split(['\'', '"']).next())
+            .ok_or_else(|| {
+                malformed("does not hold plain numbers; float64 or float32 is needed")
+            })?;
+        let shape = after(text, "shape")
+            .and_then(|rest| rest.trim_start().strip_prefix('('))
+            .and_then(|rest| rest.split_once(')'))
+            .and_then(|(shape, _)| {
+                let axes = shape.split(',').map(str::trim).filter(|axis| !axis.is_empty());
+                axes.map(|axis| axis.parse().ok()).collect::<Option<Vec<usize>>>()
+            })
+            .ok_or_else(|| malformed("has a header without a valid shape"))?;
+        let header = Header { element: element.to_owned(), shape };
+        header.check_size(path, bytes.len() - end)?;
+        Ok(header)
+    }
+
+    fn check_size(&self, path: &Path, available: usize) -> Result<()> {
+        let Some(width) = self.element.get(2..).and_then(|digits| digits.parse::<usize>().ok())
+        else {
+            return Err(self.wrong_type(path));
+        };
+        let promised = self.shape.iter().try_fold(width, |size, &n| size.checked_mul(n));
+        match promised {
+            Some(promised) if promised == available => Ok(()),
+            _ => Err(Error::malformed(
+                path,
+                format!(
+                    "has {available} bytes of data, which its shape {:?} does not fit",
+                    self.shape
+                ),
+            )),
+        }
+    }
+
+    fn wrong_type(&self, path: &Path) -> Error {
+        Error::malformed(
+            path,
+            format!(
+                "holds {}, not float64 or float32; convert it with numpy's astype",
+                self.element.escape_debug()
+            ),
+        )
+    }
+
+    fn numbers<D: Dimension>(
+        &self,
+        path: &Path,
+        bytes: &[u8],
+    ) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
+        match self.element.as_str() {
+            "<f8" | ">f8" => parse::<f64, D>(path, bytes),
+            "<f4" | ">f4" => Ok(parse::<f32, D>(path, bytes)?.mapv(f64::from)),
+            _ => Err(self.wrong_type(path)),
+        }
+    }
+}
+
+/// What stands behind a quoted key and its colon.
+fn after<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+    let (_, rest) = header.split_once(&format!("'{key}'"))?;
+    rest.trim_start().strip_prefix(':')
+}
+
+fn parse<A: ReadableElement, D: Dimension>(
+    path: &Path,
+    bytes: &[u8],
+) -> Result<ArrayBase<OwnedRepr<A>, D>> {
+    ArrayBase::read_npy(bytes)
+        .map_err(|error| Error::malformed(path, error.to_string().replace(['\n', '\r'], " ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::{Array, ShapeBuilder, array};
+
+    use super::*;
+
+    fn written(name: &str, bytes: &[u8]) -> (tempfile::TempDir, std::path::PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        (folder, path)
+    }
+
+    fn npy<A: WritableElement, D: Dimension>(array: &Array<A, D>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        array.write_npy(&mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn both_orders_and_both_types_read_equal() {
+        let c = array![[1.0, 2.0, 3.5], [4.0, -5.0, 6.0]];
+        let mut fortran = Array2::<f64>::zeros((2, 3).f());
+        fortran.assign(&c);
+        for bytes in [npy(&c), npy(&fortran), npy(&c.mapv(|x| x as f32))] {
+            let (_folder, path) = written("s.npy", &bytes);
+            assert_eq!(read_matrix(&path).unwrap(), c);
+        }
+    }
+
+    #[test]
+    fn data_may_have_one_axis_or_bytes() {
+        let (_folder, path) = written("c.npy", &npy(&array![0u8, 51, 255]));
+        assert_eq!(read_data(&path).unwrap(), array![[0.0], [0.2], [1.0]]);
+    }
+
+    #[test]
+    fn every_truncation_and_wrong_header_is_one_clear_line() {
+        let good = npy(&array![[1.0, 2.0], [3.0, 4.0]]);
+        let huge = String::from_utf8_lossy(&good).into_owned();
+        assert!(huge.contains("(2, 2)"));
+        let replaced = |from: &[u8], to: &[u8]| {
+            let at = good.windows(from.len()).position(|window| window == from).unwrap();
+            let mut bytes = good.clone();
+            bytes.splice(at..at + from.len(), to.iter().copied());
+            bytes
+        };
+        let mut bad: Vec<Vec<u8>> = (0..good.len()).map(|n| good[..n].to_vec()).collect();
+        bad.push([good.as_slice(), b"x"].concat());
+        bad.push(replaced(b"(2, 2)", b"(9, 9)"));
+        bad.push(replaced(b"(2, 2), }  ", b"(99999999,)"));
+        bad.push(replaced(b"<f8", b"<i8"));
+        bad.push(replaced(b"<f8", b"|O8"));
+        bad.push(replaced(b"'<f8'", b"[[[[["));
+        bad.push(npy(&array![1.0, 2.0]));
+        bad.push(npy(&array![[1.0, f64::NAN]]));
+        bad.push(npy(&array![[1.0, f64::INFINITY]]));
+        bad.push(npy(&array![[1i32, 2]]));
+        bad.push(b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec());
+        bad.push(vec![b'('; 100_000]);
+        for bytes in bad {
+            let (_folder, path) = written("s.npy", &bytes);
+            let message = read_matrix(&path).unwrap_err().to_string();
+            assert!(!message.contains('\n') && message.contains("s.npy"), "{message}");
+        }
+    }
+}

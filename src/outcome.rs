@@ -1,0 +1,85 @@
+//! The folder that a run leaves: numbers, trace, fields, the colored mesh, a picture.
+//!
+//! Other programs read it; DESIGN.md section 3 fixes the names and contents. It appears whole or not at all.
+
+use std::path::Path;
+
+use image::ImageFormat;
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::file;
+use crate::mesh::{Mesh, io};
+use crate::npy;
+use crate::render;
+use crate::run::Sample;
+use crate::solve::Solution;
+
+/// How the regions and the data look.
+pub struct Looks {
+    /// One color per vertex.
+    pub data: Vec<[f64; 3]>,
+    /// One color per region.
+    pub regions: Vec<[f64; 3]>,
+}
+
+/// Writes the folder. `summary` becomes `summary.json`; the picture is left out if not wanted.
+pub fn write(
+    folder: &Path,
+    summary: &impl Serialize,
+    solution: &Solution,
+    mesh: &Mesh,
+    looks: &Looks,
+    picture: bool,
+) -> Result<()> {
+    file::write_folder(folder, |folder| {
+        npy::write(&folder.join("u.npy"), &solution.u)?;
+        npy::write(&folder.join("labels.npy"), &solution.labels)?;
+        write_trace(&folder.join("trace.csv"), &solution.trace)?;
+
+        let labels: Vec<u8> = solution.labels.iter().map(|&label| label as u8).collect();
+        let colors: Vec<[f64; 3]> =
+            labels.iter().map(|&label| looks.regions[usize::from(label)]).collect();
+        io::write_labeled(&folder.join("segmented.ply"), mesh, &colors, &labels)?;
+
+        if picture {
+            let u = solution.u.as_slice().expect("rows are contiguous");
+            let image = render::preview(mesh, &looks.data, &looks.regions, u);
+            file::write(&folder.join("preview.png"), |out| {
+                let mut png = std::io::Cursor::new(Vec::new());
+                image.write_to(&mut png, ImageFormat::Png).map_err(std::io::Error::other)?;
+                out.write_all(png.get_ref())
+            })?;
+        }
+        file::write(&folder.join("summary.json"), |out| {
+            serde_json::to_writer_pretty(&mut *out, summary)?;
+            out.write_all(b"\n")
+        })
+    })
+}
+
+fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
+    let smoothed = trace.iter().any(|sample| sample.smoothed_energy.is_some());
+    file::write(path, |out| {
+        let mut csv = csv::Writer::from_writer(out);
+        let mut header =
+            vec!["iteration", "seconds", "energy", "dual_bound", "gap", "relative_gap", "change"];
+        header.extend(smoothed.then_some("smoothed_energy"));
+        csv.write_record(&header)?;
+        for sample in trace {
+            let optional = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
+            let mut record = vec![
+                sample.iteration.to_string(),
+                sample.seconds.to_string(),
+                sample.energy.to_string(),
+                sample.dual_bound.to_string(),
+                sample.gap.to_string(),
+                sample.relative_gap.to_string(),
+                optional(sample.change),
+            ];
+            record.extend(smoothed.then(|| optional(sample.smoothed_energy)));
+            csv.write_record(&record)?;
+        }
+        csv.flush()
+    })
+}
