@@ -87,6 +87,11 @@ impl<'a> Visibility<'a> {
         (face != EMPTY).then_some(face as usize)
     }
 
+    /// How many samples see the surface.
+    pub fn surface(&self) -> usize {
+        self.hits.iter().filter(|hit| hit.face != EMPTY).count()
+    }
+
     fn corners(&self, j: usize) -> [Projected; 3] {
         self.mesh.faces[j].map(|k| self.projected[k as usize])
     }
