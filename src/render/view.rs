@@ -8,6 +8,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::bands;
 use super::camera::{Camera, half_slope};
 use super::labels::LabelField;
 use super::visibility::Visibility;
@@ -48,10 +49,7 @@ pub(super) fn choose(mesh: &Mesh, component: &[u32], field: &LabelField) -> Came
             cameras.push(Camera::fit(towards, up, &mesh.vertices));
         }
     }
-    let merits: Vec<[f64; 3]> = cameras
-        .iter()
-        .map(|c| merit(mesh, component, field, c))
-        .collect();
+    let merits = bands::map(&cameras, |camera| merit(mesh, component, field, camera));
     let best = [0, 1, 2].map(|c| merits.iter().map(|merit| merit[c]).fold(0.0, f64::max));
     let score = |i: usize| -> f64 {
         let terms = (0..3).filter(|&c| best[c] > 0.0);
