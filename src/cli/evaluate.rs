@@ -53,8 +53,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mesh = source(&arguments.mesh)?;
     let costs = npy::read_matrix(&arguments.costs)?;
     let u = npy::read_matrix(&arguments.u)?;
-    let evaluation =
-        evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
+    let evaluation = evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
     print_json(&evaluation)?;
     Ok(())
 }

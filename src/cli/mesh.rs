@@ -63,12 +63,7 @@ pub fn run(verb: &Verb) -> Outcome {
 
 fn write(path: &Path, mesh: &Mesh) -> Outcome {
     io::write(path, mesh)?;
-    eprintln!(
-        "{}: {} vertices, {} faces",
-        path.display(),
-        mesh.vertices.len(),
-        mesh.faces.len()
-    );
+    eprintln!("{}: {} vertices, {} faces", path.display(), mesh.vertices.len(), mesh.faces.len());
     Ok(())
 }
 

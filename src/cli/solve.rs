@@ -94,17 +94,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
     progress.finish();
 
     let looks = Looks {
-        data: costs.outer_iter().map(|s| categorical(cheapest(s.as_slice().unwrap_or(&s.to_vec())))).collect(),
+        data: costs
+            .outer_iter()
+            .map(|s| categorical(cheapest(s.as_slice().unwrap_or(&s.to_vec()))))
+            .collect(),
         regions: (0..costs.ncols()).map(categorical).collect(),
     };
-    outcome::write(
-        &solving.out,
-        &solution.summary,
-        &solution,
-        &mesh,
-        &looks,
-        !solving.no_preview,
-    )?;
+    outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks, !solving.no_preview)?;
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);

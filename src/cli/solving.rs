@@ -74,12 +74,13 @@ impl Solving {
                 Err(Error::unsuitable(format!("{name} {value}: must be a number from 0")))
             }
         };
-        let time = match self.time_limit {
-            None => None,
-            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|error| {
-                Error::unsuitable(format!("--time-limit {seconds}: {error}"))
-            })?),
-        };
+        let time =
+            match self.time_limit {
+                None => None,
+                Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|error| {
+                    Error::unsuitable(format!("--time-limit {seconds}: {error}"))
+                })?),
+            };
         let change = self.stop_change.map(|delta| not_negative("--stop-change", delta));
         let request = Request {
             lambda,
@@ -118,7 +119,10 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
         ("certified gap", format!("{:.2e} of the energy", summary.relative_gap)),
         (
             "labels",
-            format!("energy {:.9}, at most {percent:.2} % above any labeling", summary.rounded_energy),
+            format!(
+                "energy {:.9}, at most {percent:.2} % above any labeling",
+                summary.rounded_energy
+            ),
         ),
         ("iterations", format!("{} of {}", summary.iterations, summary.solver)),
         ("time", format!("{:.3} s in the solver", summary.seconds)),

@@ -16,7 +16,6 @@ use super::Mesh;
 use crate::error::{Error, Result};
 
 /// More faces than this are refused.
-/// More faces than any one machine here should be asked for.
 pub const MOST_FACES: u64 = 50_000_000;
 
 /// The finest sphere, of 20,971,520 faces.

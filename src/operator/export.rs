@@ -26,7 +26,8 @@ pub fn write_matrix_market(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
 /// What `scipy.sparse.load_npz` reads: a compressed-row matrix with 64-bit indices.
 pub fn write_npz(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
     assert!(matrix.is_csr());
-    let integers = |numbers: &[usize]| -> Array1<i64> { numbers.iter().map(|&n| n as i64).collect() };
+    let integers =
+        |numbers: &[usize]| -> Array1<i64> { numbers.iter().map(|&n| n as i64).collect() };
     let bytes = || -> std::result::Result<Vec<u8>, ndarray_npy::WriteNpzError> {
         let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
         npz.add_array("indices", &integers(matrix.indices()))?;

@@ -68,10 +68,10 @@ impl<'a> LabelField<'a> {
         for row in 0..size {
             for column in 0..size {
                 let i = row * size + column;
-                let right = (column + 1 < size).then_some((i + 1, 1.0, 0.0));
-                let down = (row + 1 < size).then_some((i + size, 0.0, 1.0));
-                for (k, dx, dy) in right.into_iter().chain(down) {
-                    if regions[i] != regions[k] && visibility.connected(i, k, 1.0) {
+                let steps =
+                    [(column + 1 < size, i + 1, 1.0, 0.0), (row + 1 < size, i + size, 0.0, 1.0)];
+                for (inside, k, dx, dy) in steps {
+                    if inside && regions[i] != regions[k] && visibility.connected(i, k, 1.0) {
                         let pair = [regions[i], regions[k]];
                         let t = self.crossing_fraction(visibility, [i, k], pair);
                         crossings.push(Crossing {

@@ -15,6 +15,8 @@ mod tests;
 mod view;
 mod visibility;
 
+use std::f64::consts::FRAC_PI_4;
+
 use image::RgbImage;
 use nalgebra::Vector3;
 
@@ -31,6 +33,9 @@ const HALF: usize = 800;
 const SAMPLES: usize = 4;
 /// The width of the cut, in pixels.
 const CUT_WIDTH: f64 = 3.0;
+/// A cut that would cover more than this share of the surface, as noise does, is drawn thinner: the regions
+/// should still show.
+const CUT_COVER: f64 = 0.15;
 /// The color of the cut, in sRGB.
 const CUT_COLOR: [f64; 3] = [0.86, 0.05, 0.09];
 
@@ -112,7 +117,10 @@ impl Scene {
         let field = LabelField::new(&self.mesh, &self.u, self.regions.len());
         let regions = field.seen(&visibility);
         let crossings = field.crossings(&visibility, &regions);
-        let radius = 0.5 * CUT_WIDTH * SAMPLES as f64;
+        // A line of random direction crosses 4 / pi steps of the grid for each of its length.
+        let length = crossings.len() as f64 * FRAC_PI_4;
+        let width_at_cover = CUT_COVER * visibility.surface() as f64 / length;
+        let radius = 0.5 * width_at_cover.min(CUT_WIDTH * SAMPLES as f64);
         let cut = labels::thicken(&visibility, &crossings, radius);
         let normals = normals::corner_normals(&self.mesh);
         let normals = shading::towards_viewer(&self.mesh, camera, &normals);

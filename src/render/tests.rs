@@ -180,6 +180,21 @@ fn the_contour_of_an_occluder_is_no_cut() {
 }
 
 #[test]
+fn no_cut_runs_between_components_that_touch() {
+    let mut left = plane(8, 0.0);
+    let mut right = left.clone();
+    for (a, b) in left.vertices.iter_mut().zip(&mut right.vertices) {
+        (a.x, b.x) = (0.5 * a.x - 0.5, 0.5 * b.x + 0.5);
+    }
+    let split = left.vertices.len();
+    let both = union(left, right);
+    let data = vec![GRAY; 2 * split];
+    let u: Vec<f64> =
+        (0..2 * split).flat_map(|k| [0.0, if k < split { -1.0 } else { 1.0 }]).collect();
+    assert_eq!(cut_pixels(&from_above(&both, &data, &u)), 0);
+}
+
+#[test]
 fn a_cut_behind_the_surface_is_hidden() {
     let covered = union(plane(5, 0.5), plane(5, -0.5).scaled(0.9));
     let data = vec![GRAY; covered.vertices.len()];
@@ -246,6 +261,42 @@ fn a_mesh_without_extent_is_a_white_picture() {
     assert!(white(&Mesh::new(vec![Point3::origin()], vec![[0, 0, 0]])));
     let axis = [0.0, 1.0, 2.0].map(|s| Point3::new(s, 0.0, 0.0)).to_vec();
     assert!(white(&Mesh::new(axis, vec![[0, 1, 2]])));
+}
+
+#[test]
+fn a_cut_that_fills_the_surface_leaves_the_regions_visible() {
+    let mesh = plane(60, 0.0);
+    let data = vec![GRAY; mesh.vertices.len()];
+    let stripes = field(&mesh, |x| if (30.0 * x.x).round() % 2.0 == 0.0 { 1.0 } else { -1.0 });
+    let image = from_above(&mesh, &data, &stripes);
+    assert!(cut_pixels(&image) < HALF * HALF / 10);
+}
+
+#[test]
+fn the_view_shows_the_side_with_the_regions() {
+    let mesh = blob();
+    for angle in 0..8 {
+        let (s, c) = f64::from(angle).sin_cos();
+        let spot = field(&mesh, |x| c * x.x + s * x.z - 0.8);
+        assert!(cut_pixels(&small_preview(&mesh, &spot)) > 30, "{angle}");
+    }
+}
+
+#[test]
+fn a_flat_mesh_is_seen_straight_on_in_any_plane() {
+    let upright = plane(4, 0.0);
+    let u = field(&upright, |x| x.x - 0.1);
+    let image = small_preview(&upright, &u);
+    let turns: [fn(f64, f64) -> [f64; 3]; 2] = [|x, y| [x, 0.0, -y], |x, y| [0.0, y, -x]];
+    for turn in turns {
+        let mut mesh = upright.clone();
+        for x in &mut mesh.vertices {
+            *x = turn(x.x, x.y).into();
+        }
+        let other = small_preview(&mesh, &u);
+        let pairs = image.as_raw().iter().zip(other.as_raw());
+        assert!(pairs.filter(|(a, b)| a.abs_diff(**b) > 4).count() < 100);
+    }
 }
 
 #[test]

@@ -2,12 +2,13 @@
 //!
 //! A flat mesh is seen straight on. Others are tried from all around their up axis, slightly from above, at low
 //! resolution; the view with the best sum of visible area, visible cut and visible regions wins, each in
-//! proportion to the best that any of the views offers.
+//! proportion to the best that any of the views offers. Regions count double, or small ones would stay hidden.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::bands;
 use super::camera::{Camera, half_slope};
 use super::labels::LabelField;
 use super::visibility::Visibility;
@@ -15,6 +16,10 @@ use crate::mesh::Mesh;
 
 const SIZE: usize = 128;
 const AZIMUTHS: usize = 12;
+/// Of visible area, cut and regions.
+const WEIGHTS: [f64; 3] = [1.0, 1.0, 2.0];
+/// How much better a later candidate must be, so that rounding does not decide between equals.
+const MARGIN: f64 = 1e-3;
 /// Tangents of the heights above the horizon, and how much a view from there is liked: the higher one is for
 /// shapes that lie.
 const ELEVATIONS: [(f64, f64); 2] = [(0.25, 1.0), (0.9, 0.8)];
@@ -40,17 +45,16 @@ pub(super) fn choose(mesh: &Mesh, component: &[u32], field: &LabelField) -> Came
             cameras.push(Camera::fit(towards, up, &mesh.vertices));
         }
     }
-    let merits: Vec<[f64; 3]> = cameras.iter().map(|c| merit(mesh, component, field, c)).collect();
+    let merits = bands::map(&cameras, |camera| merit(mesh, component, field, camera));
     let best = [0, 1, 2].map(|c| merits.iter().map(|merit| merit[c]).fold(0.0, f64::max));
     let score = |i: usize| -> f64 {
-        let shares = merits[i].iter().zip(best);
-        let sum: f64 =
-            shares.map(|(&value, best)| if best > 0.0 { value / best } else { 0.0 }).sum();
+        let terms = (0..3).filter(|&c| best[c] > 0.0);
+        let sum: f64 = terms.map(|c| WEIGHTS[c] * merits[i][c] / best[c]).sum();
         sum * ELEVATIONS[i / AZIMUTHS].1
     };
     let mut chosen = 0;
     for i in 1..cameras.len() {
-        if score(i) > score(chosen) {
+        if score(i) > (1.0 + MARGIN) * score(chosen) {
             chosen = i;
         }
     }

@@ -39,7 +39,23 @@ impl Edge {
     }
 
     fn at(&self, x: f64, y: f64) -> f64 {
-        self.dx * (y - self.start.y) - self.dy * (x - self.start.x)
+        self.on_row(self.row(y), x)
+    }
+
+    /// The part of the value that is constant on a row.
+    fn row(&self, y: f64) -> f64 {
+        self.dx * (y - self.start.y)
+    }
+
+    /// The value at x on the row of that part.
+    fn on_row(&self, row: f64, x: f64) -> f64 {
+        row - self.dy * (x - self.start.x)
+    }
+
+    /// The same line, positive inside a face of this signed area.
+    fn oriented(self, area: f64) -> Self {
+        let sign = area.signum();
+        Edge { start: self.start, dx: sign * self.dx, dy: sign * self.dy }
     }
 }
 
@@ -69,6 +85,11 @@ impl<'a> Visibility<'a> {
     pub fn face(&self, i: usize) -> Option<usize> {
         let face = self.hits[i].face;
         (face != EMPTY).then_some(face as usize)
+    }
+
+    /// How many samples see the surface.
+    pub fn surface(&self) -> usize {
+        self.hits.iter().filter(|hit| hit.face != EMPTY).count()
     }
 
     fn corners(&self, j: usize) -> [Projected; 3] {
@@ -151,18 +172,22 @@ fn rasterize(j: u32, corners: &[Projected; 3], first: usize, size: usize, band: 
     if area == 0.0 || !area.is_finite() {
         return;
     }
-    let sign = area.signum();
+    let inside = edges.map(|edge| edge.oriented(area));
+    let w = corners.map(|p| p.w / area.abs());
     for row in rows {
         let y = row as f64 + 0.5;
         let line = &mut band[(row - first) * size..][..size];
+        let level = inside.each_ref().map(|edge| edge.row(y));
         for column in columns.clone() {
             let x = column as f64 + 0.5;
-            let weight = [0, 1, 2].map(|c| edges[c].at(x, y));
-            if weight.iter().all(|value| sign * value >= 0.0) {
-                let w: f64 = weight.iter().zip(corners).map(|(e, p)| e * p.w).sum::<f64>() / area;
+            let a = inside[0].on_row(level[0], x);
+            let b = inside[1].on_row(level[1], x);
+            let c = inside[2].on_row(level[2], x);
+            if a >= 0.0 && b >= 0.0 && c >= 0.0 {
+                let w = (a * w[0] + b * w[1] + c * w[2]) as f32;
                 let hit = &mut line[column];
-                if w as f32 > hit.w {
-                    *hit = Hit { face: j, w: w as f32 };
+                if w > hit.w {
+                    *hit = Hit { face: j, w };
                 }
             }
         }
@@ -172,7 +197,9 @@ fn rasterize(j: u32, corners: &[Projected; 3], first: usize, size: usize, band: 
 /// The samples whose centers lie between the least and the largest coordinate, within [low, high).
 fn samples(coordinates: [f64; 3], low: usize, high: usize) -> std::ops::Range<usize> {
     let [a, b, c] = coordinates;
-    let least = (a.min(b).min(c) - 0.5).ceil().max(low as f64) as usize;
-    let past = (a.max(b).max(c) + 0.5).floor().clamp(0.0, high as f64) as usize;
+    let from = (a.min(b).min(c) - 0.5).max(low as f64);
+    let floor = from as usize;
+    let least = floor + usize::from(from > floor as f64);
+    let past = (a.max(b).max(c) + 0.5).clamp(0.0, high as f64) as usize;
     least..past.max(least)
 }
