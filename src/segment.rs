@@ -5,6 +5,7 @@
 //! solved to the requested gap, and that gap is a certificate for the parameters found.
 //! Delaunoy et al., ICCV 2009, section 3.2.
 
+use ndarray::Array1;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -113,7 +114,7 @@ fn segment_compiled<const M: usize>(
         let change = DataModel::<M>::fit(&mut model, &weights);
         estimates += 1;
         problem.f = integrate(mesh, m, &costs(&model), request.mass);
-        solver.restart();
+        solver.restart(&problem);
         run.forget();
         if change <= settled {
             break;
@@ -127,11 +128,31 @@ fn segment_compiled<const M: usize>(
             run.advance(&mut *solver, &problem, &stop, observe)
         }
     };
-    Ok(Segmentation {
-        solution: conclude(mesh, &problem, m, request, run, status, warnings),
-        parameters: DataModel::<M>::parameters(&model),
-        estimates,
-    })
+    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
+    let parameters = DataModel::<M>::parameters(&model);
+    let deviation = data.variance(&request.mass.weights(mesh)).sqrt();
+    solution.summary.warnings.extend(merged(&parameters, &solution.labels, deviation));
+    Ok(Segmentation { solution, parameters, estimates })
+}
+
+/// Regions whose means agree to this share of the standard deviation of the data have become one.
+const SAME: f64 = 0.05;
+
+fn merged(parameters: &[RegionParameters], labels: &Array1<i32>, deviation: f64) -> Option<String> {
+    let used = |p: usize| labels.iter().any(|&label| label as usize == p);
+    let same = |a: usize, b: usize| {
+        let pairs = parameters[a].mean.iter().zip(&parameters[b].mean);
+        pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() <= SAME * deviation
+    };
+    (0..parameters.len())
+        .flat_map(|b| (0..b).map(move |a| (a, b)))
+        .find(|&(a, b)| same(a, b) && used(a) && used(b))
+        .map(|(a, b)| {
+            format!(
+                "regions {a} and {b} have nearly the same mean, so the cut between them is arbitrary; \
+                 ask for fewer regions or a smaller lambda"
+            )
+        })
 }
 
 fn initial_means(

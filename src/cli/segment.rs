@@ -43,9 +43,10 @@ pub struct Arguments {
     #[arg(long, value_parser = named(&Model::NAMES), default_value = "constant")]
     model: Model,
 
-    /// Weight of the length of the cuts
-    #[arg(long, default_value_t = 0.01)]
-    lambda: f64,
+    /// Weight of the length of the cuts, in units of squared data times length [default: 0.02 times the variance
+    /// of the data, times the square root of the area]
+    #[arg(long)]
+    lambda: Option<f64>,
 
     /// Iterations between re-estimations of the region parameters
     #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
@@ -138,7 +139,7 @@ struct Seen {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
-    let request = solving.request(arguments.lambda)?;
+    let mut request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     let source = Source::parse(&arguments.mesh)?;
     let mesh = source.mesh()?;
     let area = mesh.area();
@@ -154,6 +155,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
         );
     }
 
+    let cells = barycentric_areas(&scaled);
+    if arguments.lambda.is_none() {
+        request.lambda = default_lambda(&seen.data, &cells);
+    }
+
     let alternation = Alternation {
         regions: usize::from(arguments.regions),
         initial: arguments.init,
@@ -166,7 +172,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     })??;
     progress.finish();
 
-    let regions = describe_regions(&segmentation, &seen, &barycentric_areas(&scaled));
+    let regions = describe_regions(&segmentation, &seen, &cells);
     let solution = &segmentation.solution;
     let summary = SegmentSummary {
         summary: &solution.summary,
@@ -181,8 +187,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         scale,
         region_parameters: &regions,
     };
-    let looks =
-        Looks { regions: regions.iter().map(|region| region.color).collect(), data: seen.looks };
+    let looks = Looks {
+        regions: regions.iter().map(|region| region.color).collect(),
+        data: seen.looks.clone(),
+    };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks, !solving.no_preview)?;
 
     warn(&solution.summary.warnings);
@@ -248,6 +256,11 @@ fn numbers(mesh: &Mesh, path: &PathBuf) -> Result<Seen> {
     };
     let data = Data::new(array.ncols(), array.iter().copied().collect())?;
     Ok(Seen { data, looks, name: path.display().to_string(), unit_range: None })
+}
+
+/// Cuts weigh as much as a mistake of one standard deviation within a fiftieth of the mesh's length.
+fn default_lambda(data: &Data, area: &[f64]) -> f64 {
+    0.02 * data.variance(area) * area.iter().sum::<f64>().sqrt()
 }
 
 /// What is told of one region.

@@ -10,7 +10,7 @@ use meshseg::solve::{Request, Summary};
 use meshseg::solver::{DEFAULT, DESCRIPTIONS, Options};
 use meshseg::{Error, Result};
 
-use super::{Failure, Outcome, named};
+use super::{Failure, Outcome, named, table};
 
 #[derive(Args)]
 pub struct Solving {
@@ -114,16 +114,17 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
     let percent = 100.0 * summary.rounded_relative_gap;
     vec![
         ("status", summary.status_sentence.to_owned()),
-        ("energy", format!("{:.9}", summary.energy)),
-        ("lower bound", format!("{:.9}", summary.dual_bound)),
+        ("energy", table::number(summary.energy)),
+        ("lower bound", table::number(summary.dual_bound)),
         ("certified gap", format!("{:.2e} of the energy", summary.relative_gap)),
         (
             "labels",
             format!(
-                "energy {:.9}, at most {percent:.2} % above any labeling",
-                summary.rounded_energy
+                "energy {}, at most {percent:.2} % above any labeling",
+                table::number(summary.rounded_energy)
             ),
         ),
+        ("lambda", table::number(summary.lambda)),
         ("iterations", format!("{} of {}", summary.iterations, summary.solver)),
         ("time", format!("{:.3} s in the solver", summary.seconds)),
     ]

@@ -20,3 +20,12 @@ pub fn columns(rows: &[Vec<String>]) -> String {
         })
         .collect()
 }
+
+/// Nine significant digits, plain where that reads well.
+pub fn number(x: f64) -> String {
+    if x == 0.0 || !(1e-3..1e7).contains(&x.abs()) {
+        return format!("{x:.8e}");
+    }
+    let before_point = x.abs().log10().floor() as i32 + 1;
+    format!("{x:.*}", (9 - before_point).max(0) as usize)
+}

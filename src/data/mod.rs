@@ -45,6 +45,18 @@ impl Data {
         self.values.is_empty()
     }
 
+    /// int |C - mean C|^2 / area: the sum of the variances of the coordinates.
+    pub fn variance(&self, area: &[f64]) -> f64 {
+        let total: f64 = area.iter().sum();
+        (0..self.dimension)
+            .map(|i| {
+                let column = || self.values[i..].iter().step_by(self.dimension).zip(area);
+                let mean = column().map(|(c, a)| a * c).sum::<f64>() / total;
+                column().map(|(c, a)| a * (c - mean).powi(2)).sum::<f64>() / total
+            })
+            .sum()
+    }
+
     /// C(x_k).
     pub fn at(&self, k: usize) -> &[f64] {
         &self.values[k * self.dimension..(k + 1) * self.dimension]

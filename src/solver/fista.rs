@@ -162,7 +162,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         Iterate { u: &self.u, q: &self.q }
     }
 
-    fn restart(&mut self) {
+    fn restart(&mut self, _problem: &Problem<K, M>) {
         self.t = 1.0;
         self.y.copy_from_slice(&self.u);
     }

@@ -34,8 +34,8 @@ pub trait Solver<K, const M: usize> {
     /// After a landing step (or none): a feasible U, rows in the simplex, and a feasible dual field.
     fn iterate(&self) -> Iterate<'_, M>;
 
-    /// The costs jumped: drop momentum, keep the iterate.
-    fn restart(&mut self) {}
+    /// The costs jumped to those of `problem`: drop momentum, fit the steps, keep the iterate.
+    fn restart(&mut self, _problem: &Problem<K, M>) {}
 
     /// The smoothing of the energy that is minimized in place of E, if there is one.
     fn smoothing(&self) -> Option<Smoothing> {
