@@ -1,0 +1,12 @@
+.PHONY: test lint bench
+
+# Every test the project has. Release, because the mathematics is slow without it.
+test:
+	cargo test --release --locked
+
+lint:
+	cargo fmt --all --check
+	cargo clippy --release --locked --all-targets -- -D warnings
+
+bench:
+	cargo bench --locked
