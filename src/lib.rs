@@ -1,4 +1,25 @@
-//! Convex multi-region segmentation of data on triangle meshes.
+//! Convex multi-region segmentation of data on triangle meshes, with certified optimality gaps.
+//!
+//! A mesh has V vertices and F triangles; face j has area A_j. The labels U in R^{V x m} have rows u_k in the
+//! unit simplex. Delaunoy, Fundana, Prados and Heyden (*Convex Multi-Region Segmentation on Manifolds*,
+//! ICCV 2009) minimize
+//!
+//! ```text
+//! E(U) = sum_k <u_k, f_k> + lambda sum_j |(K U)_j|              (K U)_j = A_j grad_j U in R^{2 x m}
+//! D(q) = sum_k min_p ( f_k + (K^T q)_k )_p,   |q_j| <= lambda   D(q) <= E* <= E(U)
+//! ```
+//!
+//! | symbol | meaning | where |
+//! |---|---|---|
+//! | K, `k` | per-face gradient times area | [`operator`] |
+//! | M, a_k | consistent and lumped mass | [`operator::mass`] |
+//! | u, q | labels, dual field | [`field::Row`], [`field::Tangent`] |
+//! | f, s | integrated and pointwise costs | [`problem`], [`data`] |
+//! | mu | region parameters | [`data`] |
+//! | j, k or v, p | face, vertex, region | everywhere |
+//!
+//! One convex problem: [`solve::solve`]. Data to regions: [`segment::segment`]. Any U, scored:
+//! [`evaluate::evaluate`]. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
 
 pub mod data;
 pub mod error;
@@ -22,3 +43,8 @@ pub mod sweep;
 
 pub use error::{Error, Result};
 pub use mesh::Mesh;
+
+/// The examples of README.md are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
