@@ -14,8 +14,13 @@ const SORTED_UP_TO: usize = 8;
 #[inline(always)]
 pub fn project_simplex<const M: usize>(v: Row<M>) -> Row<M> {
     // The projection does not change when a constant is added to v. With the largest entry at 0 the
-    // entries that stay positive lie in [-1, 0], so that the row sums to 1 however large v is.
-    let v = v + Row([-v.max(); M]);
+    // entries that stay positive lie in [-1, 0], so that the row sums to 1 however large v is; what lies
+    // below is cut off, so that no sum overflows.
+    let largest = v.max();
+    let v = Row::<M>::from_fn(|p| {
+        let below = v.0[p] - largest;
+        if below < -1.0 { -1.0 } else { below }
+    });
     let theta = if M <= SORTED_UP_TO { threshold_by_sorting(v) } else { threshold_by_shrinking(v) };
     Row::from_fn(|p| {
         let u = v.0[p] - theta;
@@ -131,6 +136,21 @@ mod tests {
         for scale in [1e8, 1e150, 1e300] {
             let u = project_simplex(Row([scale, -scale, 0.3 * scale, scale]));
             assert_eq!(u, Row([0.5, 0.0, 0.0, 0.5]));
+        }
+    }
+
+    /// A closed region costs 1e300, times any step: sums of such entries must not overflow.
+    #[test]
+    fn entries_far_below_do_no_harm() {
+        for far in [-1e300, -1e308, -1.7e308, f64::NEG_INFINITY] {
+            let mut v = [far; 12];
+            (v[3], v[8]) = (0.25, 0.75);
+            let u = project_simplex(Row(v));
+            assert_eq!(u, Row::one_hot(3) * 0.25 + Row::one_hot(8) * 0.75);
+            assert_eq!(
+                project_simplex(Row([far, 0.25, far, 0.75, far])),
+                Row([0.0, 0.25, 0.0, 0.75, 0.0])
+            );
         }
     }
 

@@ -91,12 +91,12 @@ impl<const M: usize> ChambollePock<M> {
 }
 
 /// How large q becomes: lambda, where the total variation is what limits it. A lambda so large that the
-/// optimum is constant is limited by the costs that q has to balance: K^T q = -(f - mean f).
+/// optimum is constant is limited by the costs that q has to balance: K^T q = -(f - mean f). Where lambda
+/// is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
 fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let area = sum(problem.k.faces(), |j| problem.k.area(j));
     let balance = 0.1 * problem.spread() / area.sqrt();
-    let scale =
-        if problem.lambda > 0.0 && problem.lambda < balance { problem.lambda } else { balance };
+    let scale = if problem.lambda < balance { problem.lambda.max(1e-9 * balance) } else { balance };
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }
 
