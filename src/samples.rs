@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 
 use crate::field::{Row, Tangent};
 use crate::mesh::{Mesh, Shape};
-use crate::operator::Stencil;
+use crate::operator::{Operator, Stencil};
 use crate::problem::{NEVER, Problem};
 use crate::prox::project_ball;
 
@@ -178,7 +178,6 @@ pub fn known_optimum<const M: usize>(
     cost: f64,
     seed: u64,
 ) -> Known<M> {
-    use crate::operator::Operator;
     let mut rng = rng(seed);
     let n = mesh.vertices.len();
     let k = Stencil::new(mesh);

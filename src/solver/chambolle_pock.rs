@@ -95,7 +95,7 @@ impl<const M: usize> ChambollePock<M> {
 /// is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
 fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let area = sum(problem.k.faces(), |j| problem.k.area(j));
-    let balance = 0.1 * problem.spread() / area.sqrt();
+    let balance = 0.02 * problem.spread() / area.sqrt();
     let scale = if problem.lambda < balance { problem.lambda.max(1e-9 * balance) } else { balance };
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }

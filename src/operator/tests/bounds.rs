@@ -40,11 +40,11 @@ fn scaled_normal_matrix(mesh: &Mesh, w: &[f64], above: &[f64]) -> DMatrix<f64> {
     let k = Stencil::new(mesh);
     let n = k.vertices();
     let mut normal = DMatrix::<f64>::zeros(n, n);
-    for j in 0..k.faces() {
+    for (j, w) in w.iter().enumerate() {
         let face = k.face(j);
         for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
             for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
-                normal[(a, b)] += w[j] * (ax * bx + ay * by);
+                normal[(a, b)] += w * (ax * bx + ay * by);
             }
         }
     }
