@@ -35,6 +35,8 @@ pub mod prox;
 pub mod regions;
 pub mod render;
 pub mod run;
+#[cfg(test)]
+mod samples;
 pub mod segment;
 pub mod solve;
 pub mod solver;

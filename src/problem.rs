@@ -166,3 +166,6 @@ pub fn relative_gap(energy: f64, bound: f64, scale: f64) -> f64 {
 pub fn rounded<const M: usize>(u: &[Row<M>]) -> Vec<Row<M>> {
     u.iter().map(|row| Row::one_hot(row.argmax())).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -47,13 +47,18 @@ fn threshold_by_sorting<const M: usize>(v: Row<M>) -> (f64, f64) {
 #[inline(always)]
 fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> (f64, f64) {
     let largest = v.max();
+    // No entry below -1 stays positive; cut off there, closed regions at -1e300 overflow no sum.
+    let v = Row::<M>::from_fn(|p| {
+        let below = v.0[p] - largest;
+        if below < -1.0 { -1.0 } else { below }
+    });
     let mut theta = f64::NEG_INFINITY;
     let mut count = M + 1;
     loop {
         let (mut sum, mut above) = (0.0, 0);
         for &entry in &v.0 {
-            if entry - largest > theta {
-                sum += entry - largest;
+            if entry > theta {
+                sum += entry;
                 above += 1;
             }
         }
@@ -135,6 +140,21 @@ mod tests {
         for scale in [1e8, 1e150, 1e300] {
             let u = project_simplex(Row([scale, -scale, 0.3 * scale, scale]));
             assert_eq!(u, Row([0.5, 0.0, 0.0, 0.5]));
+        }
+    }
+
+    /// A closed region costs 1e300, times any step: sums of such entries must not overflow.
+    #[test]
+    fn entries_far_below_do_no_harm() {
+        for far in [-1e300, -1e308, -1.7e308, f64::NEG_INFINITY] {
+            let mut v = [far; 12];
+            (v[3], v[8]) = (0.25, 0.75);
+            let u = project_simplex(Row(v));
+            assert_eq!(u, Row::one_hot(3) * 0.25 + Row::one_hot(8) * 0.75);
+            assert_eq!(
+                project_simplex(Row([far, 0.25, far, 0.75, far])),
+                Row([0.0, 0.25, 0.0, 0.75, 0.0])
+            );
         }
     }
 

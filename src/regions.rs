@@ -63,3 +63,36 @@ pub fn close_from<const M: usize>(m: usize, f: &mut [Row<M>]) {
         row.0[m..].fill(NEVER);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compiled<const M: usize>() -> usize {
+        M
+    }
+
+    #[test]
+    fn every_number_of_regions_fits_its_compiled_length() {
+        for m in REGIONS {
+            let length = with_regions!(m, compiled());
+            assert!(length >= m && length < 2 * m, "{m} regions in {length}");
+            assert!(check(m).is_ok());
+        }
+        for m in [0, 1, 65, usize::MAX] {
+            let message = check(m).unwrap_err().to_string();
+            assert!(message.contains("2 to 64") && !message.contains('\n'), "{message}");
+        }
+    }
+
+    #[test]
+    fn rows_and_arrays_are_the_same_numbers() {
+        let array_9 = Array2::from_shape_fn((4, 9), |(k, p)| (10 * k + p) as f64);
+        let mut padded = rows::<12>(array_9.view());
+        assert!(padded.iter().all(|row| row.0[9..] == [0.0; 3]));
+        assert_eq!(array(&padded, 9), array_9);
+        close_from(9, &mut padded);
+        assert!(padded.iter().all(|row| row.0[9..] == [NEVER; 3]));
+        assert_eq!(array(&padded, 9), array_9);
+    }
+}

@@ -258,3 +258,6 @@ impl<const M: usize> Run<M> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

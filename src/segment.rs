@@ -207,3 +207,6 @@ fn range(data: &Data) -> f64 {
         })
         .fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests;

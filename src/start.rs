@@ -81,3 +81,53 @@ impl Start {
 fn project_onto_first<const M: usize>(m: usize, row: Row<M>) -> Row<M> {
     project_simplex(Row::from_fn(|p| if p < m { row.0[p] } else { -NEVER }))
 }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regions::close_from;
+    use crate::samples::{random_rows, rng};
+
+    fn costs() -> Vec<Row<12>> {
+        let mut f = random_rows(2000, &mut rng(131));
+        close_from(9, &mut f);
+        f
+    }
+
+    #[test]
+    fn every_start_lies_in_the_simplex_of_the_open_regions() {
+        let f = costs();
+        let given = Array2::from_shape_fn((f.len(), 9), |(k, p)| f64::from(k % 9 == p));
+        let starts =
+            [Start::Uniform, Start::Random { seed: 4 }, Start::Argmin, Start::Given(given)];
+        for start in starts {
+            for u in start.rows::<12>(9, &f) {
+                assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14, "{start:?}");
+                assert!(u.min() >= 0.0 && u.0[9..] == [0.0; 3], "{start:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn argmin_is_the_cheapest_region() {
+        let f = costs();
+        for (u, f) in Start::Argmin.rows::<12>(9, &f).iter().zip(&f) {
+            assert_eq!(u.dot(*f), f.min());
+        }
+    }
+
+    /// Uniform on the simplex of 9 corners: each entry has mean 1/9 and variance 8 / (81 * 10).
+    #[test]
+    fn random_rows_are_uniform_on_the_simplex() {
+        let f = costs();
+        let rows = Start::Random { seed: 7 }.rows::<12>(9, &f);
+        assert_eq!(rows, Start::Random { seed: 7 }.rows::<12>(9, &f));
+        assert_ne!(rows, Start::Random { seed: 8 }.rows::<12>(9, &f));
+        for p in 0..9 {
+            let n = rows.len() as f64;
+            let mean = rows.iter().map(|u| u.0[p]).sum::<f64>() / n;
+            let variance = rows.iter().map(|u| (u.0[p] - mean).powi(2)).sum::<f64>() / n;
+            assert!((mean - 1.0 / 9.0).abs() < 0.01, "{mean}");
+            assert!((variance / (8.0 / 810.0) - 1.0).abs() < 0.2, "{variance}");
+        }
+    }
+}

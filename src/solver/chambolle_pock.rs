@@ -13,6 +13,13 @@
 //!   primal-dual algorithms in convex optimization*, ICCV 2011, alpha = 1;
 //! - plain: sigma = omega / ||K||, tau = 1 / (omega ||K||), with the closed-form bound of ||K||.
 //!
+//! The weight omega between the steps starts at 1.5 lambda, or less if the costs need less. At landing steps
+//! some 100, 300, 700, ... after the start it is looked at again. Where some |q_j| has reached lambda, primal and
+//! dual moves since the last time should have the same length, |u - u'|_{1/tau} = |q - q'|_{1/sigma}, as in
+//! D. Applegate et al., *Practical large-scale linear programming using primal-dual hybrid gradient*, NeurIPS
+//! 2021, section 3.3. Where none has, the total variation does not limit q, the problem is bilinear like a
+//! linear program, and a small omega is 10 to 50 times faster. Finitely many changes harm no convergence.
+//!
 //! Relaxed iterates are infeasible and poor; a landing step has rho = 1, after which u = x and q = y.
 
 use super::{Description, Iterate, OptionDescription, Setup, Solver};
@@ -46,7 +53,13 @@ pub const DESCRIPTION: Description = Description {
             key: "step-ratio",
             values: "NUMBER",
             default: "1.5",
-            help: "dual step in units of lambda (omega = step-ratio * lambda); 3 to 4 suits gaps below 1e-5",
+            help: "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
+        },
+        OptionDescription {
+            key: "balance",
+            values: "adaptive|fixed",
+            default: "adaptive",
+            help: "whether omega follows the lengths of the primal and dual moves, or stays",
         },
     ],
 };
@@ -65,11 +78,22 @@ pub struct ChambollePock<const M: usize> {
     q: Vec<Tangent<M>>,
     sigma: Vec<f64>,
     tau: Vec<f64>,
-    /// omega, in the units of q, and what it is in units of [`dual_scale`].
     omega: f64,
     step_ratio: f64,
+    balance: Option<Balance<M>>,
     rho: f64,
 }
+
+/// Where u and q were when omega was last set.
+struct Balance<const M: usize> {
+    u: Vec<Row<M>>,
+    q: Vec<Tangent<M>>,
+    steps: u64,
+    window: u64,
+}
+
+/// Steps until omega is looked at for the first time.
+const FIRST_WINDOW: u64 = 100;
 
 impl<const M: usize> ChambollePock<M> {
     pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
@@ -82,10 +106,15 @@ impl<const M: usize> ChambollePock<M> {
         let step_ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(1.5);
         let omega = step_ratio * dual_scale(problem);
         let (sigma, tau) = step_lengths(&problem.k, steps, omega);
+        let q = vec![Tangent::ZERO; problem.k.faces()];
+        let balance = options
+            .choice("balance", &[("adaptive", true), ("fixed", false)])?
+            .then(|| Balance { u: start.clone(), q: q.clone(), steps: 0, window: FIRST_WINDOW });
         Ok(ChambollePock {
             u_bar: start.clone(),
             u: start,
-            q: vec![Tangent::ZERO; problem.k.faces()],
+            q,
+            balance,
             sigma,
             tau,
             omega,
@@ -93,17 +122,57 @@ impl<const M: usize> ChambollePock<M> {
             rho,
         })
     }
+
+    fn set_omega(&mut self, omega: f64) {
+        let factor = omega / self.omega;
+        self.sigma.iter_mut().for_each(|sigma| *sigma *= factor);
+        self.tau.iter_mut().for_each(|tau| *tau /= factor);
+        self.omega = omega;
+    }
+
+    /// omega <- sqrt(omega omega'), with the omega' that would have given both moves the same length; or
+    /// omega / 4 while no q_j has reached lambda.
+    fn balance<K: Operator>(&mut self, problem: &Problem<K, M>) {
+        let Some(Balance { u, q, steps, window }) = &mut self.balance else { return };
+        if steps < window {
+            return;
+        }
+        let (sigma, tau) = (&self.sigma, &self.tau);
+        let primal = sum(u.len(), |v| (self.u[v] - u[v]).norm_squared() / tau[v]);
+        let dual = sum(q.len(), |j| (self.q[j] - q[j]).norm_squared() / sigma[j]);
+        u.copy_from_slice(&self.u);
+        q.copy_from_slice(&self.q);
+        (*steps, *window) = (0, 2 * *window);
+        let at_lambda = |j: usize| self.q[j].norm() >= (1.0 - 1e-9) * problem.lambda;
+        if sum(self.q.len(), |j| f64::from(at_lambda(j))) > 0.0 {
+            let factor = (dual / primal).powf(0.25);
+            if factor.is_normal() {
+                self.set_omega(self.omega * factor);
+            }
+        } else {
+            let least = LEAST_OMEGA * costs_scale(problem);
+            if self.omega > least {
+                self.set_omega(f64::max(0.25 * self.omega, least));
+            }
+        }
+    }
 }
 
-/// How large q becomes: lambda, where the total variation is what limits it; but for a lambda so large that
-/// the optimum is constant, no larger than what balances the costs, K^T q = -(f - mean f). A tenth of their
-/// spread over the square root of the area was good for all of rough, smooth and noisy costs.
+/// How large q becomes, to begin with: lambda, where the total variation is what limits it. A lambda so large
+/// that the optimum is constant is limited by the costs that q has to balance, K^T q = -(f - mean f). Where
+/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
 fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
-    let area = sum(problem.k.faces(), |j| problem.k.area(j));
-    let balance = 0.1 * problem.spread() / area.sqrt();
-    let scale =
-        if problem.lambda > 0.0 && problem.lambda < balance { problem.lambda } else { balance };
+    let balance = 0.02 * costs_scale(problem);
+    let scale = if problem.lambda < balance { problem.lambda.max(1e-9 * balance) } else { balance };
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
+}
+
+/// A small omega, in units of [`costs_scale`]. Measured on 10,000 faces, from stretched to needles.
+const LEAST_OMEGA: f64 = 0.003;
+
+/// The spread of the costs over the square root of the area, in the units of q.
+fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
+    problem.spread() / sum(problem.k.faces(), |j| problem.k.area(j)).sqrt()
 }
 
 /// sigma_j and tau_k. A vertex without faces gets the largest tau of the others.
@@ -144,7 +213,8 @@ fn step_lengths<K: Operator>(k: &K, steps: Steps, omega: f64) -> (Vec<f64>, Vec<
 }
 
 impl<K: Operator, const M: usize> Solver<K, M> for ChambollePock<M> {
-    fn step(&mut self, Problem { k, f, lambda }: &Problem<K, M>, land: bool) {
+    fn step(&mut self, problem: &Problem<K, M>, land: bool) {
+        let Problem { k, f, lambda } = problem;
         let Self { u, u_bar, q, sigma, tau, rho, .. } = self;
         let rho = if land { 1.0 } else { *rho };
         // x = Proj_simplex( u - tau (f + K^T q) ),   u_bar = 2x - u,   u <- u + rho (x - u)
@@ -158,6 +228,12 @@ impl<K: Operator, const M: usize> Solver<K, M> for ChambollePock<M> {
             let y = project_ball(*q + k.at(u_bar, j) * sigma, *lambda);
             *q = if land { y } else { *q + (y - *q) * rho };
         });
+        if let Some(balance) = &mut self.balance {
+            balance.steps += 1;
+        }
+        if land {
+            self.balance(problem);
+        }
     }
 
     fn iterate(&self) -> Iterate<'_, M> {
@@ -165,10 +241,11 @@ impl<K: Operator, const M: usize> Solver<K, M> for ChambollePock<M> {
     }
 
     fn restart(&mut self, problem: &Problem<K, M>) {
-        let omega = self.step_ratio * dual_scale(problem);
-        let factor = omega / self.omega;
-        self.sigma.iter_mut().for_each(|sigma| *sigma *= factor);
-        self.tau.iter_mut().for_each(|tau| *tau /= factor);
-        self.omega = omega;
+        self.set_omega(self.step_ratio * dual_scale(problem));
+        if let Some(balance) = &mut self.balance {
+            balance.u.copy_from_slice(&self.u);
+            balance.q.copy_from_slice(&self.q);
+            (balance.steps, balance.window) = (0, FIRST_WINDOW);
+        }
     }
 }

@@ -15,7 +15,7 @@ use super::{Description, Iterate, OptionDescription, Setup, Solver};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::problem::{Problem, Smoothing};
+use crate::problem::{NEVER, Problem, Smoothing};
 use crate::prox::project_simplex;
 use crate::sweep::sweep;
 
@@ -88,6 +88,12 @@ impl<const M: usize> ProjectedGradient<M> {
     }
 }
 
+/// g with another value in the regions that are closed.
+#[inline(always)]
+fn replace_closed<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
+    Row::from_fn(|p| if f.0[p] == NEVER { value } else { g.0[p] })
+}
+
 impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
     fn step(&mut self, Problem { k, f, lambda }: &Problem<K, M>, _land: bool) {
         let Self { u, q, gradient, metric, smoothing, tau } = self;
@@ -99,9 +105,14 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
                 *u = project_simplex(descend(*u, f + k.adjoint_at(q, v), *tau, d));
             }),
             Metric::Full(mass) => {
-                sweep((&mut *gradient, f), |v, (g, &f)| *g = f + k.adjoint_at(q, v));
+                // M^-1 has entries of both signs, which closed regions must not get to see.
+                sweep((&mut *gradient, f), |v, (g, &f)| {
+                    *g = replace_closed(f + k.adjoint_at(q, v), f, 0.0);
+                });
                 mass.solve(gradient);
-                sweep((&mut *u, &*gradient), |_, (u, &g)| *u = project_simplex(*u + g * -*tau));
+                sweep((&mut *u, &*gradient, f), |_, (u, &g, &f)| {
+                    *u = project_simplex(*u + replace_closed(g, f, NEVER) * -*tau);
+                });
             }
         }
     }

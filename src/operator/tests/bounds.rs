@@ -1,0 +1,107 @@
+//! The closed-form bounds against dense eigenvalues.
+
+use nalgebra::{DMatrix, Matrix2, SymmetricEigen};
+use rand::RngExt;
+
+use crate::mesh::Mesh;
+use crate::operator::bounds::{diagonal_above, squared};
+use crate::operator::{Matrix, Operator, Stencil};
+use crate::samples::{assert_within, needles, rng, shape, zoo};
+
+/// sum_k weight_k g_k g_k^T as a matrix, and its largest eigenvalue by nalgebra.
+fn largest(columns: [[f64; 2]; 3], weight: impl Fn([f64; 2]) -> f64) -> f64 {
+    let sum: Matrix2<f64> = columns
+        .into_iter()
+        .map(|column| {
+            let g = nalgebra::Vector2::from(column);
+            g * g.transpose() * weight(column)
+        })
+        .sum();
+    SymmetricEigen::new(sum).eigenvalues.max()
+}
+
+#[test]
+fn face_bounds_are_the_eigenvalues() {
+    for (_, mesh) in zoo() {
+        let k = Stencil::new(&mesh);
+        for j in 0..k.faces() {
+            let face = k.face(j);
+            let row = largest(face.columns, |_| 1.0);
+            assert_within(face.row_bound(), row, 1e-13, row);
+            let column = largest(face.columns, |g| 1.0 / squared(g));
+            assert_within(face.column_bound(), column, 1e-13, column);
+            assert!((1.5 - 1e-13..=3.0 + 1e-13).contains(&face.column_bound()));
+        }
+    }
+}
+
+/// D^-1/2 K^T diag(w) K D^-1/2 on the vertices with faces, whose largest eigenvalue must be at most 1.
+fn scaled_normal_matrix(mesh: &Mesh, w: &[f64], above: &[f64]) -> DMatrix<f64> {
+    let k = Stencil::new(mesh);
+    let n = k.vertices();
+    let mut normal = DMatrix::<f64>::zeros(n, n);
+    for (j, w) in w.iter().enumerate() {
+        let face = k.face(j);
+        for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
+            for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
+                normal[(a, b)] += w * (ax * bx + ay * by);
+            }
+        }
+    }
+    let root = |v: usize| if above[v] > 0.0 { above[v].sqrt() } else { 1.0 };
+    DMatrix::from_fn(n, n, |a, b| normal[(a, b)] / (root(a) * root(b)))
+}
+
+#[test]
+fn the_diagonal_lies_above() {
+    let mut rng = rng(21);
+    for (name, mesh) in zoo() {
+        let n = mesh.faces.len();
+        let ones = vec![1.0; n];
+        let wild: Vec<f64> = (0..n).map(|_| 10_f64.powf(rng.random_range(-3.0..3.0))).collect();
+        let lengths: Vec<f64> = {
+            let k = Stencil::new(&mesh);
+            (0..n).map(|j| 1.0 / k.face(j).row_bound().sqrt()).collect()
+        };
+        for w in [ones, wild, lengths] {
+            for above in [
+                diagonal_above(&Stencil::new(&mesh), |j| w[j]),
+                diagonal_above(&Matrix::new(&mesh), |j| w[j]),
+            ] {
+                let eigenvalues = scaled_normal_matrix(&mesh, &w, &above).symmetric_eigenvalues();
+                assert!(eigenvalues.max() <= 1.0 + 1e-10, "{name}: {}", eigenvalues.max());
+                // Not by a wide margin: no more than the number of corners of a face, by b_j <= 3.
+                assert!(eigenvalues.max() >= 1.0 / 3.0, "{name}: {}", eigenvalues.max());
+            }
+        }
+    }
+}
+
+/// On right-angled isosceles faces the function +-1 of a chessboard attains the bound, but for the border.
+#[test]
+fn the_diagonal_is_attained_on_a_grid() {
+    let ratio = |cells: u32| {
+        let mesh = shape(&format!("grid:{cells}x{cells}"));
+        let k = Stencil::new(&mesh);
+        let above = diagonal_above(&k, |_| 1.0);
+        let sign = |v: u32| f64::from(v % (cells + 1) + v / (cells + 1)) % 2.0 * 2.0 - 1.0;
+        let u = super::column((0..k.vertices() as u32).map(sign));
+        let energy: f64 = (0..k.faces()).map(|j| k.at(&u, j).norm_squared()).sum();
+        energy / above.iter().sum::<f64>()
+    };
+    assert!((ratio(6) - 1.0).abs() < 1e-12, "{}", ratio(6));
+    assert!((ratio(11) - 1.0).abs() < 1e-12, "{}", ratio(11));
+}
+
+/// The steps of the local preconditioning: || Sigma^1/2 K T^1/2 || <= 1 on needles of any aspect.
+#[test]
+fn the_diagonal_lies_above_on_needles() {
+    for aspect in [1e-1, 1e-3, 1e-6, 1e-9] {
+        let mesh = needles(3, aspect);
+        let k = Stencil::new(&mesh);
+        let w: Vec<f64> = (0..k.faces()).map(|j| 1.0 / k.face(j).row_bound().sqrt()).collect();
+        let above = diagonal_above(&k, |j| w[j]);
+        let eigenvalues = scaled_normal_matrix(&mesh, &w, &above).symmetric_eigenvalues();
+        assert!(eigenvalues.max() <= 1.0 + 1e-10, "{aspect}: {}", eigenvalues.max());
+    }
+}

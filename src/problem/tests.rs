@@ -1,0 +1,276 @@
+//! Bounds, smoothing and gaps: what must hold of the energies for any mesh and any labels.
+
+use rand::RngExt;
+
+use super::*;
+use crate::mesh::Mesh;
+use crate::operator::Stencil;
+use crate::samples::{
+    assert_within, bumpy, known_optimum, observed_order, random_dual, random_labels,
+    random_problem, random_rows, rng, shape, zoo,
+};
+
+/// Both modes, with an eps from far below the gradients to far above them.
+fn smoothings(k: &Stencil) -> Vec<Smoothing> {
+    [SmoothingMode::Paper, SmoothingMode::Intrinsic]
+        .into_iter()
+        .flat_map(|mode| {
+            let epsilon = Smoothing::default_for(k, mode).epsilon;
+            [1e-4, 1.0, 1e4].map(|factor| Smoothing::new(mode, factor * epsilon).unwrap())
+        })
+        .collect()
+}
+
+#[test]
+fn every_dual_field_bounds_every_energy() {
+    let mut rng = rng(41);
+    for (name, mesh) in zoo() {
+        for lambda in [0.0, 0.01, 1.0, 100.0] {
+            let lambda = lambda * mesh.area().sqrt();
+            let problem = random_problem::<4>(&mesh, lambda, 42);
+            let mut least = f64::INFINITY;
+            let mut greatest = f64::NEG_INFINITY;
+            for _ in 0..20 {
+                let u = random_labels::<4>(mesh.vertices.len(), 4, &mut rng);
+                let q = random_dual::<4>(mesh.faces.len(), lambda, &mut rng);
+                least = least.min(problem.energy(&u));
+                greatest = greatest.max(problem.dual_bound(&q));
+            }
+            assert!(greatest <= least, "{name}, lambda {lambda}: {greatest} {least}");
+        }
+    }
+}
+
+/// The bound is attained: the constructed pair has no gap, and no other pair does better.
+#[test]
+fn the_constructed_optimum_has_no_gap() {
+    let mut rng = rng(43);
+    for (name, mesh) in zoo() {
+        let scale = mesh.area().sqrt();
+        for lambda in [0.01, 1.0, 10.0] {
+            let known = known_optimum::<3>(&mesh, 3, lambda * scale, 1.0, 44);
+            let problem = &known.problem;
+            let size = problem.spread();
+            assert_within(problem.energy(&known.u), known.energy, 1e-12, size);
+            assert_within(problem.dual_bound(&known.q), known.energy, 1e-12, size);
+            for _ in 0..5 {
+                let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng);
+                let q = random_dual::<3>(mesh.faces.len(), problem.lambda, &mut rng);
+                assert!(problem.energy(&u) >= known.energy - 1e-12 * size, "{name}");
+                assert!(problem.dual_bound(&q) <= known.energy + 1e-12 * size, "{name}");
+            }
+        }
+    }
+}
+
+/// E_eps(U + h W) = E_eps(U) + h <f + K^T q, W> + O(h^2): the remainder has order 2 in h.
+#[test]
+fn the_gradient_of_the_smoothed_energy() {
+    let mut rng = rng(45);
+    for mesh in [shape("sphere:2"), bumpy(7), bumpy(7).scaled(1e-4), bumpy(7).scaled(1e4)] {
+        let lambda = 0.5 * mesh.area().sqrt();
+        let problem = random_problem::<3>(&mesh, lambda, 46);
+        let n = mesh.vertices.len();
+        let (u, w) = (random_rows::<3>(n, &mut rng), random_rows::<3>(n, &mut rng));
+        for smoothing in smoothings(&problem.k) {
+            let k = &problem.k;
+            let q: Vec<Tangent<3>> =
+                (0..k.faces()).map(|j| smoothing.dual(k.at(&u, j), k.area(j), lambda)).collect();
+            assert!(q.iter().all(|q| q.norm() <= lambda * (1.0 + 1e-15)));
+            let slope: f64 = (0..n).map(|v| (problem.f[v] + k.adjoint_at(&q, v)).dot(w[v])).sum();
+            let at = |h: f64| {
+                let moved: Vec<Row<3>> = u.iter().zip(&w).map(|(&u, &w)| u + w * h).collect();
+                problem.smoothed_energy(&moved, smoothing)
+            };
+            let start = at(0.0);
+            let steps = [4e-4, 2e-4, 1e-4, 5e-5];
+            let remainders = steps.map(|h| (at(h) - start - h * slope).abs());
+            let order = observed_order(&steps, &remainders);
+            assert!((order - 2.0).abs() < 0.1, "{smoothing:?}: order {order}, {remainders:?}");
+        }
+    }
+}
+
+/// E <= E_eps <= E + lambda sqrt(eps) area, intrinsic; <= E + lambda F sqrt(eps) / 2, as printed.
+#[test]
+fn the_bias_of_the_smoothing() {
+    let mut rng = rng(47);
+    for (name, mesh) in zoo() {
+        let lambda = 0.3 * mesh.area().sqrt();
+        let problem = random_problem::<3>(&mesh, lambda, 48);
+        let labels = random_labels::<3>(mesh.vertices.len(), 3, &mut rng);
+        let constant = vec![Row([0.2, 0.3, 0.5]); mesh.vertices.len()];
+        for smoothing in smoothings(&problem.k) {
+            let root = smoothing.epsilon.sqrt();
+            let bias = match smoothing.mode {
+                SmoothingMode::Intrinsic => lambda * root * mesh.area(),
+                SmoothingMode::Paper => lambda * root * mesh.faces.len() as f64 / 2.0,
+            };
+            for u in [&labels, &constant] {
+                let (energy, smoothed) = (problem.energy(u), problem.smoothed_energy(u, smoothing));
+                let slack = 1e-12 * (energy.abs() + bias);
+                assert!(energy <= smoothed + slack, "{name}");
+                assert!(smoothed <= energy + bias + slack, "{name}");
+            }
+            // A constant U attains the bias.
+            let smoothed = problem.smoothed_energy(&constant, smoothing);
+            let data = problem.data_term(&constant);
+            assert_within(smoothed - data, bias, 1e-9, bias + data.abs());
+        }
+    }
+}
+
+/// (lambda/2) sum_j sqrt( sum_p (ua^2 G - 2 ua ub F + ub^2 E) + eps ), as equations (7) and (9) print it.
+#[test]
+fn the_paper_mode_is_the_printed_formula() {
+    let mut rng = rng(49);
+    for mesh in [shape("sphere:2"), shape("torus:16x10"), bumpy(6), bumpy(6).scaled(1e-4)] {
+        let lambda = 0.7 * mesh.area().sqrt();
+        let problem = random_problem::<3>(&mesh, lambda, 50);
+        let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng);
+        for smoothing in smoothings(&problem.k) {
+            if smoothing.mode == SmoothingMode::Intrinsic {
+                continue;
+            }
+            let printed: f64 = (0..mesh.faces.len())
+                .map(|j| {
+                    let xi = printed_radicand(&mesh, &u, j);
+                    0.5 * (xi + smoothing.epsilon).sqrt()
+                })
+                .sum();
+            let expected = problem.data_term(&u) + lambda * printed;
+            assert_within(problem.smoothed_energy(&u, smoothing), expected, 1e-12, expected);
+        }
+    }
+}
+
+fn printed_radicand(mesh: &Mesh, u: &[Row<3>], j: usize) -> f64 {
+    let x = mesh.corners(j);
+    let (a, b) = (x[1] - x[0], x[2] - x[0]);
+    let (e, f, g) = (a.dot(&a), a.dot(&b), b.dot(&b));
+    let [u1, u2, u3] = mesh.faces[j].map(|k| u[k as usize]);
+    (0..3)
+        .map(|p| {
+            let (ua, ub) = (u2.0[p] - u1.0[p], u3.0[p] - u1.0[p]);
+            ua * ua * g - 2.0 * ua * ub * f + ub * ub * e
+        })
+        .sum()
+}
+
+/// The default eps is a length over the size of the mesh, whatever its units: both modes scale along.
+#[test]
+fn the_default_smoothing_follows_the_scale() {
+    let mesh = shape("sphere:2");
+    let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(51));
+    for mode in SmoothingMode::NAMES.map(|(_, mode)| mode) {
+        let bias = |mesh: &Mesh| {
+            let problem = Problem::new(Stencil::new(mesh), vec![Row::ZERO; u.len()], 1.0);
+            let smoothing = Smoothing::default_for(&problem.k, mode);
+            problem.smoothed_energy(&u, smoothing) - problem.energy(&u)
+        };
+        for c in [1e-4, 1e4] {
+            assert_within(bias(&mesh.clone().scaled(c)), c * bias(&mesh), 1e-9, c * bias(&mesh));
+        }
+    }
+}
+
+#[test]
+fn an_epsilon_must_be_a_positive_number() {
+    for epsilon in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let message = Smoothing::new(SmoothingMode::Paper, epsilon).unwrap_err().to_string();
+        assert!(message.contains("positive") && !message.contains('\n'), "{message}");
+    }
+}
+
+/// Two regions: U = (u, 1 - u) has E(U) = sum f_2 + sum (f_1 - f_2) u + sqrt(2) lambda sum A_j |grad u|.
+#[test]
+fn two_regions_are_chan_vese_with_root_two_lambda() {
+    let mut rng = rng(52);
+    for (_, mesh) in zoo() {
+        let lambda = 0.4 * mesh.area().sqrt();
+        let problem = random_problem::<2>(&mesh, lambda, 53);
+        let u: Vec<f64> = mesh.vertices.iter().map(|_| rng.random()).collect();
+        let pair: Vec<Row<2>> = u.iter().map(|&u| Row([u, 1.0 - u])).collect();
+        let data: f64 = problem.f.iter().zip(&u).map(|(f, u)| f.0[1] + (f.0[0] - f.0[1]) * u).sum();
+        let scalar: Vec<Row<2>> = u.iter().map(|&u| Row([u, 0.0])).collect();
+        let variation: f64 = (0..mesh.faces.len()).map(|j| problem.k.at(&scalar, j).norm()).sum();
+        let expected = data + 2.0_f64.sqrt() * lambda * variation;
+        assert_within(problem.energy(&pair), expected, 1e-12, expected.abs() + mesh.area());
+    }
+}
+
+/// Scaling the mesh by c, with the same pointwise costs, equals lambda -> lambda / c: E_c = c^2 E.
+#[test]
+fn scaling_the_mesh_is_scaling_lambda() {
+    let mesh = bumpy(8);
+    let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(54));
+    let s = random_rows::<3>(mesh.vertices.len(), &mut rng(55));
+    for (_, mass) in crate::operator::Mass::NAMES {
+        let energy = |mesh: &Mesh, lambda: f64| {
+            Problem::new(Stencil::new(mesh), mass.integrate(mesh, &s), lambda).energy(&u)
+        };
+        for c in [1e-4, 0.5, 1e4] {
+            let expected = c * c * energy(&mesh, 0.2 / c);
+            assert_within(energy(&mesh.clone().scaled(c), 0.2), expected, 1e-12, expected);
+        }
+    }
+}
+
+#[test]
+fn nan_in_is_nan_out() {
+    let mesh = bumpy(4);
+    let mut problem = random_problem::<3>(&mesh, 0.1, 56);
+    let n = mesh.vertices.len();
+    let zero = vec![Tangent::<3>::ZERO; mesh.faces.len()];
+    let good = vec![Row([0.2, 0.3, 0.5]); n];
+    for p in 0..3 {
+        let mut u = good.clone();
+        u[7].0[p] = f64::NAN;
+        assert!(problem.energy(&u).is_nan());
+        for smoothing in smoothings(&problem.k) {
+            assert!(problem.smoothed_energy(&u, smoothing).is_nan());
+        }
+        let mut q = zero.clone();
+        q[5].0[0].0[p] = f64::NAN;
+        assert!(problem.dual_bound(&q).is_nan());
+    }
+    problem.f[3].0[1] = f64::NAN;
+    assert!(problem.energy(&good).is_nan() && problem.dual_bound(&zero).is_nan());
+    assert!(problem.scale().is_nan() && problem.spread().is_nan());
+    assert!(relative_gap(f64::NAN, 1.0, 1.0).is_nan() && relative_gap(1.0, f64::NAN, 1.0).is_nan());
+}
+
+#[test]
+fn relative_gaps() {
+    assert_eq!(relative_gap(2.0, 1.0, 1.0), 0.5);
+    assert_eq!(relative_gap(-2.0, -3.0, 3.0), 0.5);
+    assert_eq!(relative_gap(0.0, 0.0, 0.0), 0.0);
+    assert_eq!(relative_gap(5.0, 5.0, 0.0), 0.0);
+    // Next to nothing is left of the energy: measured by the size of the data term.
+    assert_within(relative_gap(0.0, -1e-9, 1e-3), 1.0, 1e-15, 1.0);
+    assert_eq!(relative_gap(1e-300, -1.0, 1e6), 1.0);
+    assert_eq!(relative_gap(0.0, -1.0, 0.0), f64::INFINITY);
+    assert_eq!(
+        relative_gap(f64::INFINITY, 1.0, 1.0).to_bits() & !(1 << 63),
+        f64::NAN.to_bits() & !(1 << 63)
+    );
+}
+
+#[test]
+fn spread_and_scale_ignore_closed_regions() {
+    let mesh = shape("grid:1x1");
+    let f = vec![
+        Row([1.0, -2.0, NEVER]),
+        Row([3.0, 4.0, NEVER]),
+        Row([0.0, 0.5, NEVER]),
+        Row([2.0, 2.0, NEVER]),
+    ];
+    let problem = Problem::new(Stencil::new(&mesh), f, 1.0);
+    assert_eq!((problem.spread(), problem.scale()), (3.0 + 1.0 + 0.5, 2.0 + 3.0 + 2.0));
+}
+
+#[test]
+fn rounding_takes_the_first_of_the_largest() {
+    let u = [Row([0.2, 0.5, 0.3]), Row([0.4, 0.2, 0.4]), Row([0.0, 0.0, 1.0])];
+    assert_eq!(rounded(&u), [1, 0, 2].map(Row::one_hot));
+}

@@ -1,0 +1,225 @@
+//! The loop: what it records, when it stops, and that it can be resumed.
+
+use super::*;
+use crate::field::Tangent;
+use crate::mesh::Mesh;
+use crate::operator::Stencil;
+use crate::samples::{bumpy, random_problem};
+use crate::solver::{Iterate, Options, Setup, build};
+
+fn go(_: Option<&Sample>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn uniform(mesh: &Mesh) -> Vec<Row<3>> {
+    vec![Row([1.0 / 3.0; 3]); mesh.vertices.len()]
+}
+
+fn solver(name: &str, mesh: &Mesh, problem: &Problem<Stencil, 3>) -> Box<dyn Solver<Stencil, 3>> {
+    let options = Options::default();
+    build(name, Setup { mesh, problem, start: uniform(mesh), options: &options }).unwrap()
+}
+
+fn every(interval: u64, iterations: u64) -> Stop {
+    Stop { interval: Some(interval), iterations: Some(iterations), ..Stop::default() }
+}
+
+const NAMES: [&str; 3] = ["chambolle-pock", "fista", "projected-gradient"];
+
+#[test]
+fn ten_and_ten_are_twenty() {
+    let mesh = bumpy(7);
+    let problem = random_problem::<3>(&mesh, 0.05, 101);
+    for name in NAMES {
+        let through = |parts: &[u64]| {
+            let mut solver = solver(name, &mesh, &problem);
+            let mut run = Run::new(&uniform(&mesh));
+            for &part in parts {
+                let status = run.advance(&mut *solver, &problem, &every(5, part), &mut go);
+                assert_eq!(status, Status::IterationLimit);
+            }
+            let trace: Vec<_> = (run.trace.iter())
+                .map(|s| (s.iteration, s.energy, s.dual_bound, s.change, s.smoothed_energy))
+                .collect();
+            (trace, run.best_u().to_vec(), run.iterations())
+        };
+        assert_eq!(through(&[20]), through(&[10, 10]), "{name}");
+        assert_eq!(through(&[20]).0.iter().map(|s| s.0).collect::<Vec<_>>(), [0, 5, 10, 15, 20]);
+    }
+}
+
+#[test]
+fn the_first_sample_is_the_start() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 102);
+    for name in NAMES {
+        let mut run = Run::new(&uniform(&mesh));
+        run.advance(&mut *solver(name, &mesh, &problem), &problem, &every(1, 1), &mut go);
+        let first = &run.trace[0];
+        assert_eq!((first.iteration, first.seconds, first.change), (0, 0.0, None));
+        assert_eq!(first.energy, problem.energy(&uniform(&mesh)));
+        assert_eq!(first.dual_bound, problem.f.iter().map(|f| f.min()).sum::<f64>());
+        assert_eq!(first.gap, first.energy - first.dual_bound);
+        assert_eq!(first.smoothed_energy.is_some(), name != "chambolle-pock");
+    }
+}
+
+/// Between the samples the intervals grow; the last iteration is sampled in any case.
+#[test]
+fn samples_thin_out() {
+    let mesh = bumpy(4);
+    let problem = random_problem::<3>(&mesh, 0.5, 103);
+    let mut run = Run::new(&uniform(&mesh));
+    let stop = Stop { iterations: Some(1003), ..Stop::default() };
+    run.advance(&mut *solver("fista", &mesh, &problem), &problem, &stop, &mut go);
+    let at: Vec<u64> = run.trace.iter().map(|sample| sample.iteration).collect();
+    assert_eq!(at[..4], [0, 4, 8, 12]);
+    assert_eq!(at.last(), Some(&1003));
+    assert!(at.windows(2).all(|pair| pair[1] - pair[0] <= 40));
+    assert!(at.len() < 120, "{}", at.len());
+}
+
+#[test]
+fn best_bounds_only_improve() {
+    let mesh = bumpy(8);
+    let problem = random_problem::<3>(&mesh, 0.05, 104);
+    for name in NAMES {
+        let mut run = Run::new(&uniform(&mesh));
+        run.advance(&mut *solver(name, &mesh, &problem), &problem, &every(1, 200), &mut go);
+        for pair in run.trace.windows(2) {
+            assert!(pair[1].energy <= pair[0].energy && pair[1].dual_bound >= pair[0].dual_bound);
+            assert!(pair[1].gap >= 0.0 && pair[1].relative_gap <= pair[0].relative_gap + 1e-12);
+        }
+        let last = run.trace.last().unwrap();
+        assert_eq!(last.energy, problem.energy(run.best_u()));
+        assert_eq!((last.energy, last.dual_bound), (run.energy(), run.bound()));
+    }
+}
+
+/// A solver by script: the rows of step n are `rows[n]`, its dual field zero.
+struct Script {
+    rows: Vec<[f64; 3]>,
+    step: usize,
+    u: Vec<Row<3>>,
+    q: Vec<Tangent<3>>,
+}
+
+impl Script {
+    fn new(mesh: &Mesh, rows: &[[f64; 3]]) -> Self {
+        let u = vec![Row(rows[0]); mesh.vertices.len()];
+        Script { rows: rows.to_vec(), step: 0, u, q: vec![Tangent::ZERO; mesh.faces.len()] }
+    }
+}
+
+impl Solver<Stencil, 3> for Script {
+    fn step(&mut self, _: &Problem<Stencil, 3>, _: bool) {
+        self.step = (self.step + 1).min(self.rows.len() - 1);
+        self.u.fill(Row(self.rows[self.step]));
+    }
+
+    fn iterate(&self) -> Iterate<'_, 3> {
+        Iterate { u: &self.u, q: &self.q }
+    }
+}
+
+/// Costs 0, 1, 2 at every vertex of a mesh of area 1.
+fn ladder(mesh: &Mesh) -> Problem<Stencil, 3> {
+    let share = 1.0 / mesh.vertices.len() as f64;
+    let f = vec![Row([0.0, share, 2.0 * share]); mesh.vertices.len()];
+    Problem::new(Stencil::new(mesh), f, 1.0)
+}
+
+#[test]
+fn the_change_is_the_largest_of_all_entries() {
+    let mesh = bumpy(3);
+    let mut script = Script::new(
+        &mesh,
+        &[[0.0, 0.0, 1.0], [0.0, 0.25, 0.75], [0.5, 0.25, 0.25], [0.5, 0.2, 0.3]],
+    );
+    let mut run = Run::new(&script.u.clone());
+    let stop = Stop { change: Some(0.1), interval: Some(1), ..Stop::default() };
+    assert_eq!(run.advance(&mut script, &ladder(&mesh), &stop, &mut go), Status::Stalled);
+    let changes: Vec<f64> = run.trace.iter().filter_map(|sample| sample.change).collect();
+    assert_eq!(changes.len(), 3);
+    for (change, expected) in changes.iter().zip([0.25, 0.5, 0.05]) {
+        assert!((change - expected).abs() < 1e-15);
+    }
+}
+
+/// The best U is kept when the iterates become worse, and the sample says the best.
+#[test]
+fn an_interrupt_keeps_the_best() {
+    let mesh = bumpy(3);
+    let mut script = Script::new(&mesh, &[[0.0, 0.0, 1.0], [0.0, 0.9, 0.1], [0.0, 0.5, 0.5]]);
+    let mut run = Run::new(&script.u.clone());
+    let mut seen = 0;
+    let mut observe = |_: Option<&Sample>| {
+        seen += 1;
+        if seen < 7 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let stop = Stop { interval: Some(1), ..Stop::default() };
+    let status = run.advance(&mut script, &ladder(&mesh), &stop, &mut observe);
+    assert_eq!((status, run.iterations()), (Status::Interrupted, 7));
+    assert!((run.energy() - 1.1).abs() < 1e-12 && run.best_u()[0] == Row([0.0, 0.9, 0.1]));
+    assert_eq!(run.trace.last().unwrap().energy, run.energy());
+}
+
+/// Broken off between samples, a run lands once more: an over-relaxed iterate is no answer.
+#[test]
+fn an_interrupt_between_samples_lands() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 105);
+    let mut solver = solver("chambolle-pock", &mesh, &problem);
+    let mut run = Run::new(&uniform(&mesh));
+    let mut seen = 0;
+    let mut observe = |_: Option<&Sample>| {
+        seen += 1;
+        if seen == 30 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let status = run.advance(&mut *solver, &problem, &every(25, 1000), &mut observe);
+    assert_eq!((status, run.iterations()), (Status::Interrupted, 31));
+    assert_eq!(run.trace.last().unwrap().iteration, 31);
+    assert!(solver.iterate().u.iter().all(|u| u.min() >= 0.0));
+}
+
+#[test]
+fn each_bound_stops_by_itself() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 106);
+    let end = |stop: Stop| {
+        let mut run = Run::new(&uniform(&mesh));
+        let status =
+            run.advance(&mut *solver("chambolle-pock", &mesh, &problem), &problem, &stop, &mut go);
+        (status, run)
+    };
+    let (status, run) = end(Stop { relative_gap: Some(1e-3), ..Stop::default() });
+    assert_eq!(status, Status::Converged);
+    assert!(run.trace.last().unwrap().relative_gap <= 1e-3);
+    let before = &run.trace[run.trace.len() - 2];
+    assert!(before.relative_gap > 1e-3);
+    let (status, run) = end(Stop { time: Some(Duration::ZERO), ..Stop::default() });
+    assert_eq!((status, run.iterations()), (Status::TimeLimit, 1));
+    let (status, run) = end(Stop { iterations: Some(0), ..Stop::default() });
+    assert_eq!((status, run.iterations(), run.trace.len()), (Status::IterationLimit, 0, 1));
+    // The start may be good enough.
+    let (status, run) = end(Stop { relative_gap: Some(1e9), ..Stop::default() });
+    assert_eq!((status, run.iterations()), (Status::Converged, 0));
+}
+
+/// What was seen of other costs counts no more; the sample of the new ones takes the old one's place.
+#[test]
+fn forgetting_voids_the_bounds() {
+    let mesh = bumpy(6);
+    let mut problem = random_problem::<3>(&mesh, 0.05, 107);
+    let mut solver = solver("chambolle-pock", &mesh, &problem);
+    let mut run = Run::new(&uniform(&mesh));
+    run.advance(&mut *solver, &problem, &every(10, 50), &mut go);
+    let rows = run.trace.len();
+    problem.f.iter_mut().for_each(|f| *f = *f * -2.0 + Row([1.0; 3]));
+    run.forget();
+    run.advance(&mut *solver, &problem, &every(10, 0), &mut go);
+    assert_eq!(run.trace.len(), rows);
+    let last = run.trace.last().unwrap();
+    assert_eq!((last.iteration, last.energy), (50, problem.energy(run.best_u())));
+    assert_eq!(run.best_u(), solver.iterate().u);
+}

@@ -1,0 +1,235 @@
+//! Meshes and random fields that the tests of several modules share.
+
+use nalgebra::{Point3, Rotation3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::field::{Row, Tangent};
+use crate::mesh::{Mesh, Shape};
+use crate::operator::{Operator, Stencil};
+use crate::problem::{NEVER, Problem};
+use crate::prox::project_ball;
+
+pub fn rng(seed: u64) -> Pcg64 {
+    Pcg64::seed_from_u64(seed)
+}
+
+/// A generated surface from its text form.
+pub fn shape(text: &str) -> Mesh {
+    text.parse::<Shape>().unwrap().mesh()
+}
+
+/// Several meshes as one, with no vertex in common.
+pub fn disjoint(parts: impl IntoIterator<Item = Mesh>) -> Mesh {
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    for part in parts {
+        let shift = vertices.len() as u32;
+        vertices.extend(part.vertices);
+        faces.extend(part.faces.into_iter().map(|face| face.map(|k| k + shift)));
+    }
+    Mesh::new(vertices, faces)
+}
+
+/// Every third face with its corners in the opposite order.
+pub fn flipped(mut mesh: Mesh) -> Mesh {
+    mesh.faces.iter_mut().step_by(3).for_each(|face| face.swap(1, 2));
+    mesh
+}
+
+/// Faces around one edge, and two fans that meet in one vertex.
+pub fn non_manifold() -> Mesh {
+    let mut rng = rng(17);
+    let points = (0..12).map(|_| Point3::from(random_vector(&mut rng))).collect();
+    let book = [[0, 1, 2], [0, 1, 3], [1, 0, 4], [0, 1, 5]];
+    let fans = [[2, 6, 7], [2, 7, 8], [2, 9, 10], [2, 10, 11]];
+    Mesh::new(points, book.into_iter().chain(fans).collect())
+}
+
+/// A bumpy grid whose faces are divided at a point within `aspect` of an edge, relative to its size.
+pub fn needles(cells: u32, aspect: f64) -> Mesh {
+    let mut mesh = bumpy(cells);
+    for [a, b, c] in std::mem::take(&mut mesh.faces) {
+        let [x, y, z] = [a, b, c].map(|k| mesh.vertices[k as usize].coords);
+        let k = mesh.vertices.len() as u32;
+        mesh.vertices.push(Point3::from(0.5 * (1.0 - aspect) * (x + y) + aspect * z));
+        mesh.faces.extend([[a, b, k], [b, c, k], [c, a, k]]);
+    }
+    mesh
+}
+
+/// A square grid, its vertices displaced at random in space.
+pub fn bumpy(cells: u32) -> Mesh {
+    let mut mesh = shape(&format!("grid:{cells}x{cells}"));
+    let mut rng = rng(u64::from(cells));
+    for x in &mut mesh.vertices {
+        *x += random_vector(&mut rng) * (0.3 / f64::from(cells));
+    }
+    mesh
+}
+
+/// Vertices and faces drawn at random: self-intersecting, non-manifold, with isolated vertices.
+pub fn soup(vertices: u32, faces: usize, seed: u64) -> Mesh {
+    let mut rng = rng(seed);
+    let points = (0..vertices).map(|_| Point3::from(random_vector(&mut rng))).collect();
+    let mut corner = || rng.random_range(0..vertices);
+    let triples = (0..faces).map(|_| [corner(), corner(), corner()]).collect();
+    Mesh::new(points, triples).without_degenerate_faces().0
+}
+
+/// The same mesh with vertices that no face refers to, at both ends and far away.
+pub fn with_isolated_vertices(mut mesh: Mesh) -> Mesh {
+    mesh.vertices.insert(0, Point3::new(9.0, 9.0, 9.0));
+    mesh.faces.iter_mut().flatten().for_each(|k| *k += 1);
+    mesh.vertices.push(Point3::new(-9.0, 0.0, 1.0));
+    mesh
+}
+
+/// Everything a mesh may be, by name.
+pub fn zoo() -> Vec<(&'static str, Mesh)> {
+    let sphere = shape("sphere:2");
+    let mut moved = shape("torus:9x7");
+    moved.vertices.iter_mut().for_each(|x| *x += Vector3::new(5.0, 0.0, 0.0));
+    vec![
+        ("sphere", sphere.clone()),
+        ("torus", shape("torus:16x10")),
+        ("grid", shape("grid:9x7")),
+        ("bumpy", bumpy(9)),
+        ("components", disjoint([sphere.clone(), moved, shape("grid:3x3").scaled(0.1)])),
+        ("flipped", flipped(sphere.clone())),
+        ("non-manifold", non_manifold()),
+        ("needles", needles(5, 1e-6)),
+        ("small", bumpy(8).scaled(1e-4)),
+        ("large", sphere.clone().scaled(1e4)),
+        ("soup", soup(40, 120, 5)),
+        ("isolated", with_isolated_vertices(sphere)),
+    ]
+}
+
+/// Entries from -1 to 1.
+pub fn random_vector(rng: &mut Pcg64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| rng.random_range(-1.0..1.0))
+}
+
+pub fn random_rotation(rng: &mut Pcg64) -> Rotation3<f64> {
+    Rotation3::new(3.0 * random_vector(rng))
+}
+
+/// Entries from -1 to 1.
+pub fn random_rows<const M: usize>(n: usize, rng: &mut Pcg64) -> Vec<Row<M>> {
+    (0..n).map(|_| Row::from_fn(|_| rng.random_range(-1.0..1.0))).collect()
+}
+
+/// Entries from -1 to 1.
+pub fn random_tangents<const M: usize>(n: usize, rng: &mut Pcg64) -> Vec<Tangent<M>> {
+    let rows = random_rows::<M>(2 * n, rng);
+    rows.chunks(2).map(|pair| Tangent([pair[0], pair[1]])).collect()
+}
+
+/// Tangents in the ball |q_j| <= lambda, many of them on its boundary.
+pub fn random_dual<const M: usize>(n: usize, lambda: f64, rng: &mut Pcg64) -> Vec<Tangent<M>> {
+    let tangents = random_tangents(n, rng);
+    tangents.into_iter().map(|q| project_ball(q * lambda, lambda)).collect()
+}
+
+/// Rows in the simplex of the first m regions: inside, on edges and in corners of it.
+pub fn random_labels<const M: usize>(n: usize, m: usize, rng: &mut Pcg64) -> Vec<Row<M>> {
+    (0..n)
+        .map(|_| match rng.random_range(0..3) {
+            0 => Row::one_hot(rng.random_range(0..m)),
+            1 => {
+                let share = rng.random::<f64>();
+                let (a, b) = (rng.random_range(0..m), rng.random_range(0..m));
+                Row::one_hot(a) * share + Row::one_hot(b) * (1.0 - share)
+            }
+            _ => {
+                let row = Row::from_fn(|p| if p < m { rng.random::<f64>() } else { 0.0 });
+                row * (1.0 / row.0.iter().sum::<f64>())
+            }
+        })
+        .collect()
+}
+
+/// Integrated costs that are random, of the size `cost` times a vertex' share of the area.
+pub fn random_problem<const M: usize>(mesh: &Mesh, lambda: f64, seed: u64) -> Problem<Stencil, M> {
+    let share = mesh.area() / mesh.vertices.len() as f64;
+    let f = random_rows(mesh.vertices.len(), &mut rng(seed));
+    let f = f.into_iter().map(|f: Row<M>| f * share).collect();
+    Problem::new(Stencil::new(mesh), f, lambda)
+}
+
+/// A problem whose optimum is known by construction.
+pub struct Known<const M: usize> {
+    pub problem: Problem<Stencil, M>,
+    /// A minimizer.
+    pub u: Vec<Row<M>>,
+    /// A maximizer of the dual.
+    pub q: Vec<Tangent<M>>,
+    /// E*.
+    pub energy: f64,
+}
+
+/// For labels u, here m caps of the mesh, take q_j = lambda (K u)_j / |(K u)_j| where that is defined and
+/// any q_j of the ball elsewhere; then f = -K^T q + theta + nu with nu >= 0 and <nu, u> = 0 makes u a
+/// minimizer with energy sum theta, `cost` times the vertex areas being the size of theta and nu.
+pub fn known_optimum<const M: usize>(
+    mesh: &Mesh,
+    m: usize,
+    lambda: f64,
+    cost: f64,
+    seed: u64,
+) -> Known<M> {
+    let mut rng = rng(seed);
+    let n = mesh.vertices.len();
+    let k = Stencil::new(mesh);
+    let seeds: Vec<usize> = (0..m).map(|_| rng.random_range(0..n)).collect();
+    let u: Vec<Row<M>> = (mesh.vertices.iter())
+        .map(|x| {
+            let distance = |p: usize| (x - mesh.vertices[seeds[p]]).norm_squared();
+            let nearest = (0..m).min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+            Row::one_hot(nearest.unwrap())
+        })
+        .collect();
+    let q: Vec<Tangent<M>> = (0..mesh.faces.len())
+        .map(|j| {
+            let ku = k.at(&u, j);
+            let any = random_tangents::<M>(1, &mut rng)[0] * (0.1 * lambda);
+            let open = any.0.map(|row| Row::from_fn(|p| if p < m { row.0[p] } else { 0.0 }));
+            let norm = ku.norm();
+            if norm > 0.0 { ku * (lambda / norm) } else { project_ball(Tangent(open), lambda) }
+        })
+        .collect();
+    let share = cost * mesh.area() / n as f64;
+    let mut energy = 0.0;
+    let f = (0..n)
+        .map(|v| {
+            let theta = share * rng.random_range(-1.0..1.0);
+            energy += theta;
+            let balance = k.adjoint_at(&q, v) * -1.0;
+            Row::from_fn(|p| {
+                let nu = if u[v].0[p] == 0.0 { share * rng.random::<f64>() } else { 0.0 };
+                if p < m { balance.0[p] + theta + nu } else { NEVER }
+            })
+        })
+        .collect();
+    Known { problem: Problem::new(k, f, lambda), u, q, energy }
+}
+
+/// |a - b| <= relative * size.
+#[track_caller]
+pub fn assert_within(a: f64, b: f64, relative: f64, size: f64) {
+    assert!(
+        (a - b).abs() <= relative * size.abs(),
+        "{a:e} is not {b:e} within {relative:e} of {size:e}"
+    );
+}
+
+/// The slope of log error over log step: the exponent p of error ~ h^p, by least squares.
+pub fn observed_order(steps: &[f64], errors: &[f64]) -> f64 {
+    let n = steps.len() as f64;
+    let (x, y): (Vec<f64>, Vec<f64>) =
+        steps.iter().zip(errors).map(|(h, e)| (h.ln(), e.ln())).unzip();
+    let (mean_x, mean_y) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let covariance: f64 = x.iter().zip(&y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    let variance: f64 = x.iter().map(|x| (x - mean_x).powi(2)).sum();
+    covariance / variance
+}

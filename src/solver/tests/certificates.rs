@@ -1,0 +1,107 @@
+//! Energies and bounds bracket the known optimum at every sample, and the certificate is reached.
+
+use super::{CONSISTENT, VARIANTS, run, solver, uniform};
+use crate::mesh::Mesh;
+use crate::run::Status;
+use crate::samples::{bumpy, disjoint, flipped, known_optimum, needles, non_manifold, shape};
+
+fn meshes() -> Vec<(&'static str, Mesh)> {
+    let sphere = shape("sphere:2");
+    vec![
+        ("torus", shape("torus:12x8")),
+        ("bumpy", bumpy(8)),
+        ("components", disjoint([shape("sphere:1"), shape("grid:4x4").scaled(0.1)])),
+        ("flipped", flipped(sphere)),
+        ("non-manifold", non_manifold()),
+        ("needles", needles(4, 1e-4)),
+    ]
+}
+
+/// D <= E* <= E at every sample of every solver, whether it converges or not.
+fn assert_bracketed<const M: usize>(mesh: &Mesh, name: &str, m: usize, cost: f64, iterations: u64) {
+    let lambda = 0.1 * cost * mesh.area().sqrt();
+    let known = known_optimum::<M>(mesh, m, lambda, cost, 61);
+    let slack = 1e-12 * known.problem.spread();
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let start = uniform(mesh.vertices.len(), m);
+        let mut solver = solver(variant, mesh, &known.problem, start);
+        let (run, status) = run(&mut *solver, &known.problem, 0.0, iterations);
+        assert_ne!(status, Status::Diverged, "{name}, {variant:?}");
+        for sample in &run.trace {
+            assert!(sample.dual_bound <= known.energy + slack, "{name}, {variant:?}: {sample:?}");
+            assert!(sample.energy >= known.energy - slack, "{name}, {variant:?}: {sample:?}");
+            let closed = run.best_u().iter().all(|row| row.0[m..].iter().all(|&u| u == 0.0));
+            assert!(closed, "{name}, {variant:?}");
+        }
+        let (first, last) = (run.trace[0], run.trace[run.trace.len() - 1]);
+        assert!(last.gap < first.gap, "{name}, {variant:?}: {first:?} {last:?}");
+    }
+}
+
+#[test]
+fn every_solver_brackets_the_optimum() {
+    for (name, mesh) in meshes() {
+        assert_bracketed::<2>(&mesh, name, 2, 1.0, 200);
+        assert_bracketed::<3>(&mesh, name, 3, 1.0, 200);
+        assert_bracketed::<7>(&mesh, name, 7, 1.0, 100);
+        assert_bracketed::<12>(&mesh, name, 9, 1.0, 100);
+    }
+}
+
+#[test]
+fn every_solver_brackets_the_optimum_at_any_scale() {
+    for (length, cost) in [(1e-4, 1.0), (1e4, 1.0), (1.0, 1e-6), (1.0, 1e6), (1e4, 1e4)] {
+        assert_bracketed::<5>(&bumpy(7).scaled(length), "scaled", 5, cost, 150);
+        assert_bracketed::<12>(&shape("sphere:1").scaled(length), "scaled", 10, cost, 150);
+    }
+}
+
+/// The exact method reaches E* with a certified gap of 1e-6, in each of its variants.
+#[test]
+fn chambolle_pock_reaches_the_optimum() {
+    for (name, mesh) in meshes() {
+        for scale in [1.0, 1e-4, 1e4] {
+            let mesh = mesh.clone().scaled(scale);
+            reach::<2>(&mesh, name, 2);
+            reach::<3>(&mesh, name, 3);
+            reach::<5>(&mesh, name, 5);
+            reach::<7>(&mesh, name, 7);
+            reach::<12>(&mesh, name, 9);
+        }
+    }
+}
+
+fn reach<const M: usize>(mesh: &Mesh, name: &str, m: usize) {
+    let known = known_optimum::<M>(mesh, m, 0.05 * mesh.area().sqrt(), 1.0, 62);
+    for variant in &VARIANTS[..3] {
+        let start = uniform(mesh.vertices.len(), m);
+        let mut solver = solver(*variant, mesh, &known.problem, start);
+        let (run, status) = run(&mut *solver, &known.problem, 1e-6, 100_000);
+        assert_eq!(
+            status,
+            Status::Converged,
+            "{name}, {variant:?}, m = {m}: {:?}",
+            run.trace.last()
+        );
+        let error = run.energy() - known.energy;
+        assert!(error <= 1.1e-6 * known.energy.abs(), "{name}, {variant:?}: {error}");
+    }
+}
+
+/// The accelerated smoothed method ends at E_eps*, which lies within the bias of the smoothing above E*.
+#[test]
+fn smoothed_methods_end_within_their_bias() {
+    let mesh = bumpy(8);
+    let known = known_optimum::<3>(&mesh, 3, 0.05, 1.0, 63);
+    for variant in &VARIANTS[3..6] {
+        let mut solver = solver(*variant, &mesh, &known.problem, uniform(mesh.vertices.len(), 3));
+        let (run, _) = run(&mut *solver, &known.problem, 0.0, 20_000);
+        let smoothing = solver.smoothing().unwrap();
+        let bias: f64 = (0..mesh.faces.len())
+            .map(|j| known.problem.lambda * smoothing.radius(mesh.face_area(j)))
+            .sum();
+        let error = run.energy() - known.energy;
+        assert!(error <= 1.01 * bias, "{variant:?}: {error} {bias}");
+        assert!(known.energy - run.bound() <= 1.01 * bias, "{variant:?}");
+    }
+}

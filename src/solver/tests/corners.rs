@@ -1,0 +1,191 @@
+//! Corners of the problem: no total variation, nothing but it, isolated vertices, what is no number.
+
+use std::ops::ControlFlow;
+
+use super::{CONSISTENT, VARIANTS, run, solver, uniform};
+use crate::field::Row;
+use crate::operator::Stencil;
+use crate::problem::{Problem, rounded};
+use crate::regions::close_from;
+use crate::run::{Run, Status, Stop};
+use crate::samples::{bumpy, disjoint, random_problem, shape, with_isolated_vertices};
+use crate::solver::{DESCRIPTIONS, Options, Setup, build, describe};
+
+/// lambda = 0: every vertex for itself, argmin f, with a gap of exactly nothing.
+#[test]
+fn without_variation_the_cheapest_region_wins() {
+    for mesh in [bumpy(7), bumpy(7).scaled(1e-4), bumpy(7).scaled(1e4)] {
+        let problem = random_problem::<4>(&mesh, 0.0, 91);
+        let cheapest: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+        for variant in VARIANTS {
+            let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 4));
+            let (run, status) = run(&mut *solver, &problem, 0.0, 2_000);
+            assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
+            assert_eq!(run.best_u(), cheapest, "{variant:?}");
+            assert_eq!(run.energy(), run.bound(), "{variant:?}");
+        }
+    }
+}
+
+/// A large lambda allows no cut: the best constant wins, on each component by itself.
+#[test]
+fn nothing_but_variation_gives_constants() {
+    let mesh = disjoint([shape("sphere:1"), shape("grid:5x5"), bumpy(4).scaled(0.1)]);
+    let problem = random_problem::<3>(&mesh, 100.0 * mesh.area().sqrt(), 92);
+    let parts = [0..42, 42..78, 78..103];
+    let best: f64 = parts
+        .iter()
+        .map(|part| {
+            let sum = problem.f[part.clone()].iter().fold(Row::ZERO, |sum, &f| sum + f);
+            sum.min()
+        })
+        .sum();
+    for variant in &VARIANTS[..3] {
+        let mut solver = solver(*variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+        let (run, status) = run(&mut *solver, &problem, 1e-6, 100_000);
+        assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
+        assert!((run.energy() - best).abs() <= 2e-6 * best.abs(), "{variant:?}");
+        let labels = rounded(run.best_u());
+        for part in &parts {
+            assert!(labels[part.clone()].windows(2).all(|pair| pair[0] == pair[1]));
+        }
+    }
+}
+
+/// Vertices without faces change nothing but their own rows, which stay in the simplex.
+#[test]
+fn isolated_vertices_do_no_harm() {
+    let bare = bumpy(6);
+    let mesh = with_isolated_vertices(bare.clone());
+    let problem = random_problem::<3>(&bare, 0.05, 93);
+    let mut f = problem.f.clone();
+    f.insert(0, Row::ZERO);
+    f.push(Row::ZERO);
+    let padded = Problem::new(Stencil::new(&mesh), f, problem.lambda);
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let mut alone = solver(variant, &bare, &problem, uniform(bare.vertices.len(), 3));
+        let mut among = solver(variant, &mesh, &padded, uniform(mesh.vertices.len(), 3));
+        let (expected, _) = run(&mut *alone, &problem, 0.0, 100);
+        let (run, _) = run(&mut *among, &padded, 0.0, 100);
+        assert!(run.best_u().iter().all(|u| (u.0.iter().sum::<f64>() - 1.0).abs() < 1e-12));
+        let size = problem.spread();
+        assert!((run.energy() - expected.energy()).abs() <= 1e-9 * size, "{variant:?}");
+        assert!((run.bound() - expected.bound()).abs() <= 1e-9 * size, "{variant:?}");
+    }
+}
+
+/// Regions that only fill up a row never receive mass, not even on the way.
+#[test]
+fn closed_regions_stay_empty() {
+    let mesh = bumpy(6).scaled(1e-4);
+    let mut problem = random_problem::<12>(&mesh, 0.02 * mesh.area().sqrt(), 94);
+    close_from(9, &mut problem.f);
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 9));
+        for n in 1..=60 {
+            solver.step(&problem, n % 4 == 0);
+            let iterate = solver.iterate();
+            let empty = iterate.u.iter().all(|u| u.0[9..].iter().all(|&x| x == 0.0));
+            assert!(empty, "{variant:?}, step {n}");
+            let still =
+                iterate.q.iter().flat_map(|q| q.0).all(|q| q.0[9..].iter().all(|&x| x == 0.0));
+            assert!(still, "{variant:?}, step {n}");
+        }
+        let energy = problem.energy(solver.iterate().u);
+        assert!(energy.abs() < 1.0 && problem.dual_bound(solver.iterate().q) <= energy);
+    }
+}
+
+/// NaN in the costs ends a run as diverged, and the best answer from before is kept.
+#[test]
+fn what_is_no_number_ends_the_run() {
+    let mesh = bumpy(6);
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let mut problem = random_problem::<3>(&mesh, 0.05, 95);
+        let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+        let mut run = Run::new(solver.iterate().u);
+        let stop = Stop { iterations: Some(40), ..Stop::default() };
+        let go = &mut |_: Option<&_>| ControlFlow::Continue(());
+        assert_eq!(run.advance(&mut *solver, &problem, &stop, go), Status::IterationLimit);
+        let (energy, u) = (run.energy(), run.best_u().to_vec());
+        problem.f[11].0[1] = f64::NAN;
+        assert_eq!(run.advance(&mut *solver, &problem, &stop, go), Status::Diverged, "{variant:?}");
+        assert_eq!((run.energy(), run.best_u()), (energy, &u[..]), "{variant:?}");
+    }
+}
+
+/// NaN from the first: nothing was ever seen, and the start is what remains.
+#[test]
+fn a_run_without_numbers_returns_its_start() {
+    let mesh = bumpy(4);
+    let mut problem = random_problem::<3>(&mesh, 0.05, 96);
+    problem.f[2].0[0] = f64::NAN;
+    let start = uniform::<3>(mesh.vertices.len(), 3);
+    for variant in VARIANTS {
+        let mut solver = solver(variant, &mesh, &problem, start.clone());
+        let (run, status) = run(&mut *solver, &problem, 1e-3, 100);
+        assert_eq!((status, run.iterations()), (Status::Diverged, 0), "{variant:?}");
+        assert_eq!(run.best_u(), start);
+    }
+}
+
+/// A step far beyond 2/L: whatever happens, the bounds remain bounds and no NaN enters them.
+#[test]
+fn too_long_a_step_is_no_disaster() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 97);
+    for tau in ["tau=1e6", "tau=1e200"] {
+        let options: &[&str] = &[tau];
+        let mut solver = solver(
+            ("projected-gradient", options),
+            &mesh,
+            &problem,
+            uniform(mesh.vertices.len(), 3),
+        );
+        let (run, status) = run(&mut *solver, &problem, 1e-9, 200);
+        assert!(matches!(status, Status::IterationLimit | Status::Diverged));
+        assert!(run.bound() <= run.energy());
+    }
+}
+
+#[test]
+fn every_solver_is_described_and_refuses_what_it_does_not_know() {
+    let mesh = bumpy(3);
+    let problem = random_problem::<3>(&mesh, 0.05, 98);
+    let refusal = |name: &str, option: &str| {
+        let options = Options::parse(&[option]).unwrap();
+        let start = uniform(mesh.vertices.len(), 3);
+        let setup = Setup { mesh: &mesh, problem: &problem, start, options: &options };
+        match build(name, setup) {
+            Ok(_) => panic!("{name} takes {option}"),
+            Err(error) => error.to_string(),
+        }
+    };
+    for description in DESCRIPTIONS {
+        assert_eq!(describe(description.name).unwrap().name, description.name);
+        let message = refusal(description.name, "no-such-key=1");
+        assert!(message.contains("no-such-key") && !message.contains('\n'), "{message}");
+        assert!(description.options.iter().all(|option| message.contains(option.key)), "{message}");
+        for option in description.options {
+            for value in ["", "nonsense", "nan", "-1"] {
+                let message = refusal(description.name, &format!("{}={value}", option.key));
+                assert!(message.contains(option.key) && !message.contains('\n'), "{message}");
+            }
+        }
+    }
+    let message = refusal("simplex", "rho=1");
+    assert!(DESCRIPTIONS.iter().all(|d| message.contains(d.name)) && !message.contains('\n'));
+}
+
+#[test]
+fn options_are_pairs_and_come_once() {
+    for texts in [&["rho"][..], &["rho=1", "rho=1.5"]] {
+        let message = Options::parse(texts).unwrap_err().to_string();
+        assert!(message.contains("rho") && !message.contains('\n'), "{message}");
+    }
+    let options = Options::parse(&[" rho = 1.25 "]).unwrap();
+    assert_eq!(options.number("rho", 0.0..2.0).unwrap(), Some(1.25));
+    assert_eq!(options.number("tau", 0.0..).unwrap(), None);
+    let message = options.number("rho", 1.5..=2.0).unwrap_err().to_string();
+    assert_eq!(message, "solver option rho=1.25: must be a number from 1.5 up to 2");
+}

@@ -1,0 +1,124 @@
+//! What is particular to one method: feasibility at landings, momentum, the metric that misleads.
+
+use super::{CONSISTENT, VARIANTS, after, run, solver, uniform};
+use crate::samples::{bumpy, known_optimum, needles, random_labels, random_problem, rng, shape};
+
+/// After a landing step rows lie in the simplex and the dual field in its balls.
+#[test]
+fn landing_iterates_are_feasible() {
+    for mesh in [bumpy(8), needles(4, 1e-6), shape("sphere:2").scaled(1e4)] {
+        let problem = random_problem::<7>(&mesh, 0.02 * mesh.area().sqrt(), 81);
+        let start = random_labels(mesh.vertices.len(), 7, &mut rng(82));
+        for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+            let mut solver = solver(variant, &mesh, &problem, start.clone());
+            for n in 1..60 {
+                let land = n % 7 == 0;
+                solver.step(&problem, land);
+                if land {
+                    let iterate = solver.iterate();
+                    for u in iterate.u {
+                        assert!(u.min() >= 0.0, "{variant:?}: {u:?}");
+                        assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-12, "{variant:?}");
+                    }
+                    let bound = problem.lambda * (1.0 + 1e-14);
+                    assert!(iterate.q.iter().all(|q| q.norm() <= bound), "{variant:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Without momentum FISTA is projected gradient: equal bits, in every metric that both have.
+#[test]
+fn fista_without_momentum_is_projected_gradient() {
+    let mesh = bumpy(9);
+    let problem = random_problem::<4>(&mesh, 0.05, 83);
+    let start = random_labels::<4>(mesh.vertices.len(), 4, &mut rng(84));
+    for metric in ["mass-metric=barycentric", "mass-metric=voronoi", "mass-metric=none"] {
+        for mode in ["epsilon-mode=intrinsic", "epsilon-mode=paper"] {
+            let options: &[&str] = &[metric, mode, "restart=always"];
+            let mut fista = solver(("fista", options), &mesh, &problem, start.clone());
+            let mut plain =
+                solver(("projected-gradient", &options[..2]), &mesh, &problem, start.clone());
+            assert_eq!(
+                after(&mut *fista, &problem, 50),
+                after(&mut *plain, &problem, 50),
+                "{metric}"
+            );
+        }
+    }
+}
+
+/// Projected gradient with tau = 1/L never raises E_eps.
+#[test]
+fn projected_gradient_descends() {
+    for mesh in [bumpy(8), needles(4, 1e-3), shape("sphere:2").scaled(1e-4)] {
+        let problem = random_problem::<3>(&mesh, 0.05 * mesh.area().sqrt(), 85);
+        for variant in &VARIANTS[6..] {
+            let mut solver = solver(*variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+            let smoothing = solver.smoothing().unwrap();
+            let mut before = problem.smoothed_energy(solver.iterate().u, smoothing);
+            let first = before;
+            for _ in 0..200 {
+                solver.step(&problem, true);
+                let now = problem.smoothed_energy(solver.iterate().u, smoothing);
+                assert!(now <= before + 1e-13 * problem.spread(), "{variant:?}: {before} {now}");
+                before = now;
+            }
+            assert!(before < first);
+        }
+    }
+}
+
+/// With the consistent mass the pointwise projection is not the one of the metric: it settles above the
+/// minimum of the same E_eps, which the lumped mass reaches.
+#[test]
+fn the_consistent_metric_misses_the_minimizer() {
+    let mesh = bumpy(10);
+    let problem = random_problem::<3>(&mesh, 0.02, 86);
+    let settle = |variant| {
+        let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+        let smoothing = solver.smoothing().unwrap();
+        [20_000, 20_000].map(|steps| {
+            let (u, _) = after(&mut *solver, &problem, steps);
+            problem.smoothed_energy(&u, smoothing)
+        })
+    };
+    let [_, lumped] = settle(("projected-gradient", &["epsilon=1"]));
+    let [earlier, consistent] =
+        settle(("projected-gradient", &["epsilon=1", "mass-metric=consistent"]));
+    let missed = consistent - lumped;
+    assert!(missed > 1e-4 * lumped.abs(), "{consistent} {lumped}");
+    // It has come to rest, so that more iterations would not help.
+    assert!((earlier - consistent).abs() < 0.01 * missed, "{earlier} {consistent} {lumped}");
+}
+
+/// Started at the constructed labels the primal-dual method certifies them and never does worse: their
+/// energy is the optimum from the first sample on.
+#[test]
+fn the_optimum_is_a_fixed_point() {
+    let mesh = shape("torus:12x8");
+    let known = known_optimum::<3>(&mesh, 3, 0.05, 1.0, 87);
+    for variant in &VARIANTS[..3] {
+        let mut solver = solver(*variant, &mesh, &known.problem, known.u.clone());
+        let (run, _) = run(&mut *solver, &known.problem, 1e-9, 50_000);
+        assert!(run.trace.len() > 2);
+        assert!((run.energy() - known.energy).abs() <= 1e-12 * known.problem.spread());
+    }
+}
+
+/// Continuation begins with a larger eps and ends with the one asked for.
+#[test]
+fn continuation_ends() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 88);
+    let variant: (&str, &[&str]) = ("fista", &["continuation=16", "epsilon=0.04"]);
+    let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+    let mut epsilons = Vec::new();
+    for _ in 0..20 {
+        epsilons.push(solver.smoothing().unwrap().epsilon);
+        solver.step(&problem, true);
+    }
+    assert!(epsilons.windows(2).all(|pair| pair[1] <= pair[0]));
+    assert!((epsilons[0] / 0.04 - 256.0).abs() < 1e-9 && epsilons[19] == 0.04);
+}

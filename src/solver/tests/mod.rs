@@ -1,0 +1,68 @@
+//! What every solver must do, whatever its method, by kind of theorem.
+
+mod certificates;
+mod corners;
+mod methods;
+mod sameness;
+
+use std::ops::ControlFlow;
+
+use crate::field::{Row, Tangent};
+use crate::mesh::Mesh;
+use crate::operator::Operator;
+use crate::problem::Problem;
+use crate::run::{Run, Status, Stop};
+use crate::solver::{Options, Setup, Solver, build};
+
+/// Every method, in each variant that converges to a minimizer.
+const VARIANTS: [(&str, &[&str]); 8] = [
+    ("chambolle-pock", &[]),
+    ("chambolle-pock", &["steps=diagonal"]),
+    ("chambolle-pock", &["steps=plain"]),
+    ("fista", &[]),
+    ("fista", &["mass-metric=barycentric", "continuation=100"]),
+    ("fista", &["mass-metric=voronoi", "epsilon-mode=paper", "restart=never"]),
+    ("projected-gradient", &[]),
+    ("projected-gradient", &["mass-metric=none", "epsilon-mode=paper"]),
+];
+
+/// The one that does not.
+const CONSISTENT: (&str, &[&str]) = ("projected-gradient", &["mass-metric=consistent"]);
+
+fn solver<'a, K: Operator + 'a, const M: usize>(
+    (name, options): (&str, &[&str]),
+    mesh: &Mesh,
+    problem: &Problem<K, M>,
+    start: Vec<Row<M>>,
+) -> Box<dyn Solver<K, M> + 'a> {
+    let options = Options::parse(options).unwrap();
+    build(name, Setup { mesh, problem, start, options: &options }).unwrap()
+}
+
+/// 1/m in the first m regions.
+fn uniform<const M: usize>(n: usize, m: usize) -> Vec<Row<M>> {
+    vec![Row::from_fn(|p| if p < m { 1.0 / m as f64 } else { 0.0 }); n]
+}
+
+/// The iterate after so many steps, the last of them a landing one.
+fn after<K: Operator, const M: usize>(
+    solver: &mut dyn Solver<K, M>,
+    problem: &Problem<K, M>,
+    steps: usize,
+) -> (Vec<Row<M>>, Vec<Tangent<M>>) {
+    (1..=steps).for_each(|n| solver.step(problem, n == steps));
+    (solver.iterate().u.to_vec(), solver.iterate().q.to_vec())
+}
+
+/// A run to a relative gap or a number of iterations.
+fn run<K: Operator, const M: usize>(
+    solver: &mut dyn Solver<K, M>,
+    problem: &Problem<K, M>,
+    gap: f64,
+    iterations: u64,
+) -> (Run<M>, Status) {
+    let stop = Stop { relative_gap: Some(gap), iterations: Some(iterations), ..Stop::default() };
+    let mut run = Run::new(solver.iterate().u);
+    let status = run.advance(solver, problem, &stop, &mut |_| ControlFlow::Continue(()));
+    (run, status)
+}

@@ -1,0 +1,73 @@
+//! What must not matter: the operator's form, the order of the regions, the number of threads.
+
+use super::{CONSISTENT, VARIANTS, after, solver, uniform};
+use crate::field::{Row, Tangent};
+use crate::operator::{Matrix, Stencil};
+use crate::problem::Problem;
+use crate::samples::{bumpy, flipped, needles, random_labels, random_problem, rng, shape};
+use crate::sweep::with_threads;
+
+/// One text of each algorithm, two operators: equal to rounding for 30 steps.
+#[test]
+fn stencil_and_matrix_give_the_same_iterates() {
+    for (name, mesh) in
+        [("torus", shape("torus:12x8")), ("bumpy", bumpy(8)), ("needles", needles(4, 1e-2))]
+    {
+        let n = mesh.vertices.len();
+        let fast: Problem<Stencil, 3> = random_problem(&mesh, 0.03 * mesh.area().sqrt(), 71);
+        let slow = Problem::new(Matrix::new(&mesh), fast.f.clone(), fast.lambda);
+        let start = random_labels::<3>(n, 3, &mut rng(72));
+        for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+            let (u, q) = after(&mut *solver(variant, &mesh, &fast, start.clone()), &fast, 30);
+            let (w, r) = after(&mut *solver(variant, &mesh, &slow, start.clone()), &slow, 30);
+            let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+            assert!(apart <= 1e-9, "{name}, {variant:?}: {apart}");
+            let apart = q.iter().zip(&r).map(|(&q, &r)| (q - r).norm()).fold(0.0, f64::max);
+            assert!(apart <= 1e-8 * fast.lambda, "{name}, {variant:?}: {apart}");
+            let moved = u.iter().zip(&start).any(|(&u, &s)| (u - s).max_abs() > 1e-6);
+            assert!(moved, "{name}, {variant:?}");
+        }
+    }
+}
+
+fn permuted<const M: usize>(rows: &[Row<M>], order: [usize; M]) -> Vec<Row<M>> {
+    rows.iter().map(|row| Row::from_fn(|p| row.0[order[p]])).collect()
+}
+
+/// Regions have no order: permuted costs give permuted labels, to rounding (sums run in another order).
+#[test]
+fn permuting_regions_permutes_columns() {
+    let mesh = flipped(shape("sphere:2"));
+    let order = [3, 0, 4, 1, 2];
+    let problem = random_problem::<5>(&mesh, 0.05 * mesh.area().sqrt(), 73);
+    let other = Problem::new(Stencil::new(&mesh), permuted(&problem.f, order), problem.lambda);
+    let start = random_labels::<5>(mesh.vertices.len(), 5, &mut rng(74));
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let (u, _) = after(&mut *solver(variant, &mesh, &problem, start.clone()), &problem, 30);
+        let begin = permuted(&start, order);
+        let (w, _) = after(&mut *solver(variant, &mesh, &other, begin), &other, 30);
+        for (u, w) in permuted(&u, order).into_iter().zip(w) {
+            assert!((u - w).max_abs() <= 1e-10, "{variant:?}: {u:?} {w:?}");
+        }
+    }
+}
+
+/// Bit for bit, on a mesh large enough that several threads take part.
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let mesh = shape("torus:90x60");
+    let problem = random_problem::<3>(&mesh, 0.02, 75);
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let bits = |threads: usize| -> (Vec<u64>, [u64; 2]) {
+            with_threads(Some(threads), || {
+                let start = uniform(mesh.vertices.len(), 3);
+                let (u, q) = after(&mut *solver(variant, &mesh, &problem, start), &problem, 40);
+                let fields = q.iter().flat_map(|Tangent(q)| q).chain(&u);
+                let fields = fields.flat_map(|row| row.0.map(f64::to_bits)).collect();
+                (fields, [problem.energy(&u).to_bits(), problem.dual_bound(&q).to_bits()])
+            })
+            .unwrap()
+        };
+        assert!(bits(1) == bits(3), "{variant:?}");
+    }
+}

@@ -1,0 +1,268 @@
+//! The default solver against the exact optimum, found by an interior point method as a second-order cone
+//! program whose matrices are assembled here, from the vertices alone:
+//!
+//!     min sum_k <u_k, f_k> + sum_j t_j    u_k in the simplex,  lambda |(K U)_j| <= t_j
+
+use std::ops::ControlFlow;
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT,
+    SolverStatus, SupportedConeT, ZeroConeT,
+};
+use meshseg::mesh::{Mesh, Shape};
+use meshseg::operator::Mass;
+use meshseg::run::{Status, Stop};
+use meshseg::solve::{Request, Solution, solve};
+use meshseg::solver::{DEFAULT, Options};
+use meshseg::start::Start;
+use nalgebra::Vector3;
+use ndarray::Array2;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+const GAP: f64 = 1e-5;
+
+/// A lower and an upper bound of E* for pointwise costs s with barycentric masses: the program's dual and
+/// primal solutions, evaluated here. The program is stated for area 1 and costs up to 1,
+/// which suits its tolerances, and the result scaled back: E = area cost E'.
+fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
+    let (n, m) = s.dim();
+    let faces: Vec<Face> = (0..mesh.faces.len()).map(|j| Face::new(mesh, j)).collect();
+    let area: f64 = faces.iter().map(|face| face.area).sum();
+    let cost = s.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let mut objective = vec![0.0; n * m + faces.len()];
+    for face in &faces {
+        for k in face.corners {
+            for p in 0..m {
+                objective[k * m + p] += face.area / 3.0 * s[[k, p]] / (area * cost);
+            }
+        }
+    }
+    objective[n * m..].fill(1.0);
+    let weight = lambda / (cost * area.sqrt());
+
+    // A x + s = b with s in the cones: rows sum to 1; u >= 0; (t_j, lambda (K U)_j) in second-order cones.
+    let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    let mut entry = |row: usize, column: usize, value: f64| {
+        rows.push(row);
+        columns.push(column);
+        values.push(value);
+    };
+    for k in 0..n {
+        for p in 0..m {
+            entry(k, k * m + p, 1.0);
+            entry(n + k * m + p, k * m + p, -1.0);
+        }
+    }
+    let mut row = n + n * m;
+    for (j, face) in faces.iter().enumerate() {
+        entry(row, n * m + j, -1.0);
+        row += 1;
+        for p in 0..m {
+            for axis in 0..2 {
+                for (k, column) in face.corners.into_iter().zip(face.columns) {
+                    entry(row, k * m + p, -weight * column[axis] / area.sqrt());
+                }
+                row += 1;
+            }
+        }
+    }
+    let mut b = vec![0.0; row];
+    b[..n].fill(1.0);
+    let mut cones: Vec<SupportedConeT<f64>> = vec![ZeroConeT(n), NonnegativeConeT(n * m)];
+    cones.extend(faces.iter().map(|_| SecondOrderConeT(1 + 2 * m)));
+    let unknowns = objective.len();
+    let a = CscMatrix::new_from_triplets(row, unknowns, rows, columns, values);
+    let settings = DefaultSettingsBuilder::default()
+        .tol_gap_abs(1e-11)
+        .tol_gap_rel(1e-11)
+        .tol_feas(1e-11)
+        .verbose(false)
+        .build()
+        .unwrap();
+    let quadratic = CscMatrix::zeros((unknowns, unknowns));
+    let mut solver = DefaultSolver::new(&quadratic, &objective, &a, &b, &cones, settings).unwrap();
+    solver.solve();
+    let solution = &solver.solution;
+    assert!(matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved));
+
+    // What it found, made feasible to the last bit: rows in the simplex, and q_j = -lambda z_j in the ball.
+    let mut u = Array2::from_shape_vec((n, m), solution.x[..n * m].to_vec()).unwrap();
+    for mut row in u.outer_iter_mut() {
+        row.mapv_inplace(|x| x.max(0.0));
+        let sum = row.sum();
+        row /= sum;
+    }
+    let mut g = Array2::from_shape_fn((n, m), |(k, p)| objective[k * m + p]);
+    let mut high = (&u * &g).sum();
+    for (face, z) in faces.iter().zip(solution.z[n + n * m..].chunks(1 + 2 * m)) {
+        let norm = z[1..].iter().map(|z| z * z).sum::<f64>().sqrt();
+        let scale = weight / norm.max(1.0) / area.sqrt();
+        let mut variation = 0.0;
+        for (p, z) in z[1..].chunks(2).enumerate() {
+            for axis in 0..2 {
+                let ku: f64 = (0..3).map(|i| face.columns[i][axis] * u[[face.corners[i], p]]).sum();
+                variation += ku * ku;
+                for (k, column) in face.corners.into_iter().zip(face.columns) {
+                    g[[k, p]] -= scale * z[axis] * column[axis];
+                }
+            }
+        }
+        high += weight / area.sqrt() * variation.sqrt();
+    }
+    let low: f64 = g.outer_iter().map(|g| g.fold(f64::INFINITY, |a, &b| a.min(b))).sum();
+    assert!(high - low <= 1e-6 * low.abs(), "{:?}: {low} to {high}", solution.status);
+    [low * area * cost, high * area * cost]
+}
+
+/// One face laid into the plane by Gram-Schmidt, with its third corner at the origin.
+struct Face {
+    corners: [usize; 3],
+    area: f64,
+    /// A grad phi_k of the three corners.
+    columns: [[f64; 2]; 3],
+}
+
+impl Face {
+    fn new(mesh: &Mesh, j: usize) -> Self {
+        let x = mesh.faces[j].map(|k| mesh.vertices[k as usize]);
+        let (a, b): (Vector3<f64>, Vector3<f64>) = (x[0] - x[2], x[1] - x[2]);
+        let length = a.norm();
+        let along = a.dot(&b) / length;
+        let height = (b - a * (along / length)).norm();
+        // <A grad, (length, 0)> = A u_0 and <A grad, (along, height)> = A u_1, for u_2 = 0.
+        let first = [0.5 * height, -0.5 * along];
+        let second = [0.0, 0.5 * length];
+        let third = [-first[0], -first[1] - second[1]];
+        Face {
+            corners: mesh.faces[j].map(|k| k as usize),
+            area: 0.5 * length * height,
+            columns: [first, second, third],
+        }
+    }
+}
+
+fn certified(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solution {
+    let stop = Stop { relative_gap: Some(GAP), iterations: Some(20_000), ..Stop::default() };
+    let request = Request {
+        lambda,
+        mass: Mass::Barycentric,
+        solver: DEFAULT.to_owned(),
+        options: Options::default(),
+        stop,
+    };
+    solve(mesh, s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+/// Solves for every lambda, given in units of cost times the square root of the area.
+fn check(name: &str, mesh: &Mesh, s: &Array2<f64>, lambdas: &[f64]) {
+    for relative in lambdas {
+        let lambda = relative * mesh.area().sqrt();
+        let [low, high] = exact_optimum(mesh, s, lambda);
+        let solution = certified(mesh, s, lambda);
+        let summary = &solution.summary;
+        println!(
+            "{name:24} m = {}  F = {:4}  lambda = {relative:<6} {:6} iterations, E* = {high:+.9e}",
+            s.ncols(),
+            mesh.faces.len(),
+            summary.iterations
+        );
+        // Rounding of sums over the mesh.
+        let slack = 1e-12 * high.abs();
+        assert_eq!(summary.status, Status::Converged, "{name}, lambda {relative}");
+        assert!(summary.dual_bound <= high + slack, "{} {high}", summary.dual_bound);
+        assert!(summary.energy >= low - slack, "{} {low}", summary.energy);
+        assert!(summary.energy - low <= 3e-5 * low.abs(), "{} {low}", summary.energy);
+        assert!(summary.rounded_energy >= low - slack);
+        for row in solution.u.outer_iter() {
+            assert!((row.sum() - 1.0).abs() <= 1e-12 && row.iter().all(|&u| u >= 0.0));
+        }
+    }
+}
+
+fn shape(text: &str) -> Mesh {
+    text.parse::<Shape>().unwrap().mesh()
+}
+
+/// Costs drawn from `low` to 1.
+fn noise(mesh: &Mesh, m: usize, low: f64, seed: u64) -> Array2<f64> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    Array2::from_shape_simple_fn((mesh.vertices.len(), m), || rng.random_range(low..1.0))
+}
+
+/// Waves over the mesh, different for each region.
+fn smooth(mesh: &Mesh, m: usize) -> Array2<f64> {
+    let size = mesh.area().sqrt();
+    Array2::from_shape_fn((mesh.vertices.len(), m), |(k, p)| {
+        let x = mesh.vertices[k] / size;
+        let p = p as f64;
+        0.6 + 0.4 * (3.0 * x.x + 2.0 * p).sin() * (4.0 * x.y + 2.0 * x.z - p).cos()
+    })
+}
+
+const LAMBDAS: [f64; 5] = [0.0, 0.003, 0.03, 0.3, 100.0];
+
+#[test]
+fn closed_surfaces() {
+    let sphere = shape("sphere:2");
+    check("sphere, noise", &sphere, &noise(&sphere, 3, 0.0, 1), &LAMBDAS);
+    let torus = shape("torus:24x12");
+    check("torus, smooth", &torus, &smooth(&torus, 5), &[0.01, 0.1]);
+    let fine = shape("torus:40x25");
+    check("torus, noise", &fine, &noise(&fine, 2, 0.0, 2), &[0.01]);
+}
+
+#[test]
+fn open_surfaces() {
+    let grid = shape("grid:16x12");
+    check("grid, smooth", &grid, &smooth(&grid, 4), &LAMBDAS);
+    check("grid, noise", &grid, &noise(&grid, 7, 0.0, 3), &[0.01, 0.1]);
+}
+
+#[test]
+fn several_components() {
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    for (i, size) in [1.0, 0.1, 0.5, 0.02].into_iter().enumerate() {
+        let part = shape("sphere:1").scaled(size);
+        let shift = vertices.len() as u32;
+        vertices.extend(part.vertices.iter().map(|x| x + Vector3::x() * (3.0 * i as f64)));
+        faces.extend(part.faces.iter().map(|face| face.map(|k| k + shift)));
+    }
+    let mesh = Mesh::new(vertices, faces);
+    check("components, noise", &mesh, &noise(&mesh, 3, 0.0, 4), &LAMBDAS);
+}
+
+/// A grid whose lines lie in pairs 1e-4 of a cell apart, in both directions.
+#[test]
+fn needles() {
+    let mut mesh = shape("grid:14x14");
+    for x in mesh.vertices.iter_mut().flat_map(|x| x.coords.as_mut_slice()[..2].iter_mut()) {
+        let line = (*x * 14.0).round();
+        *x = if line % 2.0 == 0.0 { line / 14.0 } else { (line - 1.0 + 1e-4) / 14.0 };
+    }
+    check("needles, noise", &mesh, &noise(&mesh, 3, 0.0, 5), &[0.0, 0.003, 0.03, 0.3]);
+    check("needles, smooth", &mesh, &smooth(&mesh, 2), &[0.01, 0.1, 100.0]);
+}
+
+#[test]
+fn any_unit_of_length() {
+    for c in [1e-4, 1e4] {
+        let mesh = shape("sphere:2").scaled(c);
+        check(&format!("sphere times {c:e}"), &mesh, &smooth(&mesh, 3), &LAMBDAS);
+    }
+}
+
+#[test]
+fn negative_costs_and_ties() {
+    let mesh = shape("sphere:2");
+    check("negative, noise", &mesh, &(noise(&mesh, 6, 0.0, 6) - 2.0), &[0.003, 0.1, 100.0]);
+    let mut ties = noise(&mesh, 4, 0.2, 7);
+    for mut row in ties.outer_iter_mut() {
+        row[2] = row[0];
+        row[3] = row[1];
+    }
+    check("ties", &mesh, &ties, &LAMBDAS);
+    let equal = Array2::from_elem((mesh.vertices.len(), 3), 0.5);
+    check("all equal", &mesh, &equal, &[0.0, 0.1]);
+}
