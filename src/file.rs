@@ -31,10 +31,13 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
+        fs::metadata(folder.join("."))?;
+        // Its own message would name the temporary file.
         let mut file = tempfile::Builder::new()
             .prefix(".meshseg-")
             .permissions(permissions())
-            .tempfile_in(folder)?;
+            .tempfile_in(folder)
+            .map_err(|error| io::Error::from(error.kind()))?;
         let mut writer = BufWriter::new(&mut file);
         content(&mut writer)?;
         writer.flush()?;

@@ -3,6 +3,7 @@
 use std::fs;
 
 use super::{VERBS, folder, refuse};
+use crate::support::stderr;
 
 /// The verbs that write a folder refuse before they work.
 #[test]
@@ -56,6 +57,8 @@ fn files_that_cannot_be_written() {
         refuse(&folder, &format!("mesh generate grid:2x2 --out {out}"), &[out, part]);
         refuse(&folder, &format!("mesh convert square.obj --out {out}"), &[out, part]);
     }
+    let message = stderr(&folder.run("mesh generate grid:2x2 --out missing/out.ply"));
+    assert!(!message.contains(".meshseg-"), "the temporary name: {message}");
     // Binary STL holds 32-bit coordinates.
     folder.write("large.obj", "v 0 0 0\nv 1e45 0 0\nv 0 1e45 0\nf 1 2 3\n");
     refuse(&folder, "mesh convert large.obj --out out.stl", &["out.stl"]);
