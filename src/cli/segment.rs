@@ -1,6 +1,6 @@
 //! `meshseg segment`: the data of a mesh into regions.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use meshseg::data::range::robust_unit_range;
@@ -249,7 +249,7 @@ fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
 
 /// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
 /// column.
-fn numbers(mesh: &Mesh, path: &PathBuf) -> Result<Seen> {
+fn numbers(mesh: &Mesh, path: &Path) -> Result<Seen> {
     let array = npy::read_data(path)?;
     check_rows(path, &array, mesh)?;
     let looks = if array.ncols() == 3 && array.iter().all(|x| (0.0..=1.0).contains(x)) {
