@@ -31,10 +31,13 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
+        fs::metadata(folder.join("."))?;
+        // Its own message would name the temporary file.
         let mut file = tempfile::Builder::new()
             .prefix(".meshseg-")
             .permissions(permissions())
-            .tempfile_in(folder)?;
+            .tempfile_in(folder)
+            .map_err(|error| io::Error::from(error.kind()))?;
         let mut writer = BufWriter::new(&mut file);
         content(&mut writer)?;
         writer.flush()?;
@@ -55,9 +58,13 @@ fn permissions() -> fs::Permissions {
 /// Checks, before long work starts, that a folder can be written there: it exists, or can be made.
 pub fn check_folder(path: &Path) -> Result<()> {
     match fs::metadata(path) {
-        Ok(metadata) if metadata.is_dir() => Ok(()),
+        Ok(metadata) if metadata.is_dir() => check_writable(path, path),
         Ok(_) => Err(Error::unsuitable(format!(
             "{}: is a file; name a folder with --out",
+            path.display()
+        ))),
+        Err(_) if path.is_symlink() => Err(Error::unsuitable(format!(
+            "{}: is a link to nothing; name a folder with --out",
             path.display()
         ))),
         Err(_) => {
@@ -66,7 +73,8 @@ pub fn check_folder(path: &Path) -> Result<()> {
                 .skip(1)
                 .find(|ancestor| ancestor.exists() || *ancestor == Path::new(""));
             match made {
-                Some(parent) if parent == Path::new("") || parent.is_dir() => Ok(()),
+                Some(parent) if parent == Path::new("") => check_writable(path, Path::new(".")),
+                Some(parent) if parent.is_dir() => check_writable(path, parent),
                 _ => Err(Error::unsuitable(format!(
                     "{}: cannot be made, a folder above it is a file",
                     path.display()
@@ -76,29 +84,56 @@ pub fn check_folder(path: &Path) -> Result<()> {
     }
 }
 
+/// Makes a nameless file in an existing folder, which is gone at once.
+fn check_writable(path: &Path, existing: &Path) -> Result<()> {
+    tempfile::tempfile_in(existing).map(drop).map_err(|error| {
+        Error::unsuitable(format!(
+            "{}: cannot be written: {}",
+            path.display(),
+            io::Error::from(error.kind())
+        ))
+    })
+}
+
 /// Writes a folder of files: `fill` puts them into an empty temporary folder, which is then renamed to
 /// `path`. If `path` is there already, its other files stay and each new file replaces its namesake.
+///
+/// An existing folder holds the temporary one itself: what is above it may be another file system or may not
+/// be written to.
 pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let io = |source| Error::io(path, source);
+    let exists = path.is_dir();
     let parent = match path.parent() {
+        _ if exists => path,
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
     fs::create_dir_all(parent).map_err(io)?;
-    let folder = tempfile::Builder::new().prefix(".meshseg-").tempdir_in(parent).map_err(io)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".meshseg-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o777));
+    }
+    let folder = builder.tempdir_in(parent).map_err(io)?;
     fill(folder.path())?;
-    if path.is_dir() {
-        for entry in fs::read_dir(folder.path()).map_err(io)? {
-            let entry = entry.map_err(io)?;
-            fs::rename(entry.path(), path.join(entry.file_name())).map_err(io)?;
+    if exists {
+        let names = || -> io::Result<Vec<_>> {
+            fs::read_dir(folder.path())?.map(|entry| Ok(entry?.file_name())).collect()
+        };
+        let names = names().map_err(io)?;
+        // Before the first is replaced: all or none.
+        if let Some(name) = names.iter().find(|name| path.join(name).is_dir()) {
+            return Err(Error::malformed(&path.join(name), "is a folder in the way of a file"));
+        }
+        for name in names {
+            fs::rename(folder.path().join(&name), path.join(&name)).map_err(io)?;
         }
     } else {
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            fs::set_permissions(folder.path(), fs::Permissions::from_mode(0o755)).map_err(io)?;
-        }
-        fs::rename(folder.keep(), path).map_err(io)?;
+        fs::rename(folder.path(), path).map_err(io)?;
+        // Renamed, so there is nothing left to remove.
+        let _ = folder.keep();
     }
     Ok(())
 }

@@ -127,8 +127,15 @@ impl Header {
             return Err(self.wrong_type(path));
         };
         let promised = self.shape.iter().try_fold(width, |size, &n| size.checked_mul(n));
+        // An axis without length makes any other length promise nothing, yet strides are products of them.
+        let strides = self.shape.iter().try_fold(width, |size, &n| size.checked_mul(n.max(1)));
         match promised {
-            Some(promised) if promised == available => Ok(()),
+            Some(promised)
+                if promised == available
+                    && strides.is_some_and(|strides| isize::try_from(strides).is_ok()) =>
+            {
+                Ok(())
+            }
             _ => Err(Error::malformed(
                 path,
                 format!(

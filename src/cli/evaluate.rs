@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use meshseg::evaluate::evaluate;
-use meshseg::mesh::source;
-use meshseg::npy;
 use meshseg::operator::Mass;
 use meshseg::problem::{Smoothing, SmoothingMode};
+use meshseg::{Error, npy};
 
+use super::inputs::{costs, mesh_with_area};
 use super::{Outcome, named, print_json};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
@@ -25,7 +25,7 @@ pub struct Arguments {
     costs: PathBuf,
 
     /// Weight of the total variation
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     lambda: f64,
 
     /// V x m
@@ -33,7 +33,7 @@ pub struct Arguments {
     u: PathBuf,
 
     /// Also print the smoothed energy with this eps
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     epsilon: Option<f64>,
 
     /// paper: (1/2) sqrt(xi + eps); intrinsic: A sqrt(|grad u|^2 + eps)
@@ -50,9 +50,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .epsilon
         .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
         .transpose()?;
-    let mesh = source(&arguments.mesh)?;
-    let costs = npy::read_matrix(&arguments.costs)?;
+    let mesh = mesh_with_area(&arguments.mesh)?;
+    let costs = costs(&arguments.costs, &mesh)?;
     let u = npy::read_matrix(&arguments.u)?;
+    if u.dim() != costs.dim() {
+        let (rows, columns) = u.dim();
+        let (needed, regions) = costs.dim();
+        let message =
+            format!("has {rows} x {columns} entries, the costs have {needed} x {regions}");
+        return Err(Error::malformed(&arguments.u, message).into());
+    }
     let evaluation = evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
     print_json(&evaluation)?;
     Ok(())

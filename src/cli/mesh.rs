@@ -6,7 +6,7 @@ use meshseg::Error;
 use meshseg::mesh::shapes::MOST_FACES;
 use meshseg::mesh::{Mesh, Shape, Statistics, io, source};
 
-use super::{Outcome, print, print_json, table};
+use super::{Outcome, note, print, print_json, table};
 
 /// Look at, make, and convert meshes.
 #[derive(clap::Subcommand)]
@@ -46,14 +46,14 @@ pub fn run(verb: &Verb) -> Outcome {
         Verb::Generate { shape, out } => write(out, &shape.parse::<Shape>()?.mesh()),
         Verb::Convert { mesh, out, subdivide } => {
             let mut mesh = source(mesh)?;
+            let faces = (mesh.faces.len() as u64).saturating_mul(4_u64.pow((*subdivide).into()));
+            if faces > MOST_FACES {
+                return Err(Error::unsuitable(format!(
+                    "--subdivide {subdivide}: would give {faces} faces; at most {MOST_FACES} are possible"
+                ))
+                .into());
+            }
             for _ in 0..*subdivide {
-                if 4 * mesh.faces.len() as u64 > MOST_FACES {
-                    return Err(Error::unsuitable(format!(
-                        "--subdivide {subdivide}: more than {} faces",
-                        MOST_FACES
-                    ))
-                    .into());
-                }
                 mesh = mesh.subdivided();
             }
             write(out, &mesh)
@@ -63,7 +63,8 @@ pub fn run(verb: &Verb) -> Outcome {
 
 fn write(path: &Path, mesh: &Mesh) -> Outcome {
     io::write(path, mesh)?;
-    eprintln!("{}: {} vertices, {} faces", path.display(), mesh.vertices.len(), mesh.faces.len());
+    let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
+    note(&format!("{}: {vertices} vertices, {faces} faces", path.display()));
     Ok(())
 }
 

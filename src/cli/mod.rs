@@ -4,6 +4,7 @@
 
 mod completions;
 mod evaluate;
+mod inputs;
 mod mesh;
 mod operators;
 mod progress;
@@ -79,6 +80,7 @@ pub fn main() -> ExitCode {
         .with_writer(io::stderr)
         .with_target(false)
         .without_time()
+        .log_internal_errors(false)
         .with_ansi(io::IsTerminal::is_terminal(&io::stderr()))
         .init();
     let outcome = match cli.verb {
@@ -93,7 +95,7 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(error)) => {
-            eprintln!("error: {}", one_line(&error.to_string()));
+            note(&format!("error: {}", one_line(&error.to_string())));
             ExitCode::from(1)
         }
         // The reader of a pipe has seen enough.
@@ -101,7 +103,7 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(Failure::Output(error)) => {
-            eprintln!("error: standard output: {error}");
+            note(&format!("error: standard output: {error}"));
             ExitCode::from(1)
         }
         Err(Failure::Interrupted) => ExitCode::from(130),
@@ -116,6 +118,11 @@ fn print(text: &str) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()
+}
+
+/// A line on stderr. If that is closed, as when Ctrl-C ends the rest of a pipe, the work still goes on.
+fn note(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 fn print_json(value: &impl serde::Serialize) -> io::Result<()> {

@@ -9,6 +9,7 @@ use meshseg::solve::model_mesh;
 use meshseg::{Result, file, npy};
 use sprs::CsMat;
 
+use super::inputs::blame;
 use super::{Outcome, print, table, warn};
 
 /// Write K, the mass matrices and the Laplacian as MatrixMarket (.mtx) and SciPy (.npz) files.
@@ -32,7 +33,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     file::check_folder(&arguments.out)?;
-    let (mesh, warnings) = model_mesh(&source(&arguments.mesh)?)?;
+    let (mesh, warnings) = blame(&arguments.mesh, model_mesh(&source(&arguments.mesh)?))?;
     warn(&warnings);
     let k = Matrix::new(&mesh);
     let matrices = [

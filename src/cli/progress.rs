@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use meshseg::run::Sample;
 
+use super::note;
+
 /// Between renewals of the line on a terminal.
 const RENEWAL: Duration = Duration::from_millis(100);
 /// Between lines elsewhere.
@@ -60,7 +62,7 @@ impl Progress {
                         line.set_message(message);
                         line.tick();
                     }
-                    None => eprintln!("{message}"),
+                    None => note(&message),
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! `meshseg segment`: the data of a mesh into regions.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use meshseg::data::range::robust_unit_range;
@@ -12,13 +12,14 @@ use meshseg::mesh::{Mesh, Source};
 use meshseg::outcome::{self, Looks};
 use meshseg::render::colormap::sequential;
 use meshseg::segment::{Alternation, Initial, Segmentation, segment};
-use meshseg::solve::Summary;
+use meshseg::solve::{Summary, model_mesh};
 use meshseg::{Error, Result, npy, sweep};
 use serde::Serialize;
 
+use super::inputs::{blame, check_rows};
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, print, table, warn};
+use super::{Outcome, named, note, print, table, warn};
 
 /// Segment colors, a texture, curvature or other data on a mesh into regions.
 ///
@@ -36,7 +37,7 @@ pub struct Arguments {
     data: Option<DataSource>,
 
     /// Number of regions, 2 to 64
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64))]
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true)]
     regions: u8,
 
     /// Model of the data in a region
@@ -45,11 +46,11 @@ pub struct Arguments {
 
     /// Weight of the length of the cuts, in units of squared data times length [default: 0.02 times the variance
     /// of the data, times the square root of the area]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
 
     /// Iterations between re-estimations of the region parameters
-    #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     every: u64,
 
     /// Where the region parameters start
@@ -57,7 +58,7 @@ pub struct Arguments {
     init: Initial,
 
     /// Seed of the start
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
     /// area: scale the mesh to total area 1, so that lambda means the same for every mesh; none: keep its units
@@ -148,16 +149,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Normalize::Area | Normalize::None => 1.0,
     };
     let scaled = mesh.clone().scaled(scale);
+    blame(&arguments.mesh, model_mesh(&scaled))?;
     let seen = arguments.see(&source, &scaled)?;
-    if scale != 1.0 {
-        eprintln!(
-            "scaled by {scale:.6e} to total area 1, which lambda refers to; --normalize none keeps the units"
-        );
-    }
 
     let cells = barycentric_areas(&scaled);
     if arguments.lambda.is_none() {
         request.lambda = default_lambda(&seen.data, &cells);
+        if !request.lambda.is_finite() {
+            let message = format!("{}: the data leave the range of double precision", seen.name);
+            return Err(Error::unsuitable(message + " when squared; scale them down").into());
+        }
     }
 
     let alternation = Alternation {
@@ -193,11 +194,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks, !solving.no_preview)?;
 
+    if scale != 1.0 {
+        note(&format!(
+            "scaled by {scale:.6e} to total area 1, which lambda refers to; --normalize none keeps the units"
+        ));
+    }
     warn(&solution.summary.warnings);
     let mut lines = summary_lines(&solution.summary);
     lines.push(("written to", solving.out.display().to_string()));
-    print(&(table::pairs(&lines) + "\n" + &regions_table(&regions)))?;
-    exit(solution.summary.status)
+    let printed = print(&(table::pairs(&lines) + "\n" + &regions_table(&regions)));
+    exit(solution.summary.status, printed)
 }
 
 impl Arguments {
@@ -205,7 +211,10 @@ impl Arguments {
         match (&self.data, source.texture(), &mesh.colors) {
             (Some(DataSource::Texture(image)), ..) => {
                 let texture = Texture::open(image)?;
-                colored(colors_at_vertices(mesh, &texture)?, format!("texture {}", image.display()))
+                colored(
+                    blame(&self.mesh, colors_at_vertices(mesh, &texture))?,
+                    format!("texture {}", image.display()),
+                )
             }
             (Some(DataSource::Curvature), ..) => {
                 let area = barycentric_areas(mesh);
@@ -220,7 +229,7 @@ impl Arguments {
             (Some(DataSource::File(path)), ..) => numbers(mesh, path),
             (None, Some(bytes), _) => {
                 let texture = Texture::decode(bytes, &self.mesh)?;
-                colored(colors_at_vertices(mesh, &texture)?, "texture".into())
+                colored(blame(&self.mesh, colors_at_vertices(mesh, &texture))?, "texture".into())
             }
             (Some(DataSource::Colors) | None, _, Some(colors)) => {
                 colored(colors.clone(), "colors".into())
@@ -240,14 +249,9 @@ fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
 
 /// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
 /// column.
-fn numbers(mesh: &Mesh, path: &PathBuf) -> Result<Seen> {
+fn numbers(mesh: &Mesh, path: &Path) -> Result<Seen> {
     let array = npy::read_data(path)?;
-    if array.nrows() != mesh.vertices.len() {
-        return Err(Error::malformed(
-            path,
-            format!("has {} rows, the mesh {} vertices", array.nrows(), mesh.vertices.len()),
-        ));
-    }
+    check_rows(path, &array, mesh)?;
     let looks = if array.ncols() == 3 && array.iter().all(|x| (0.0..=1.0).contains(x)) {
         array.outer_iter().map(|row| [row[0], row[1], row[2]]).collect()
     } else {

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use meshseg::mesh::source;
 use meshseg::outcome::{self, Looks};
 use meshseg::render::colormap::categorical;
 use meshseg::start::Start;
 use meshseg::{Result, npy, solve, sweep};
+use ndarray::Array2;
 
+use super::inputs::{blame, costs, mesh_with_area};
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, print, table, warn};
@@ -27,7 +28,7 @@ pub struct Arguments {
     costs: PathBuf,
 
     /// Weight of the total variation
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     lambda: f64,
 
     /// Where U starts: uniform, random, argmin, or a file U.npy
@@ -35,7 +36,7 @@ pub struct Arguments {
     init: Init,
 
     /// Seed of a random start
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
     #[command(flatten)]
@@ -70,12 +71,16 @@ impl FromStr for Init {
 }
 
 impl Arguments {
-    fn start(&self) -> Result<Start> {
+    fn start(&self, costs: &Array2<f64>) -> Result<Start> {
         Ok(match &self.init {
             Init::Uniform => Start::Uniform,
             Init::Random => Start::Random { seed: self.seed },
             Init::Argmin => Start::Argmin,
-            Init::File(path) => Start::Given(npy::read_matrix(path)?),
+            Init::File(path) => {
+                let start = Start::Given(npy::read_matrix(path)?);
+                blame(path, start.check(costs.dim()))?;
+                start
+            }
         })
     }
 }
@@ -83,9 +88,9 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(arguments.lambda)?;
-    let mesh = source(&arguments.mesh)?;
-    let costs = npy::read_matrix(&arguments.costs)?;
-    let start = arguments.start()?;
+    let mesh = mesh_with_area(&arguments.mesh)?;
+    let costs = costs(&arguments.costs, &mesh)?;
+    let start = arguments.start(&costs)?;
 
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let solution = sweep::with_threads(solving.threads(), || {
@@ -105,8 +110,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);
     lines.push(("written to", solving.out.display().to_string()));
-    print(&table::pairs(&lines))?;
-    exit(summary.status)
+    exit(summary.status, print(&table::pairs(&lines)))
 }
 
 fn cheapest(s: &[f64]) -> usize {

@@ -28,28 +28,28 @@ pub struct Solving {
     solver_options: Vec<String>,
 
     /// Stop when the certified gap (E - D) / |E| is at most this
-    #[arg(long, value_name = "GAP", default_value_t = 1e-4)]
+    #[arg(long, value_name = "GAP", default_value_t = 1e-4, allow_negative_numbers = true)]
     gap: f64,
 
     /// Stop after so many iterations
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true)]
     max_iterations: u64,
 
     /// Stop after so many seconds
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time_limit: Option<f64>,
 
     /// Stop when no entry of U changes by more than this in an iteration (the paper's rule; it certifies
     /// nothing)
-    #[arg(long, value_name = "DELTA")]
+    #[arg(long, value_name = "DELTA", allow_negative_numbers = true)]
     stop_change: Option<f64>,
 
     /// Iterations between checks of the gap [default: 4, later 4 % of the iterations]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000), allow_negative_numbers = true)]
     check_every: Option<u64>,
 
     /// Threads; the result does not depend on their number [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
 
     /// Folder for the results; it appears whole or not at all
@@ -71,16 +71,15 @@ impl Solving {
             if value >= 0.0 {
                 Ok(value)
             } else {
-                Err(Error::unsuitable(format!("{name} {value}: must be a number from 0")))
+                Err(Error::unsuitable(format!("{name} {value:?}: must be a number from 0")))
             }
         };
-        let time =
-            match self.time_limit {
-                None => None,
-                Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|error| {
-                    Error::unsuitable(format!("--time-limit {seconds}: {error}"))
-                })?),
-            };
+        let time = match self.time_limit {
+            None => None,
+            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|error| {
+                Error::unsuitable(format!("--time-limit {seconds:?}: {error}"))
+            })?),
+        };
         let change = self.stop_change.map(|delta| not_negative("--stop-change", delta));
         let request = Request {
             lambda,
@@ -102,10 +101,12 @@ impl Solving {
 }
 
 /// The exit of a run whose results are written.
-pub fn exit(status: Status) -> Outcome {
+///
+/// Ctrl-C in a terminal ends a whole pipe, so that the short table may find no reader: `printed` counts less.
+pub fn exit(status: Status, printed: std::io::Result<()>) -> Outcome {
     match status {
         Status::Interrupted => Err(Failure::Interrupted),
-        _ => Ok(()),
+        _ => Ok(printed?),
     }
 }
 

@@ -62,6 +62,7 @@ impl Options {
             Ok(number) if number.is_finite() && range.contains(&number) => Ok(Some(number)),
             _ => {
                 let from = match range.start_bound() {
+                    Included(&f64::MIN_POSITIVE) => " above 0".into(),
                     Included(bound) => format!(" from {bound}"),
                     Excluded(bound) => format!(" above {bound}"),
                     Unbounded => String::new(),

@@ -1,0 +1,12 @@
+//! The program from outside: command lines, files, exit codes.
+
+mod evaluate;
+mod inputs;
+mod mesh;
+mod operators;
+mod refusals;
+mod segment;
+mod signals;
+mod solve;
+mod support;
+mod texts;

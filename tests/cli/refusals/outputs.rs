@@ -1,0 +1,65 @@
+//! Places where nothing can be written.
+
+use std::fs;
+
+use super::{VERBS, folder, refuse};
+use crate::support::stderr;
+
+/// The verbs that write a folder refuse before they work.
+#[test]
+fn folders_that_cannot_be_made() {
+    let folder = folder();
+    folder.write("file", "mine");
+    for (verb, rest) in VERBS.iter().filter(|(_, rest)| rest.ends_with("--out out")) {
+        for (out, part) in [
+            ("file", "is a file"),
+            ("file/below", "above it is a file"),
+            ("file/far/below", "above it is a file"),
+        ] {
+            let rest = rest.replace("--out out", &format!("--out {out}"));
+            refuse(&folder, &format!("{verb} square.obj {rest}"), &[out, part]);
+        }
+    }
+    assert_eq!(fs::read(folder.path("file")).unwrap(), b"mine");
+}
+
+#[cfg(unix)]
+#[test]
+fn links_to_nothing_are_no_folders() {
+    let folder = folder();
+    std::os::unix::fs::symlink("nowhere", folder.path("link")).unwrap();
+    refuse(&folder, "operators square.obj --out link", &["link", "is a link to nothing"]);
+}
+
+/// Where not even the superuser can write.
+#[cfg(target_os = "linux")]
+#[test]
+fn places_that_take_no_files() {
+    let folder = folder();
+    for out in ["/proc", "/proc/meshseg", "/proc/mesh/seg"] {
+        refuse(&folder, &format!("operators square.obj --out {out}"), &[out, "cannot be written"]);
+    }
+}
+
+#[test]
+fn files_that_cannot_be_written() {
+    let folder = folder();
+    folder.write("file", "mine");
+    fs::create_dir(folder.path("folder.ply")).unwrap();
+    for (out, part) in [
+        ("out.xyz", ".obj, .ply, .off and .stl"),
+        ("out", ".obj, .ply, .off and .stl"),
+        (".ply", ".obj, .ply, .off and .stl"),
+        ("missing/out.ply", "No such file"),
+        ("file/out.ply", "Not a directory"),
+        ("folder.ply", "folder.ply"),
+    ] {
+        refuse(&folder, &format!("mesh generate grid:2x2 --out {out}"), &[out, part]);
+        refuse(&folder, &format!("mesh convert square.obj --out {out}"), &[out, part]);
+    }
+    let message = stderr(&folder.run("mesh generate grid:2x2 --out missing/out.ply"));
+    assert!(!message.contains(".meshseg-"), "the temporary name: {message}");
+    // Binary STL holds 32-bit coordinates.
+    folder.write("large.obj", "v 0 0 0\nv 1e45 0 0\nv 0 1e45 0\nf 1 2 3\n");
+    refuse(&folder, "mesh convert large.obj --out out.stl", &["out.stl"]);
+}

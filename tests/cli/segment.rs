@@ -1,0 +1,154 @@
+//! The main job: a mesh with its data into a folder of results.
+
+use std::fs;
+
+use meshseg::mesh::io;
+
+use crate::support::{Folder, names, stderr};
+
+const FILES: [&str; 6] =
+    ["labels.npy", "preview.png", "segmented.ply", "summary.json", "trace.csv", "u.npy"];
+
+#[test]
+fn spot_in_three_regions() {
+    let folder = Folder::new();
+    let output = folder.run("segment builtin:spot --regions 3 --out spot");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("to total area 1"));
+    assert!(String::from_utf8(output.stdout).unwrap().contains("converged"));
+    assert_eq!(names(&folder.path("")), ["spot".to_owned()].into());
+    assert_eq!(names(&folder.path("spot")), FILES.map(String::from).into());
+
+    let answer = folder.answer("spot");
+    answer.assert_consistent();
+    assert_eq!(answer.u.dim(), (46_850, 3));
+    assert_eq!(answer.status(), "converged");
+    assert!(answer.number("relative_gap") <= 1e-4);
+    assert_eq!(
+        answer.header,
+        ["iteration", "seconds", "energy", "dual_bound", "gap", "relative_gap", "change"]
+    );
+    // The parameters, and with them the problem, are fixed after the last re-estimation.
+    let fixed = answer.number("re_estimations") * answer.number("every");
+    let iterations = answer.column("iteration");
+    let first = iterations.iter().position(|&iteration| iteration == Some(fixed)).unwrap();
+    answer.assert_monotone_from(first);
+    assert!(iterations.windows(2).all(|pair| pair[0] < pair[1]));
+
+    summary_has_every_key(&answer.summary);
+    let shares = answer.summary["region_parameters"].as_array().unwrap().iter();
+    let whole: f64 = shares.map(|region| region["share"].as_f64().unwrap()).sum();
+    assert!((whole - 1.0).abs() < 1e-12);
+
+    let image = image::open(folder.path("spot/preview.png")).unwrap();
+    assert_eq!((image.width(), image.height()), (1600, 800));
+    assert_ply_has_labels(&folder, &answer);
+}
+
+fn summary_has_every_key(summary: &serde_json::Value) {
+    for key in ["solver", "status", "status_sentence", "mass", "data", "model", "init", "normalize"]
+    {
+        assert!(summary[key].is_string(), "{key}");
+    }
+    for key in ["iterations", "vertices", "faces", "regions", "seed", "every", "re_estimations"] {
+        assert!(summary[key].is_u64(), "{key}");
+    }
+    for key in [
+        "seconds",
+        "energy",
+        "dual_bound",
+        "gap",
+        "relative_gap",
+        "rounded_energy",
+        "rounded_relative_gap",
+        "lambda",
+        "area",
+        "scale",
+    ] {
+        assert!(summary[key].is_f64(), "{key}");
+    }
+    assert!(summary["warnings"].is_array() && summary["solver_options"].is_object());
+    assert!(summary["data_unit_range"].is_null());
+    let regions = summary["region_parameters"].as_array().unwrap();
+    assert_eq!(regions.len(), 3);
+    for region in regions {
+        assert_eq!(region["mean"].as_array().unwrap().len(), 3);
+        assert_eq!(region["color"].as_array().unwrap().len(), 3);
+        assert!(region["area"].is_f64() && region["share"].is_f64());
+    }
+}
+
+/// The vertices are doubles and four bytes each, the last of which is the label.
+fn assert_ply_has_labels(folder: &Folder, answer: &crate::support::Answer) {
+    const END: &[u8] = b"end_header\n";
+    let path = folder.path("spot/segmented.ply");
+    let bytes = fs::read(&path).unwrap();
+    let end = bytes.windows(END.len()).position(|window| window == END).unwrap() + END.len();
+    let header = std::str::from_utf8(&bytes[..end]).unwrap();
+    assert!(header.contains("property uchar label\nelement face"), "{header}");
+    for (vertex, &label) in bytes[end..].chunks(3 * 8 + 4).zip(&answer.labels) {
+        assert_eq!(i32::from(vertex[27]), label);
+    }
+    let mesh = io::read(&path).unwrap();
+    assert_eq!((mesh.vertices.len(), mesh.faces.len()), (46_850, 93_696));
+    assert!(mesh.colors.is_some() && mesh.uv.is_some());
+}
+
+#[test]
+fn the_same_bytes_with_one_and_two_threads() {
+    let folder = Folder::new();
+    for threads in [1, 2] {
+        folder.done(&format!(
+            "segment builtin:spot --regions 3 --gap 1e-3 --no-preview --threads {threads} --out {threads}"
+        ));
+    }
+    assert!(!folder.path("1/preview.png").exists());
+    for name in ["u.npy", "labels.npy", "segmented.ply"] {
+        let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join(name)).unwrap());
+        assert_eq!(one, two, "{name}");
+    }
+}
+
+#[test]
+fn the_same_bytes_for_the_same_seed() {
+    let folder = Folder::new();
+    for (seed, out) in [(7, "a"), (7, "b")] {
+        folder.done(&format!(
+            "segment sphere:4 --data curvature --regions 4 --init random --seed {seed} --gap 1e-2 \
+             --max-iterations 200 --no-preview --out {out}"
+        ));
+    }
+    let [a, b] = ["a/u.npy", "b/u.npy"].map(|name| fs::read(folder.path(name)).unwrap());
+    assert_eq!(a, b);
+}
+
+#[test]
+fn data_of_every_kind() {
+    let folder = Folder::new();
+    folder.array("d.npy", &crate::support::costs(36, 2));
+    folder.write(
+        "colored.off",
+        "COFF\n4 2 0\n0 0 0 255 0 0\n1 0 0 255 0 0\n1 1 0 0 0 255\n0 1 0 0 0 255\n3 0 1 2\n3 0 2 3\n",
+    );
+    folder.write(
+        "textured.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n",
+    );
+    image::RgbImage::from_fn(2, 2, |x, _| image::Rgb([if x == 0 { 255 } else { 0 }; 3]))
+        .save(folder.path("texture.png"))
+        .unwrap();
+    for (arguments, data) in [
+        ("grid:5x5 --data d.npy", "d.npy"),
+        ("grid:5x5 --data d.npy --normalize none --lambda 0.01", "d.npy"),
+        ("grid:5x5 --data curvature", "mean curvature"),
+        ("colored.off", "colors"),
+        ("colored.off --data colors --mass voronoi", "colors"),
+        ("textured.obj --data texture:texture.png --mass consistent", "texture texture.png"),
+    ] {
+        folder.done(&format!("segment {arguments} --regions 2 --out out"));
+        let answer = folder.answer("out");
+        answer.assert_consistent();
+        let named = answer.summary["data"].as_str().unwrap();
+        assert_eq!(named, data, "{arguments}");
+    }
+}

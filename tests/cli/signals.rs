@@ -1,0 +1,151 @@
+//! Signals and pipes whose other end is gone: what was reached is kept, and nothing panics.
+
+#![cfg(unix)]
+
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::support::{Folder, HANGS, PROGRAM, costs, names};
+
+/// A program that is ended with its test, whatever becomes of that.
+struct Run(Child);
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Run {
+    /// A run in `folder/out` that no gap ends.
+    fn endless(folder: &Folder, stderr: Stdio) -> Self {
+        folder.array("S.npy", &costs(1000, 3));
+        let line = "solve torus:40x25 --costs S.npy --lambda 0.02 --gap 0 --max-iterations 100000000000 \
+            --threads 1 --out out";
+        let command = Command::new(PROGRAM)
+            .args(line.split_whitespace())
+            .current_dir(folder.path(""))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(stderr)
+            .spawn();
+        Run(command.unwrap())
+    }
+
+    fn signal(&self, name: &str) {
+        let status = Command::new("kill").args([name, &self.0.id().to_string()]).status();
+        assert!(status.unwrap().success());
+    }
+
+    fn end(&mut self) -> ExitStatus {
+        let begin = Instant::now();
+        loop {
+            if let Some(status) = self.0.try_wait().unwrap() {
+                return status;
+            }
+            assert!(begin.elapsed() < HANGS, "the program does not end");
+            sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Returns when the program says how far it is: it runs, and listens to signals.
+    fn await_progress(&mut self) -> BufReader<std::process::ChildStderr> {
+        let mut stderr = BufReader::new(self.0.stderr.take().unwrap());
+        let mut line = String::new();
+        stderr.read_line(&mut line).unwrap();
+        assert!(line.starts_with("iteration "), "{line}");
+        stderr
+    }
+}
+
+#[test]
+fn an_interrupted_run_keeps_what_it_reached() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = Folder::new();
+        let mut run = Run::endless(&folder, Stdio::piped());
+        let mut stderr = run.await_progress();
+        run.signal(signal);
+        assert_eq!(run.end().code(), Some(130), "{signal}");
+        let mut rest = String::new();
+        stderr.read_to_string(&mut rest).unwrap();
+        assert!(!rest.contains("panicked"), "{rest}");
+
+        assert_eq!(names(&folder.path("")), ["S.npy", "out"].map(String::from).into());
+        assert_eq!(names(&folder.path("out")).len(), 6);
+        let answer = folder.answer("out");
+        assert_eq!(answer.status(), "interrupted");
+        answer.assert_consistent();
+        answer.assert_monotone_from(0);
+        assert!(answer.number("iterations") > 0.0);
+    }
+}
+
+#[test]
+fn a_killed_run_leaves_nothing() {
+    let folder = Folder::new();
+    let mut run = Run::endless(&folder, Stdio::piped());
+    run.await_progress();
+    run.signal("-KILL");
+    assert_eq!(run.end().code(), None);
+    assert_eq!(names(&folder.path("")), ["S.npy".to_owned()].into());
+}
+
+/// Ctrl-C in a terminal ends every program of a pipe: nobody reads on either stream.
+#[test]
+fn an_interrupted_run_survives_the_end_of_its_readers() {
+    let folder = Folder::new();
+    let mut run = Run::endless(&folder, Stdio::piped());
+    drop(run.await_progress());
+    drop(run.0.stdout.take());
+    // Long enough for a line of progress to find its pipe closed.
+    sleep(Duration::from_secs(6));
+    run.signal("-INT");
+    assert_eq!(run.end().code(), Some(130));
+    assert_eq!(folder.answer("out").status(), "interrupted");
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let folder = Folder::new();
+    fs::write(folder.path("square.obj"), crate::support::SQUARE_OBJ).unwrap();
+    for line in [
+        "solvers",
+        "completions bash",
+        "mesh info square.obj",
+        "mesh info square.obj --json",
+        "operators square.obj --out operators",
+        "segment grid:4x4 --data curvature --regions 2 --out out",
+        "--help",
+    ] {
+        let mut child = Command::new(PROGRAM)
+            .args(line.split_whitespace())
+            .current_dir(folder.path(""))
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(File::create(folder.path("stderr")).unwrap())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let mut run = Run(child);
+        assert_eq!(run.end().code(), Some(0), "{line}");
+        let stderr = fs::read_to_string(folder.path("stderr")).unwrap();
+        assert!(!stderr.contains("panicked") && !stderr.contains("error"), "{line}: {stderr}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_standard_output_is_an_error() {
+    let output = Command::new(PROGRAM)
+        .arg("solvers")
+        .stdout(File::options().write(true).open("/dev/full").unwrap())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.starts_with("error: standard output: "), "{stderr}");
+}

@@ -1,0 +1,192 @@
+//! One convex problem: costs of any layout, every solver and start, every way to stop.
+
+use std::fs;
+
+use ndarray::{Array2, ShapeBuilder};
+use ndarray_npy::write_npy;
+
+use crate::support::{Folder, costs, names, stderr};
+
+const TORUS: &str = "torus:40x25";
+const V: usize = 1000;
+
+/// A torus and costs of three regions.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.array("S.npy", &costs(V, 3));
+    folder
+}
+
+const PROBLEM: &str = "torus:40x25 --costs S.npy --lambda 0.02 --no-preview";
+
+#[test]
+fn costs_in_any_layout_give_the_same_labels() {
+    let folder = folder();
+    let exact = costs(V, 3);
+    // The same numbers in every type.
+    let single = exact.mapv(|x| x as f32);
+    let c = single.mapv(f64::from);
+    let mut fortran = Array2::<f64>::zeros((V, 3).f());
+    fortran.assign(&c);
+    write_npy(folder.path("c.npy"), &c).unwrap();
+    write_npy(folder.path("fortran.npy"), &fortran).unwrap();
+    write_npy(folder.path("single.npy"), &single).unwrap();
+    assert_ne!(
+        fs::read(folder.path("c.npy")).unwrap(),
+        fs::read(folder.path("fortran.npy")).unwrap()
+    );
+    let [c, fortran, single] = ["c", "fortran", "single"].map(|name| {
+        folder.solve(&format!("{TORUS} --costs {name}.npy --lambda 0.02 --no-preview"), name)
+    });
+    c.assert_consistent();
+    assert_eq!((&c.u, &c.labels), (&fortran.u, &fortran.labels));
+    assert_eq!((&c.u, &c.labels), (&single.u, &single.labels));
+}
+
+#[test]
+fn every_mass() {
+    let folder = folder();
+    for mass in ["barycentric", "voronoi", "consistent"] {
+        let answer = folder.solve(&format!("{PROBLEM} --mass {mass}"), mass);
+        answer.assert_consistent();
+        answer.assert_monotone_from(0);
+        assert_eq!((answer.status(), answer.summary["mass"].as_str()), ("converged", Some(mass)));
+    }
+}
+
+/// All minimize the same energy: the certified intervals of any two overlap.
+#[test]
+fn every_solver_with_every_option() {
+    let folder = folder();
+    let mut best = f64::INFINITY;
+    let mut bound = f64::NEG_INFINITY;
+    for line in [
+        "chambolle-pock",
+        "chambolle-pock steps=diagonal rho=1",
+        "chambolle-pock steps=plain",
+        "chambolle-pock steps=local step-ratio=3",
+        "fista",
+        "fista mass-metric=barycentric epsilon=0.1",
+        "fista mass-metric=voronoi epsilon=1e-6 epsilon-mode=paper",
+        "fista mass-metric=none restart=never",
+        "fista restart=always",
+        "fista mass-metric=local continuation=10",
+        "projected-gradient",
+        "projected-gradient mass-metric=voronoi epsilon=0.1 epsilon-mode=intrinsic",
+        "projected-gradient mass-metric=none epsilon-mode=paper",
+        "projected-gradient mass-metric=consistent",
+        "projected-gradient tau=1e-3",
+    ] {
+        let (solver, options) = line.split_once(' ').unwrap_or((line, ""));
+        let options: String =
+            options.split_whitespace().map(|option| format!(" --solver-option {option}")).collect();
+        let answer = folder.solve(
+            &format!("{PROBLEM} --solver {solver}{options} --gap 1e-3 --max-iterations 300"),
+            "out",
+        );
+        answer.assert_consistent();
+        answer.assert_monotone_from(0);
+        assert!(["converged", "iteration-limit"].contains(&answer.status()), "{line}");
+        assert_eq!(answer.header.len(), if solver == "chambolle-pock" { 7 } else { 8 }, "{line}");
+        if solver != "chambolle-pock" {
+            assert_eq!(answer.header[7], "smoothed_energy");
+            assert!(answer.column("smoothed_energy").iter().all(Option::is_some));
+        }
+        best = best.min(answer.number("energy"));
+        bound = bound.max(answer.number("dual_bound"));
+        assert!(bound <= best, "{line}");
+    }
+}
+
+#[test]
+fn every_start() {
+    let folder = folder();
+    let first = folder.solve(PROBLEM, "first");
+    for init in ["uniform", "argmin", "random", "random --seed 5", "first/u.npy"] {
+        let answer = folder.solve(&format!("{PROBLEM} --init {init}"), "out");
+        answer.assert_consistent();
+        assert!(answer.number("energy") <= first.number("energy") * (1.0 + 2e-4), "{init}");
+        assert!(answer.number("dual_bound") <= first.number("energy"), "{init}");
+    }
+    let start = |init: &str| {
+        folder.solve(&format!("{PROBLEM} --init {init} --max-iterations 0"), "start").u
+    };
+    assert_eq!(start("random --seed 3"), start("random --seed 3"));
+    assert_ne!(start("random --seed 3"), start("random --seed 4"));
+    assert!(start("uniform").iter().all(|&x| (x - 1.0 / 3.0).abs() < 1e-15));
+    assert!(start("argmin").iter().all(|&x| x == 0.0 || x == 1.0));
+    let given = start("first/u.npy");
+    assert!(given.iter().zip(&first.u).all(|(a, b)| (a - b).abs() < 1e-12));
+}
+
+#[test]
+fn every_way_to_stop() {
+    let folder = folder();
+    for (stop, status, iterations) in [
+        ("--max-iterations 0", "iteration-limit", Some(0)),
+        ("--max-iterations 5", "iteration-limit", Some(5)),
+        ("--time-limit 0", "time-limit", None),
+        ("--gap 0 --max-iterations 50", "iteration-limit", Some(50)),
+        ("--gap 0 --stop-change 0.01", "stalled", None),
+        ("--gap 0.5", "converged", None),
+        ("--max-iterations 9 --check-every 3 --gap 0", "iteration-limit", Some(9)),
+    ] {
+        let answer = folder.solve(&format!("{PROBLEM} {stop}"), "out");
+        answer.assert_consistent();
+        assert_eq!(answer.status(), status, "{stop}");
+        if let Some(iterations) = iterations {
+            assert_eq!(answer.summary["iterations"], iterations, "{stop}");
+        }
+        let change = answer.column("change");
+        assert!(change[0].is_none() && change[1..].iter().all(Option::is_some));
+    }
+    let answer =
+        folder.solve(&format!("{PROBLEM} --gap 0 --max-iterations 9 --check-every 3"), "out");
+    assert_eq!(answer.column("iteration"), [0.0, 3.0, 6.0, 9.0].map(Some));
+}
+
+#[test]
+fn the_folder() {
+    let folder = folder();
+    let few = "torus:40x25 --costs S.npy --lambda 0.02 --max-iterations 2";
+    folder.solve(few, "new/and/deep");
+    let files = names(&folder.path("new/and/deep"));
+    assert!(files.contains("preview.png") && files.len() == 6);
+
+    // What a run does not write stays, and what it writes replaces its namesake.
+    fs::create_dir(folder.path("old")).unwrap();
+    folder.write("old/notes.txt", "mine");
+    folder.write("old/summary.json", "not yet");
+    folder.solve(&format!("{few} --no-preview"), "old");
+    let files = names(&folder.path("old"));
+    assert!(files.contains("notes.txt") && !files.contains("preview.png") && files.len() == 6);
+    folder.solve(&format!("{few} --no-preview"), "old/");
+    folder.solve(&format!("{few} --no-preview"), ".");
+    let absolute = folder.path("absolute").display().to_string();
+    folder.solve(&format!("{few} --no-preview"), &absolute);
+}
+
+#[test]
+fn a_folder_in_the_way_of_a_file_leaves_the_old_results() {
+    let folder = folder();
+    fs::create_dir_all(folder.path("old/u.npy")).unwrap();
+    folder.write("old/summary.json", "mine");
+    let output = folder.run(&format!("solve {PROBLEM} --max-iterations 2 --out old"));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("u.npy: is a folder"), "{}", stderr(&output));
+    assert_eq!(fs::read(folder.path("old/summary.json")).unwrap(), b"mine");
+    assert_eq!(names(&folder.path("old")).len(), 2);
+}
+
+#[cfg(unix)]
+#[test]
+fn the_folder_gets_the_permissions_of_any_new_folder() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    folder.solve(&format!("{PROBLEM} --max-iterations 1"), "out");
+    fs::create_dir(folder.path("any")).unwrap();
+    folder.write("any/file", "");
+    let mode = |name: &str| fs::metadata(folder.path(name)).unwrap().permissions().mode();
+    assert_eq!(mode("out"), mode("any"));
+    assert_eq!(mode("out/u.npy"), mode("any/file"));
+}

@@ -1,0 +1,56 @@
+//! What the program says of itself: solvers, help, completions, version.
+
+use meshseg::solver::DESCRIPTIONS;
+
+use crate::support::Folder;
+
+#[test]
+fn solvers_and_their_options() {
+    let text = Folder::new().done("solvers");
+    for description in DESCRIPTIONS {
+        assert!(text.contains(description.name) && text.contains(description.reference));
+        for option in description.options {
+            assert!(text.contains(&format!("--solver-option {}=", option.key)), "{}", option.key);
+        }
+    }
+    insta::assert_snapshot!("solvers", text);
+}
+
+#[test]
+fn completions_for_the_shells() {
+    let folder = Folder::new();
+    for (shell, part) in
+        [("bash", "complete -F"), ("zsh", "#compdef meshseg"), ("fish", "complete -c meshseg")]
+    {
+        let script = folder.done(&format!("completions {shell}"));
+        assert!(script.contains(part) && script.contains("segment"), "{shell}");
+    }
+}
+
+#[test]
+fn every_verb_explains_itself() {
+    let folder = Folder::new();
+    for (verb, part) in [
+        ("", "meshseg segment builtin:spot --regions 3 --out results/spot"),
+        ("segment", "meshseg segment builtin:spot --regions 3 --out results/spot"),
+        ("solve", "meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh"),
+        ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
+        ("operators", "meshseg operators bunny.ply --out results/bunny"),
+        ("mesh", "Look at, make, and convert meshes"),
+        ("mesh info", "Print counts, topology and defects of a mesh"),
+        ("mesh generate", "For example torus:400x250, sphere:6, grid:100x100"),
+        ("mesh convert", "in the same vertex order"),
+        ("solvers", "List the solvers"),
+        ("completions", "meshseg completions bash >"),
+    ] {
+        let help = folder.done(&format!("{verb} --help"));
+        assert!(help.contains(part), "{verb}: {help}");
+        assert!(!folder.done(&format!("{verb} -h")).is_empty());
+    }
+}
+
+#[test]
+fn version() {
+    let version = Folder::new().done("--version");
+    assert_eq!(version, format!("meshseg {}\n", env!("CARGO_PKG_VERSION")));
+}
