@@ -95,38 +95,33 @@ fn segment_compiled<const M: usize>(
     let mut solver = solver::build(&request.solver, setup)?;
     let mut run = Run::new(&start);
 
-    let settled = SETTLED * range(data);
-    let alternate = Stop { iterations: Some(alternation.every), ..Stop::default() };
+    let range = range(data);
     let begin = std::time::Instant::now();
+    // What is left of the iterations and of the time.
+    let rest = |used: u64| Stop {
+        iterations: request.stop.iterations.map(|n| n.saturating_sub(used)),
+        time: request.stop.time.map(|limit| limit.saturating_sub(begin.elapsed())),
+        ..request.stop.clone()
+    };
     let mut estimates = 0;
-    let mut status = None;
-    while estimates < MOST_ESTIMATES {
-        let left = |limit: std::time::Duration| limit.saturating_sub(begin.elapsed());
-        let stop = Stop { time: request.stop.time.map(left), ..alternate.clone() };
-        match run.advance(&mut *solver, &problem, &stop, observe) {
+    let mut settled = false;
+    let status = loop {
+        let stop = rest(run.iterations());
+        if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
+            break run.advance(&mut *solver, &problem, &stop, observe);
+        }
+        let few = Stop { iterations: Some(alternation.every), time: stop.time, ..Stop::default() };
+        match run.advance(&mut *solver, &problem, &few, observe) {
             Status::IterationLimit => {}
-            end => {
-                status = Some(end);
-                break;
-            }
+            end => break end,
         }
         let weights = request.mass.integrate(mesh, solver.iterate().u);
         let change = DataModel::<M>::fit(&mut model, &weights);
-        estimates += 1;
         problem.f = integrate(mesh, m, &costs(&model), request.mass);
         solver.restart(&problem);
         run.forget();
-        if change <= settled {
-            break;
-        }
-    }
-    let status = match status {
-        Some(end) => end,
-        None => {
-            let left = |limit: std::time::Duration| limit.saturating_sub(begin.elapsed());
-            let stop = Stop { time: request.stop.time.map(left), ..request.stop.clone() };
-            run.advance(&mut *solver, &problem, &stop, observe)
-        }
+        estimates += 1;
+        settled = change <= SETTLED * range || estimates == MOST_ESTIMATES;
     };
     let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     let parameters = DataModel::<M>::parameters(&model);

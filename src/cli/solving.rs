@@ -68,10 +68,10 @@ impl Solving {
 
     pub fn request(&self, lambda: f64) -> Result<Request> {
         let not_negative = |name: &str, value: f64| {
-            if value >= 0.0 {
+            if value >= 0.0 && value.is_finite() {
                 Ok(value)
             } else {
-                Err(Error::unsuitable(format!("{name} {value:?}: must be a number from 0")))
+                Err(Error::unsuitable(format!("{name} {value:?}: must be a finite number from 0")))
             }
         };
         let time = match self.time_limit {

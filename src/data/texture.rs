@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::Mesh;
 
-/// Limits against images that unpack to far more than they are: each bounds the memory by some 400 MB.
+/// Limits against images that unpack to far more than they are: each bounds the memory by some 600 MB.
 const MAX_FILE_BYTES: u64 = 1 << 28;
 const MAX_PIXELS: u64 = 1 << 26;
 
