@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::operator::{Mass, Operator, Stencil};
 use crate::problem::{Problem, Smoothing, SmoothingMode, relative_gap, rounded};
 use crate::regions::{self, with_regions};
-use crate::solve::{integrate, model_mesh};
+use crate::solve::{check_range, integrate, model_mesh};
 use crate::sweep::sweep;
 
 /// How far entries may leave the simplex and still count as rounding.
@@ -31,8 +31,9 @@ pub struct Evaluation {
     pub smoothed_energy: Option<f64>,
     /// D(q), q_j = lambda (K U)_j / sqrt(|(K U)_j|^2 + eps_j^2): no labels have less energy.
     pub dual_bound: f64,
-    pub gap: f64,
-    pub relative_gap: f64,
+    /// None if U is infeasible: its energy is then no upper bound.
+    pub gap: Option<f64>,
+    pub relative_gap: Option<f64>,
     pub rounded_energy: f64,
     pub rounded_relative_gap: f64,
     /// The eps of the bound, and of E_eps if that was asked for.
@@ -69,9 +70,11 @@ pub fn evaluate(
     }
     crate::solve::check_lambda(lambda)?;
     crate::solve::check_rows("costs", s.nrows(), mesh)?;
+    crate::solve::check_finite("costs", s)?;
+    crate::solve::check_finite("entries of U", u)?;
     let (model, warnings) = model_mesh(mesh)?;
     let mut evaluation =
-        with_regions!(s.ncols(), evaluate_compiled(&model, s, u, lambda, mass, smoothing));
+        with_regions!(s.ncols(), evaluate_compiled(&model, s, u, lambda, mass, smoothing))?;
     evaluation.faces = mesh.faces.len();
     evaluation.warnings = warnings;
     Ok(evaluation)
@@ -84,28 +87,25 @@ fn evaluate_compiled<const M: usize>(
     lambda: f64,
     mass: Mass,
     smoothing: Option<Smoothing>,
-) -> Evaluation {
+) -> Result<Evaluation> {
     let m = s.ncols();
     let f = integrate(model, m, &regions::rows::<M>(s.view()), mass);
     let problem = Problem::new(Stencil::new(model), f, lambda);
+    check_range(&problem)?;
     let u: Vec<Row<M>> = regions::rows(u.view());
 
-    let bounding =
-        smoothing.unwrap_or_else(|| Smoothing::default_for(&problem.k, SmoothingMode::Intrinsic));
-    let mut q = vec![Tangent::ZERO; problem.k.faces()];
-    sweep(&mut q, |j, q| *q = bounding.dual(problem.k.at(&u, j), problem.k.area(j), lambda));
-
+    let (bounding, dual_bound) = bound(&problem, &u, smoothing);
     let data_term = problem.data_term(&u);
     let total_variation = problem.total_variation(&u);
     let energy = data_term + lambda * total_variation;
-    let dual_bound = problem.dual_bound(&q);
     let rounded_energy = problem.energy(&rounded(&u));
     let scale = problem.scale();
     let largest_row_sum_error =
         u.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs()).fold(0.0, f64::max);
     let smallest_entry =
         u.iter().flat_map(|row| &row.0[..m]).copied().fold(f64::INFINITY, f64::min);
-    Evaluation {
+    let feasible = largest_row_sum_error <= FEASIBLE && smallest_entry >= -FEASIBLE;
+    Ok(Evaluation {
         vertices: model.vertices.len(),
         faces: model.faces.len(),
         regions: m,
@@ -117,15 +117,40 @@ fn evaluate_compiled<const M: usize>(
         total_variation,
         smoothed_energy: smoothing.map(|smoothing| problem.smoothed_energy(&u, smoothing)),
         dual_bound,
-        gap: energy - dual_bound,
-        relative_gap: relative_gap(energy, dual_bound, scale),
+        gap: feasible.then_some(energy - dual_bound),
+        relative_gap: feasible.then(|| relative_gap(energy, dual_bound, scale)),
         rounded_energy,
         rounded_relative_gap: relative_gap(rounded_energy, dual_bound, scale),
         epsilon: bounding.epsilon,
         epsilon_mode: bounding.mode.name(),
-        feasible: largest_row_sum_error <= FEASIBLE && smallest_entry >= -FEASIBLE,
+        feasible,
         largest_row_sum_error,
         smallest_entry,
         warnings: Vec::new(),
+    })
+}
+
+/// Each eps gives a true bound; without one given, the best of a ladder from the default down.
+const LADDER: [f64; 6] = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10];
+
+fn bound<const M: usize>(
+    problem: &Problem<Stencil, M>,
+    u: &[Row<M>],
+    given: Option<Smoothing>,
+) -> (Smoothing, f64) {
+    let Problem { k, lambda, .. } = problem;
+    let mut q = vec![Tangent::ZERO; k.faces()];
+    let mut at = |smoothing: Smoothing| {
+        sweep(&mut q, |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
+        (smoothing, problem.dual_bound(&q))
+    };
+    if let Some(smoothing) = given {
+        return at(smoothing);
     }
+    let default = Smoothing::default_for(k, SmoothingMode::Intrinsic);
+    LADDER
+        .map(|share| at(Smoothing { epsilon: share * default.epsilon, ..default }))
+        .into_iter()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .expect("the ladder has steps")
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 use image::ImageFormat;
 use serde::Serialize;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, io};
 use crate::npy;
@@ -32,6 +32,7 @@ pub fn write(
     looks: &Looks,
     picture: bool,
 ) -> Result<()> {
+    let drawn = folder.join("preview.png");
     file::write_folder(folder, |folder| {
         npy::write(&folder.join("u.npy"), &solution.u)?;
         npy::write(&folder.join("labels.npy"), &solution.labels)?;
@@ -55,7 +56,15 @@ pub fn write(
             serde_json::to_writer_pretty(&mut *out, summary)?;
             out.write_all(b"\n")
         })
-    })
+    })?;
+    // The picture of an earlier run does not show this one.
+    if picture {
+        return Ok(());
+    }
+    match std::fs::remove_file(&drawn) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::io(&drawn, error)),
+        _ => Ok(()),
+    }
 }
 
 fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {

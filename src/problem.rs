@@ -152,7 +152,7 @@ impl Smoothing {
 }
 
 /// (E - D) / |E|. Where costs of both signs cancel so that |E| is next to nothing, a millionth of the
-/// size of the data term takes its place: no double precision sum is better than that by much.
+/// size of the data term takes its place, or no gap could ever be called small.
 pub fn relative_gap(energy: f64, bound: f64, scale: f64) -> f64 {
     let gap = energy - bound;
     if gap == 0.0 {

@@ -24,7 +24,8 @@ pub struct Stop {
     pub iterations: Option<u64>,
     /// Wall time of this call.
     pub time: Option<Duration>,
-    /// The paper's |U^t - U^{t-1}|_inf <= delta. It certifies nothing.
+    /// The paper's |U^t - U^{t-1}|_inf <= delta, looked at where samples are taken. It certifies nothing; an
+    /// over-relaxed U^{t-1} counts as it is, outside the simplex or not.
     pub change: Option<f64>,
     /// Steps between samples; `None` starts with [`FIRST_INTERVAL`] and keeps it at about 4 % of the
     /// iterations so far.

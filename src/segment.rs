@@ -36,6 +36,18 @@ pub enum Initial {
     Random,
 }
 
+impl Initial {
+    pub const NAMES: [(&'static str, Initial); 2] =
+        [("kmeans", Initial::KMeans), ("random", Initial::Random)];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Initial::KMeans => "kmeans",
+            Initial::Random => "random",
+        }
+    }
+}
+
 /// What is asked besides the [`Request`] to the solver.
 #[derive(Clone, Debug)]
 pub struct Alternation {
@@ -123,6 +135,13 @@ fn segment_compiled<const M: usize>(
         estimates += 1;
         settled = change <= SETTLED * range || estimates == MOST_ESTIMATES;
     };
+    let mut warnings = warnings;
+    if !settled || estimates == MOST_ESTIMATES {
+        warnings.push(format!(
+            "the region parameters still moved after {estimates} re-estimations; the certificate holds for the \
+             last ones; raise --max-iterations or --time-limit"
+        ));
+    }
     let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     let parameters = DataModel::<M>::parameters(&model);
     let deviation = data.variance(&request.mass.weights(mesh)).sqrt();

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::operator::{Mass, Operator, Stencil};
-use crate::problem::{Problem, relative_gap, rounded};
+use crate::problem::{NEVER, Problem, relative_gap, rounded};
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Sample, Status, Stop};
 use crate::solver::{self, Options, Setup};
@@ -41,6 +41,15 @@ pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
         Ok(())
     } else {
         Err(Error::unsuitable(format!("lambda = {lambda}: must be a finite number from 0")))
+    }
+}
+
+pub(crate) fn check_finite(what: &str, array: &Array2<f64>) -> Result<()> {
+    match array.indexed_iter().find(|(_, x)| !x.is_finite()) {
+        None => Ok(()),
+        Some(((k, p), x)) => Err(Error::unsuitable(format!(
+            "the {what} have {x} in row {k}, column {p}; every entry must be a finite number"
+        ))),
     }
 }
 
@@ -78,7 +87,8 @@ pub struct Summary {
     pub relative_gap: f64,
     /// E of the one-hot rows of `labels`.
     pub rounded_energy: f64,
-    /// (rounded_energy - dual_bound) / |rounded_energy|: at most this share lies above any labeling.
+    /// (rounded_energy - dual_bound) / |rounded_energy|: at most this share of it lies above the energy of any
+    /// labeling.
     pub rounded_relative_gap: f64,
     pub vertices: usize,
     pub faces: usize,
@@ -111,6 +121,7 @@ pub fn solve(
     request.check()?;
     regions::check(s.ncols())?;
     check_rows("costs", s.nrows(), mesh)?;
+    check_finite("costs", s)?;
     start.check(s.dim())?;
     let (model, warnings) = model_mesh(mesh)?;
     with_regions!(s.ncols(), solve_compiled(&model, warnings, s, start, request, observe)).map(
@@ -140,7 +151,7 @@ fn solve_compiled<const M: usize>(
     Ok(conclude(model, &problem, m, request, run, status, warnings))
 }
 
-/// The part of a mesh that carries energy, and what was left out.
+/// The faces with an area, and what was left out. What is left out couples its corners no more.
 pub fn model_mesh(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
     let (model, dropped) = mesh.clone().without_degenerate_faces();
     let mut warnings = Vec::new();
@@ -168,12 +179,23 @@ pub(crate) fn problem_of<const M: usize>(
 ) -> Result<Problem<Stencil, M>> {
     let f = integrate(model, m, &s, request.mass);
     let problem = Problem::new(Stencil::new(model), f, request.lambda);
-    if !(problem.spread().is_finite() && problem.scale().is_finite()) {
-        return Err(Error::unsuitable(
-            "the costs times the areas leave the range of double precision: scale them down",
-        ));
-    }
+    check_range(&problem)?;
     Ok(problem)
+}
+
+/// Refuses numbers so large that sums of them overflow or that closed regions would look cheap.
+pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Result<()> {
+    let in_range = |x: f64| x.abs() < 1e-10 * NEVER;
+    let costs = problem.f.iter().flat_map(|row| row.0).filter(|&f| f != NEVER);
+    let length: f64 = (0..problem.k.faces()).map(|j| problem.k.face(j).row_bound().sqrt()).sum();
+    if costs.into_iter().all(in_range) && in_range(problem.lambda * length) {
+        Ok(())
+    } else {
+        Err(Error::unsuitable(
+            "the costs times the areas, or lambda times the lengths, leave the range of double precision: \
+             scale them down",
+        ))
+    }
 }
 
 /// f = M s.

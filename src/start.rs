@@ -38,7 +38,8 @@ impl Start {
             )));
         }
         let off = |row: ArrayView1<f64>| {
-            (row.sum() - 1.0).abs() > OFF_SIMPLEX || row.iter().any(|&x| x < -OFF_SIMPLEX)
+            let sums = (row.sum() - 1.0).abs() <= OFF_SIMPLEX;
+            !(sums && row.iter().all(|&x| x >= -OFF_SIMPLEX))
         };
         match u.outer_iter().position(off) {
             None => Ok(()),

@@ -54,7 +54,7 @@ pub struct Arguments {
     every: u64,
 
     /// Where the region parameters start
-    #[arg(long, value_parser = named(&INITIALS), default_value = "kmeans")]
+    #[arg(long, value_parser = named(&Initial::NAMES), default_value = "kmeans")]
     init: Initial,
 
     /// Seed of the start
@@ -114,8 +114,6 @@ impl Model {
         }
     }
 }
-
-const INITIALS: [(&str, Initial); 2] = [("kmeans", Initial::KMeans), ("random", Initial::Random)];
 
 #[derive(Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -180,7 +178,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         data: &seen.name,
         data_unit_range: seen.unit_range,
         model: arguments.model.name(),
-        init: INITIALS[arguments.init as usize].0,
+        init: arguments.init.name(),
         seed: arguments.seed,
         every: arguments.every,
         re_estimations: segmentation.estimates,

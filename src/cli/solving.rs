@@ -112,16 +112,22 @@ pub fn exit(status: Status, printed: std::io::Result<()>) -> Outcome {
 
 /// The lines of the short table that every run prints.
 pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
-    let percent = 100.0 * summary.rounded_relative_gap;
+    // Above any labeling L >= D: (R - L) / |L| <= (R - D) / D, if D is positive.
+    let excess = summary.rounded_energy - summary.dual_bound;
+    let above = if summary.dual_bound > 0.0 {
+        format!("{:.2} %", 100.0 * excess / summary.dual_bound)
+    } else {
+        table::number(excess)
+    };
     vec![
         ("status", summary.status_sentence.to_owned()),
         ("energy", table::number(summary.energy)),
         ("lower bound", table::number(summary.dual_bound)),
-        ("certified gap", format!("{:.2e} of the energy", summary.relative_gap)),
+        ("certified gap", format!("{:.2e} relative to the energy", summary.relative_gap)),
         (
             "labels",
             format!(
-                "energy {}, at most {percent:.2} % above any labeling",
+                "energy {}, at most {above} above any labeling",
                 table::number(summary.rounded_energy)
             ),
         ),

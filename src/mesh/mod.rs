@@ -65,7 +65,8 @@ impl Mesh {
         let [x1, x2, x3] = self.corners(j);
         let longest =
             [x2 - x1, x3 - x2, x1 - x3].iter().map(Vector3::norm_squared).fold(0.0, f64::max);
-        self.face_area(j) <= 4.0 * f64::EPSILON * longest
+        let area = self.face_area(j);
+        !(area.is_normal() && area > 4.0 * f64::EPSILON * longest)
     }
 
     /// The mesh without its degenerate faces, and how many those were. The vertices stay.

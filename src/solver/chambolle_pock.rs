@@ -35,7 +35,7 @@ pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
     summary: "over-relaxed primal-dual method with steps fitted face by face; exact energy, no smoothing",
     reference: "Chambolle, Pock 2011; relaxation: Condat 2013; diagonal steps: Pock, Chambolle 2011",
-    steps: "closed form, no power iteration; the dual step is in proportion to lambda",
+    steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
     options: &[
         OptionDescription {
             key: "steps",
@@ -90,10 +90,17 @@ struct Balance<const M: usize> {
     q: Vec<Tangent<M>>,
     steps: u64,
     window: u64,
+    changes: u32,
 }
 
 /// Steps until omega is looked at for the first time.
 const FIRST_WINDOW: u64 = 100;
+
+/// With so many windows, each twice as long as the last, no run sees the end of them.
+const MOST_CHANGES: u32 = 20;
+
+/// A primal or dual move of nearly nothing is no measure.
+const LARGEST_CHANGE: f64 = 8.0;
 
 impl<const M: usize> ChambollePock<M> {
     pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
@@ -107,9 +114,14 @@ impl<const M: usize> ChambollePock<M> {
         let omega = step_ratio * dual_scale(problem);
         let (sigma, tau) = step_lengths(&problem.k, steps, omega);
         let q = vec![Tangent::ZERO; problem.k.faces()];
-        let balance = options
-            .choice("balance", &[("adaptive", true), ("fixed", false)])?
-            .then(|| Balance { u: start.clone(), q: q.clone(), steps: 0, window: FIRST_WINDOW });
+        let balance =
+            options.choice("balance", &[("adaptive", true), ("fixed", false)])?.then(|| Balance {
+                u: start.clone(),
+                q: q.clone(),
+                steps: 0,
+                window: FIRST_WINDOW,
+                changes: 0,
+            });
         Ok(ChambollePock {
             u_bar: start.clone(),
             u: start,
@@ -133,8 +145,8 @@ impl<const M: usize> ChambollePock<M> {
     /// omega <- sqrt(omega omega'), with the omega' that would have given both moves the same length; or
     /// omega / 4 while no q_j has reached lambda.
     fn balance<K: Operator>(&mut self, problem: &Problem<K, M>) {
-        let Some(Balance { u, q, steps, window }) = &mut self.balance else { return };
-        if steps < window {
+        let Some(Balance { u, q, steps, window, changes }) = &mut self.balance else { return };
+        if steps < window || *changes == MOST_CHANGES {
             return;
         }
         let (sigma, tau) = (&self.sigma, &self.tau);
@@ -142,12 +154,12 @@ impl<const M: usize> ChambollePock<M> {
         let dual = sum(q.len(), |j| (self.q[j] - q[j]).norm_squared() / sigma[j]);
         u.copy_from_slice(&self.u);
         q.copy_from_slice(&self.q);
-        (*steps, *window) = (0, 2 * *window);
+        (*steps, *window, *changes) = (0, 2 * *window, *changes + 1);
         let at_lambda = |j: usize| self.q[j].norm() >= (1.0 - 1e-9) * problem.lambda;
         if sum(self.q.len(), |j| f64::from(at_lambda(j))) > 0.0 {
             let factor = (dual / primal).powf(0.25);
             if factor.is_normal() {
-                self.set_omega(self.omega * factor);
+                self.set_omega(self.omega * factor.clamp(1.0 / LARGEST_CHANGE, LARGEST_CHANGE));
             }
         } else {
             let least = LEAST_OMEGA * costs_scale(problem);
@@ -245,7 +257,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for ChambollePock<M> {
         if let Some(balance) = &mut self.balance {
             balance.u.copy_from_slice(&self.u);
             balance.q.copy_from_slice(&self.q);
-            (balance.steps, balance.window) = (0, FIRST_WINDOW);
+            (balance.steps, balance.window, balance.changes) = (0, FIRST_WINDOW, 0);
         }
     }
 }

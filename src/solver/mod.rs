@@ -14,7 +14,6 @@ mod tests;
 
 pub use chambolle_pock::ChambollePock;
 pub use fista::Fista;
-pub use metric::Metric;
 pub use options::{OptionDescription, Options};
 pub use projected_gradient::ProjectedGradient;
 
@@ -25,7 +24,7 @@ use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
 pub trait Solver<K, const M: usize> {
-    /// One iteration; allocates nothing. f and lambda of the problem may have changed since the last.
+    /// One iteration; allocates nothing (but the solve with the full mass matrix its workspace). f and lambda of the problem may have changed since the last.
     ///
     /// `land` says that the iterate will be looked at after this step: a method whose iterates are
     /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one.

@@ -71,3 +71,33 @@ fn the_number_of_threads_does_not_matter() {
         assert!(bits(1) == bits(3), "{variant:?}");
     }
 }
+
+/// Past the steps at which omega is balanced, which takes sums over all faces and vertices.
+#[test]
+fn balancing_changes_neither_threads_nor_operators() {
+    let mesh = shape("torus:90x60");
+    let fast: Problem<Stencil, 3> = random_problem(&mesh, 0.02, 76);
+    let slow = Problem::new(Matrix::new(&mesh), fast.f.clone(), fast.lambda);
+    let start = || uniform(mesh.vertices.len(), 3);
+    let bits = |threads: usize, option: &'static str| -> Vec<u64> {
+        with_threads(Some(threads), || {
+            let variant = ("chambolle-pock", [option]);
+            let mut solver = solver((variant.0, &variant.1), &mesh, &fast, start());
+            (0..8).for_each(|_| drop(after(&mut *solver, &fast, 50)));
+            solver.iterate().u.iter().flat_map(|row| row.0.map(f64::to_bits)).collect()
+        })
+        .unwrap()
+    };
+    assert_eq!(bits(1, "balance=adaptive"), bits(3, "balance=adaptive"));
+    assert_ne!(bits(1, "balance=adaptive"), bits(1, "balance=fixed"));
+
+    let variant: (&str, &[&str]) = ("chambolle-pock", &[]);
+    let mut by_stencil = solver(variant, &mesh, &fast, start());
+    let mut by_matrix = solver(variant, &mesh, &slow, start());
+    for _ in 0..8 {
+        let (u, _) = after(&mut *by_stencil, &fast, 50);
+        let (w, _) = after(&mut *by_matrix, &slow, 50);
+        let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+        assert!(apart <= 1e-9, "{apart}");
+    }
+}
