@@ -1,8 +1,10 @@
 //! The convex problem, its smoothing, and the bound that certifies any answer to it.
 //!
-//!     E(U)     = sum_k <u_k, f_k> + lambda sum_j |(K U)_j|,      rows of U in the simplex
-//!     D(q)     = sum_k min_p ( f_k + (K^T q)_k )_p,               |q_j| <= lambda
-//!     E_eps(U) = sum_k <u_k, f_k> + lambda sum_j sqrt( |(K U)_j|^2 + eps_j^2 )
+//! ```text
+//! E(U)     = sum_k <u_k, f_k> + lambda sum_j |(K U)_j|,      rows of U in the simplex
+//! D(q)     = sum_k min_p ( f_k + (K^T q)_k )_p,               |q_j| <= lambda
+//! E_eps(U) = sum_k <u_k, f_k> + lambda sum_j sqrt( |(K U)_j|^2 + eps_j^2 )
+//! ```
 //!
 //! D(q) <= E* <= E(U) for every feasible pair. Delaunoy et al., ICCV 2009, equations (7) and (9).
 

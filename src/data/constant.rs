@@ -1,6 +1,8 @@
 //! Piecewise constant data: every region has one value.
 //!
-//!     s_p(x) = |C(x) - mu_p|^2,     mu_p = int u_p C / int u_p
+//! ```text
+//! s_p(x) = |C(x) - mu_p|^2,     mu_p = int u_p C / int u_p
+//! ```
 //!
 //! Delaunoy et al., ICCV 2009, section 3.2; the Chan-Vese model for m = 2.
 

@@ -1,7 +1,9 @@
 //! Sizes of the rows and columns of K in closed form, from which every step size follows without tuning.
 //!
-//!     l_j = lmax(K_j K_j^T)     K_j = [K_j1 K_j2 K_j3] in R^{2 x 3}
-//!     b_j = lmax( sum_{k=1..3} g_k g_k^T ),  g_k = K_jk / |K_jk|       (between 3/2 and 3)
+//! ```text
+//! l_j = lmax(K_j K_j^T)     K_j = [K_j1 K_j2 K_j3] in R^{2 x 3}
+//! b_j = lmax( sum_{k=1..3} g_k g_k^T ),  g_k = K_jk / |K_jk|       (between 3/2 and 3)
+//! ```
 //!
 //! With them |K_j u|^2 <= b_j sum_k |K_jk|^2 |u_k|^2: for any face weights w_j >= 0 the matrix
 //! K^T diag(w) K is at most diag( sum_{j at k} w_j b_j |K_jk|^2 ), and for positive definite diagonal D

@@ -1,8 +1,10 @@
 //! The quadrature of the data term and the metric of the gradient flow: full and lumped mass matrices.
 //!
-//!     M_ij = int phi_i phi_j      per face  A_j / 12 (1 + delta_ij)          consistent
-//!     a_k  = sum_{j at k} A_j / 3                                            barycentric lumping
-//!     a_k  = area of the mixed Voronoi cell of x_k                           Voronoi lumping
+//! ```text
+//! M_ij = int phi_i phi_j      per face  A_j / 12 (1 + delta_ij)          consistent
+//! a_k  = sum_{j at k} A_j / 3                                            barycentric lumping
+//! a_k  = area of the mixed Voronoi cell of x_k                           Voronoi lumping
+//! ```
 //!
 //! M. Meyer, M. Desbrun, P. Schröder, A. H. Barr, *Discrete differential-geometry operators for
 //! triangulated 2-manifolds*, 2003, for the mixed cells: raw Voronoi areas are negative on obtuse faces.

@@ -1,6 +1,8 @@
 //! The discrete gradient K, known by its rows.
 //!
-//!     (K U)_j = A_j grad_j U  in R^{2 x m},  in an orthonormal frame of face j
+//! ```text
+//! (K U)_j = A_j grad_j U  in R^{2 x m},  in an orthonormal frame of face j
+//! ```
 //!
 //! Every method here is one face sweep that uses (K u)_j and one vertex sweep that uses (K^T q)_v, so an
 //! operator offers just these two rows; a line of the paper becomes one fused loop and no K u is stored.

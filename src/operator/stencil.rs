@@ -2,8 +2,10 @@
 //!
 //! With the frame of face j along its edge 12, L = |x2 - x1|, s = <x3 - x1, e1> and area A:
 //!
-//!     (K u)_j = ( c1 ua, c2 ua + c3 ub ),   ua = u2 - u1, ub = u3 - u1,
-//!     c1 = A / L,  c2 = -s / 2,  c3 = L / 2.
+//! ```text
+//! (K u)_j = ( c1 ua, c2 ua + c3 ub ),   ua = u2 - u1, ub = u3 - u1,
+//! c1 = A / L,  c2 = -s / 2,  c3 = L / 2.
+//! ```
 //!
 //! No square root of a difference is taken, so needles do no harm (the E, F, G form of the paper's
 //! equation (6) loses its sign on them).

@@ -1,7 +1,9 @@
 //! Over-relaxed Chambolle-Pock with local steps, the default:
 //!
-//!     x = Proj_simplex( u - tau (f + K^T q) )        u <- u + rho (x - u)
-//!     y = Proj_{|.|<=lambda}( q + sigma K (2x - u) )  q <- q + rho (y - q)
+//! ```text
+//! x = Proj_simplex( u - tau (f + K^T q) )        u <- u + rho (x - u)
+//! y = Proj_{|.|<=lambda}( q + sigma K (2x - u) )  q <- q + rho (y - q)
+//! ```
 //!
 //! A. Chambolle, T. Pock, *A first-order primal-dual algorithm for convex problems with applications to
 //! imaging*, J. Math. Imaging Vis. 40, 2011; relaxation: L. Condat, *A primal-dual splitting method for

@@ -1,7 +1,9 @@
 //! FISTA on the smoothed energy, with adaptive restart and, on request, continuation in eps:
 //!
-//!     U^{n+1} = Proj_simplex( Y^n - tau D^-1 (f + K^T q^n) ),   q^n_j = lambda (K Y^n)_j / sqrt(|(K Y^n)_j|^2 + eps_j^2)
-//!     Y^{n+1} = U^{n+1} + (t_n - 1) / t_{n+1} (U^{n+1} - U^n),  t_{n+1} = (1 + sqrt(1 + 4 t_n^2)) / 2
+//! ```text
+//! U^{n+1} = Proj_simplex( Y^n - tau D^-1 (f + K^T q^n) ),   q^n_j = lambda (K Y^n)_j / sqrt(|(K Y^n)_j|^2 + eps_j^2)
+//! Y^{n+1} = U^{n+1} + (t_n - 1) / t_{n+1} (U^{n+1} - U^n),  t_{n+1} = (1 + sqrt(1 + 4 t_n^2)) / 2
+//! ```
 //!
 //! A. Beck, M. Teboulle, *A fast iterative shrinkage-thresholding algorithm for linear inverse problems*,
 //! SIAM J. Imaging Sciences 2(1), 2009. Restart t = 1 when <D (Y^n - U^{n+1}), U^{n+1} - U^n> > 0:

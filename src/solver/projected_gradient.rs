@@ -1,6 +1,8 @@
 //! Projected gradient on the smoothed energy, the method of the paper, equations (8) to (10):
 //!
-//!     U^{t+1} = Proj_simplex( U^t - tau D^-1 (f + K^T q^t) ),   q^t_j = lambda (K U^t)_j / sqrt(|(K U^t)_j|^2 + eps_j^2)
+//! ```text
+//! U^{t+1} = Proj_simplex( U^t - tau D^-1 (f + K^T q^t) ),   q^t_j = lambda (K U^t)_j / sqrt(|(K U^t)_j|^2 + eps_j^2)
+//! ```
 //!
 //! A. Delaunoy, K. Fundana, E. Prados, A. Heyden, *Convex multi-region segmentation on manifolds*,
 //! ICCV 2009. Converges for tau < 2 / L if D is diagonal.

@@ -21,10 +21,10 @@ impl Drop for Run {
 }
 
 impl Run {
-    /// A run in `folder/out` that no gap ends.
+    /// A run in `folder/out` that no gap ends: the smoothed energy has another minimizer.
     fn endless(folder: &Folder, stderr: Stdio) -> Self {
         folder.array("S.npy", &costs(1000, 3));
-        let line = "solve torus:40x25 --costs S.npy --lambda 0.02 --gap 0 --max-iterations 100000000000 \
+        let line = "solve torus:40x25 --costs S.npy --lambda 0.02 --gap 0 --max-iterations 100000000000 --solver fista \
             --threads 1 --out out";
         let command = Command::new(PROGRAM)
             .args(line.split_whitespace())
