@@ -11,7 +11,7 @@
 //! 2015. Continuation: sqrt(eps) starts larger and falls like 1/n, as in Q. Tran-Dinh, *Adaptive smoothing
 //! algorithms for nonsmooth composite convex minimization*, Comput. Optim. Appl. 66, 2017.
 
-use super::metric::{Metric, MetricName, descend, smoothing};
+use super::metric::{EPSILON, EPSILON_MODE, Metric, MetricName, descend, smoothing};
 use super::{Description, Iterate, OptionDescription, Setup, Solver};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
@@ -32,18 +32,8 @@ pub const DESCRIPTION: Description = Description {
             default: "local",
             help: "D: the lumped masses, the identity, or the bound of the curvature vertex by vertex",
         },
-        OptionDescription {
-            key: "epsilon",
-            values: "NUMBER",
-            default: "from the mesh",
-            help: "eps of the smoothing",
-        },
-        OptionDescription {
-            key: "epsilon-mode",
-            values: "intrinsic|paper",
-            default: "intrinsic",
-            help: "intrinsic: A sqrt(|grad u|^2 + eps); paper: (1/2) sqrt(xi + eps), as printed",
-        },
+        EPSILON,
+        EPSILON_MODE,
         OptionDescription {
             key: "restart",
             values: "adaptive|never|always",

@@ -12,7 +12,7 @@ use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::operator::bounds::diagonal_above;
 use crate::operator::{ConsistentMass, Operator};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
-use crate::solver::{Options, Setup};
+use crate::solver::{OptionDescription, Options, Setup};
 
 /// D.
 pub enum Metric {
@@ -75,6 +75,20 @@ fn linear_step<K: Operator, const M: usize>(problem: &Problem<K, M>, d: &[f64]) 
     let step = 1e6 * d.iter().sum::<f64>() / problem.spread();
     if step.is_finite() && step > 0.0 { step } else { 1.0 }
 }
+
+pub(super) const EPSILON: OptionDescription = OptionDescription {
+    key: "epsilon",
+    values: "NUMBER",
+    default: "from the mesh",
+    help: "eps of the smoothing",
+};
+
+pub(super) const EPSILON_MODE: OptionDescription = OptionDescription {
+    key: "epsilon-mode",
+    values: "intrinsic|paper",
+    default: "intrinsic",
+    help: "intrinsic: A sqrt(|grad u|^2 + eps); paper: (1/2) sqrt(xi + eps), as printed",
+};
 
 /// The smoothing asked for by the options `epsilon` and `epsilon-mode`.
 pub(super) fn smoothing(options: &Options, k: &impl Operator) -> Result<Smoothing> {

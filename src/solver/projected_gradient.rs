@@ -12,7 +12,7 @@
 //! point that is not the minimizer, whatever tau. It is kept as the paper's experiment; its certified
 //! gap does not close.
 
-use super::metric::{Metric, MetricName, descend, smoothing};
+use super::metric::{EPSILON, EPSILON_MODE, Metric, MetricName, descend, smoothing};
 use super::{Description, Iterate, OptionDescription, Setup, Solver};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
@@ -34,18 +34,8 @@ pub const DESCRIPTION: Description = Description {
             help: "D in equation (10); `consistent` does NOT reach the minimizer (the pointwise projection \
                    is wrong in its metric) and is kept as the paper's experiment",
         },
-        OptionDescription {
-            key: "epsilon",
-            values: "NUMBER",
-            default: "from the mesh",
-            help: "eps of the smoothing",
-        },
-        OptionDescription {
-            key: "epsilon-mode",
-            values: "intrinsic|paper",
-            default: "intrinsic",
-            help: "intrinsic: A sqrt(|grad u|^2 + eps); paper: (1/2) sqrt(xi + eps), as printed",
-        },
+        EPSILON,
+        EPSILON_MODE,
         OptionDescription { key: "tau", values: "NUMBER", default: "1/L", help: "step length" },
     ],
 };
