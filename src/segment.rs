@@ -103,7 +103,13 @@ fn segment_compiled<const M: usize>(
     let costs = |model: &PiecewiseConstant| DataModel::<M>::costs(model);
     let mut problem = problem_of(mesh, m, costs(&model), request)?;
     let start: Vec<Row<M>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-    let setup = Setup { mesh, problem: &problem, start: start.clone(), options: &request.options };
+    let setup = Setup {
+        mesh,
+        problem: &problem,
+        start: start.clone(),
+        dual_start: None,
+        options: &request.options,
+    };
     let mut solver = solver::build(&request.solver, setup)?;
     let mut run = Run::new(&start);
 

@@ -143,8 +143,13 @@ fn solve_compiled<const M: usize>(
     let m = s.ncols();
     let problem = problem_of::<M>(model, m, regions::rows(s.view()), request)?;
     let start = start.rows(m, &problem.f);
-    let setup =
-        Setup { mesh: model, problem: &problem, start: start.clone(), options: &request.options };
+    let setup = Setup {
+        mesh: model,
+        problem: &problem,
+        start: start.clone(),
+        dual_start: None,
+        options: &request.options,
+    };
     let mut solver = solver::build(&request.solver, setup)?;
     let mut run = Run::new(&start);
     let status = run.advance(&mut *solver, &problem, &request.stop, observe);

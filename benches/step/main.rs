@@ -38,7 +38,7 @@ fn solver<'a, K: Operator + 'a>(
     problem: &Problem<K, M>,
 ) -> Box<dyn Solver<K, M> + 'a> {
     let start = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-    let setup = Setup { mesh, problem, start, options: &Options::default() };
+    let setup = Setup { mesh, problem, start, dual_start: None, options: &Options::default() };
     build("chambolle-pock", setup).expect("default options are valid")
 }
 

@@ -17,7 +17,8 @@ fn uniform(mesh: &Mesh) -> Vec<Row<3>> {
 
 fn solver(name: &str, mesh: &Mesh, problem: &Problem<Stencil, 3>) -> Box<dyn Solver<Stencil, 3>> {
     let options = Options::default();
-    build(name, Setup { mesh, problem, start: uniform(mesh), options: &options }).unwrap()
+    build(name, Setup { mesh, problem, start: uniform(mesh), dual_start: None, options: &options })
+        .unwrap()
 }
 
 fn every(interval: u64, iterations: u64) -> Stop {

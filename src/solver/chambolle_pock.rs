@@ -106,7 +106,7 @@ const LARGEST_CHANGE: f64 = 8.0;
 
 impl<const M: usize> ChambollePock<M> {
     pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
-        let Setup { problem, options, start, .. } = setup;
+        let Setup { problem, options, start, dual_start, .. } = setup;
         let steps = options.choice(
             "steps",
             &[("local", Steps::Local), ("diagonal", Steps::Diagonal), ("plain", Steps::Plain)],
@@ -115,7 +115,7 @@ impl<const M: usize> ChambollePock<M> {
         let step_ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(1.5);
         let omega = step_ratio * dual_scale(problem);
         let (sigma, tau) = step_lengths(&problem.k, steps, omega);
-        let q = vec![Tangent::ZERO; problem.k.faces()];
+        let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; problem.k.faces()]);
         let balance =
             options.choice("balance", &[("adaptive", true), ("fixed", false)])?.then(|| Balance {
                 u: start.clone(),
@@ -232,16 +232,24 @@ impl<K: Operator, const M: usize> Solver<K, M> for ChambollePock<M> {
         let Self { u, u_bar, q, sigma, tau, rho, .. } = self;
         let rho = if land { 1.0 } else { *rho };
         // x = Proj_simplex( u - tau (f + K^T q) ),   u_bar = 2x - u,   u <- u + rho (x - u)
-        sweep((&mut *u, &mut *u_bar, &*tau, f), |v, (u, u_bar, &tau, &f)| {
-            let x = project_simplex(*u + (f + k.adjoint_at(q, v)) * -tau);
-            *u_bar = x * 2.0 + *u * -1.0;
-            *u = if land { x } else { *u + (x - *u) * rho };
-        });
+        sweep(
+            (&mut *u, &mut *u_bar, &*tau, f),
+            #[inline(always)]
+            |v, (u, u_bar, &tau, &f)| {
+                let x = project_simplex(*u + (f + k.adjoint_at(q, v)) * -tau);
+                *u_bar = x * 2.0 + *u * -1.0;
+                *u = if land { x } else { *u + (x - *u) * rho };
+            },
+        );
         // y = Proj_{|.|<=lambda}( q + sigma K u_bar ),   q <- q + rho (y - q)
-        sweep((&mut *q, &*sigma), |j, (q, &sigma)| {
-            let y = project_ball(*q + k.at(u_bar, j) * sigma, *lambda);
-            *q = if land { y } else { *q + (y - *q) * rho };
-        });
+        sweep(
+            (&mut *q, &*sigma),
+            #[inline(always)]
+            |j, (q, &sigma)| {
+                let y = project_ball(*q + k.at(u_bar, j) * sigma, *lambda);
+                *q = if land { y } else { *q + (y - *q) * rho };
+            },
+        );
         if let Some(balance) = &mut self.balance {
             balance.steps += 1;
         }

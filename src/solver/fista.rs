@@ -130,11 +130,19 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         let tau = self.tau * self.enlargement();
         let Self { u, next, y, q, d, t, .. } = self;
         // q_j = lambda (K Y)_j / sqrt(|(K Y)_j|^2 + eps_j^2)
-        sweep(&mut *q, |j, q| *q = smoothing.dual(k.at(y, j), k.area(j), *lambda));
+        sweep(
+            &mut *q,
+            #[inline(always)]
+            |j, q| *q = smoothing.dual(k.at(y, j), k.area(j), *lambda),
+        );
         // U^{n+1} = Proj_simplex( Y - tau D^-1 (f + K^T q) )
-        sweep((&mut *next, &*y, f, &*d), |v, (next, &y, &f, &d)| {
-            *next = project_simplex(descend(y, f + k.adjoint_at(q, v), tau, d));
-        });
+        sweep(
+            (&mut *next, &*y, f, &*d),
+            #[inline(always)]
+            |v, (next, &y, &f, &d)| {
+                *next = project_simplex(descend(y, f + k.adjoint_at(q, v), tau, d));
+            },
+        );
         let uphill = || sum(u.len(), |v| d[v] * (y[v] - next[v]).dot(next[v] - u[v])) > 0.0;
         let drop_momentum = match self.restart {
             Restart::Adaptive => uphill(),
@@ -144,7 +152,11 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         let t_next = if drop_momentum { 1.0 } else { 0.5 * (1.0 + (1.0 + 4.0 * *t * *t).sqrt()) };
         let momentum = if drop_momentum { 0.0 } else { (*t - 1.0) / t_next };
         // Y^{n+1} = U^{n+1} + (t_n - 1) / t_{n+1} (U^{n+1} - U^n)
-        sweep((&mut *y, &*next, &*u), |_, (y, &next, &u)| *y = next + (next - u) * momentum);
+        sweep(
+            (&mut *y, &*next, &*u),
+            #[inline(always)]
+            |_, (y, &next, &u)| *y = next + (next - u) * momentum,
+        );
         std::mem::swap(u, next);
         *t = t_next;
         self.iteration += 1;

@@ -52,8 +52,10 @@ pub struct Iterate<'a, const M: usize> {
 pub struct Setup<'a, K, const M: usize> {
     pub mesh: &'a Mesh,
     pub problem: &'a Problem<K, M>,
-    /// Rows in the simplex.
+    /// U at the start: rows in the simplex.
     pub start: Vec<Row<M>>,
+    /// q at the start, |q_j| <= lambda; zero if there is none. Methods without a dual field ignore it.
+    pub dual_start: Option<Vec<Tangent<M>>>,
     pub options: &'a Options,
 }
 

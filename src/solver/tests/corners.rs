@@ -155,7 +155,8 @@ fn every_solver_is_described_and_refuses_what_it_does_not_know() {
     let refusal = |name: &str, option: &str| {
         let options = Options::parse(&[option]).unwrap();
         let start = uniform(mesh.vertices.len(), 3);
-        let setup = Setup { mesh: &mesh, problem: &problem, start, options: &options };
+        let setup =
+            Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options: &options };
         match build(name, setup) {
             Ok(_) => panic!("{name} takes {option}"),
             Err(error) => error.to_string(),

@@ -36,7 +36,7 @@ fn solver<'a, K: Operator + 'a, const M: usize>(
     start: Vec<Row<M>>,
 ) -> Box<dyn Solver<K, M> + 'a> {
     let options = Options::parse(options).unwrap();
-    build(name, Setup { mesh, problem, start, options: &options }).unwrap()
+    build(name, Setup { mesh, problem, start, dual_start: None, options: &options }).unwrap()
 }
 
 /// 1/m in the first m regions.
