@@ -211,12 +211,13 @@ impl<const M: usize> Run<M> {
     /// Evaluates the current iterate; says how the run ends if it does.
     fn sample<K: Operator>(
         &mut self,
-        solver: &dyn Solver<K, M>,
+        solver: &mut dyn Solver<K, M>,
         problem: &Problem<K, M>,
         scale: f64,
         change: Option<f64>,
         stop: &Stop,
     ) -> Option<Status> {
+        let smoothing = solver.smoothing();
         let iterate = solver.iterate();
         let energy = problem.energy(iterate.u);
         let bound = problem.dual_bound(iterate.q);
@@ -242,8 +243,7 @@ impl<const M: usize> Run<M> {
             gap: self.best_energy - self.best_bound,
             relative_gap,
             change,
-            smoothed_energy: solver
-                .smoothing()
+            smoothed_energy: smoothing
                 .map(|smoothing| problem.smoothed_energy(iterate.u, smoothing)),
         });
         if energy.is_nan() || bound.is_nan() {

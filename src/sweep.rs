@@ -69,6 +69,20 @@ impl<B> Blocks<'_, B> {
     }
 }
 
+/// Runs `work` on every element of a slice, or of a tuple of them, each by itself a task for a thread.
+pub fn tasks<C>(items: C, work: impl Fn(C::Item) + Sync + Send)
+where
+    C: IntoParallelIterator,
+    C::Iter: IndexedParallelIterator,
+{
+    items.into_par_iter().with_max_len(1).for_each(work);
+}
+
+/// How many threads take part.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
 /// sum_{0 <= index < n} term(index), pairwise above blocks of fixed size.
 pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     fn tree(from: usize, to: usize, term: &(impl Fn(usize) -> f64 + Sync)) -> f64 {

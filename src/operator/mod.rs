@@ -40,6 +40,11 @@ pub trait Operator: Sync {
 
     fn face(&self, j: usize) -> Face;
 
+    /// The three numbers a face that fast kernels work on, if this operator is made of them.
+    fn stencil(&self) -> Option<&Stencil> {
+        None
+    }
+
     /// (K u)_j; u has one row per vertex.
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
 

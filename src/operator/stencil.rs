@@ -64,6 +64,18 @@ impl Stencil {
     }
 }
 
+impl Stencil {
+    /// The three vertices of each face.
+    pub fn corners(&self) -> &[[u32; 3]] {
+        &self.corners
+    }
+
+    /// c1, c2, c3 of each face.
+    pub fn weights(&self) -> &[[f64; 3]] {
+        &self.weights
+    }
+}
+
 fn face_weights([x1, x2, x3]: [Point3<f64>; 3]) -> [f64; 3] {
     let (e12, e13) = (x2 - x1, x3 - x1);
     let length = e12.norm();
@@ -87,6 +99,10 @@ impl Operator for Stencil {
     fn area(&self, j: usize) -> f64 {
         let [c1, _, c3] = self.weights[j];
         2.0 * c1 * c3
+    }
+
+    fn stencil(&self) -> Option<&Stencil> {
+        Some(self)
     }
 
     fn face(&self, j: usize) -> Face {

@@ -118,7 +118,7 @@ impl Solver<Stencil, 3> for Script {
         self.u.fill(Row(self.rows[self.step]));
     }
 
-    fn iterate(&self) -> Iterate<'_, 3> {
+    fn iterate(&mut self) -> Iterate<'_, 3> {
         Iterate { u: &self.u, q: &self.q }
     }
 }

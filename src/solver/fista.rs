@@ -162,7 +162,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         self.iteration += 1;
     }
 
-    fn iterate(&self) -> Iterate<'_, M> {
+    fn iterate(&mut self) -> Iterate<'_, M> {
         Iterate { u: &self.u, q: &self.q }
     }
 

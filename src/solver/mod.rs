@@ -12,7 +12,6 @@ mod projected_gradient;
 #[cfg(test)]
 mod tests;
 
-pub use chambolle_pock::ChambollePock;
 pub use fista::Fista;
 pub use options::{OptionDescription, Options};
 pub use projected_gradient::ProjectedGradient;
@@ -24,16 +23,17 @@ use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
 pub trait Solver<K, const M: usize> {
-    /// One iteration; allocates nothing (but the solve with the full mass matrix its workspace). f and lambda of the problem may have changed since the last.
+    /// One iteration; allocates nothing (but the solve with the full mass matrix its workspace).
     ///
     /// `land` says that the iterate will be looked at after this step: a method whose iterates are
     /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one.
     fn step(&mut self, problem: &Problem<K, M>, land: bool);
 
     /// After a landing step (or none): a feasible U, rows in the simplex, and a feasible dual field.
-    fn iterate(&self) -> Iterate<'_, M>;
+    fn iterate(&mut self) -> Iterate<'_, M>;
 
-    /// The costs jumped to those of `problem`: drop momentum, fit the steps, keep the iterate.
+    /// f or lambda changed to those of `problem`, and no step may come before this: drop momentum, fit the
+    /// steps, keep the iterate.
     fn restart(&mut self, _problem: &Problem<K, M>) {}
 
     /// The smoothing of the energy that is minimized in place of E, if there is one.
@@ -43,6 +43,7 @@ pub trait Solver<K, const M: usize> {
 }
 
 /// What certifies itself: E(u) is an upper, D(q) a lower bound of the least energy.
+#[derive(Clone, Copy)]
 pub struct Iterate<'a, const M: usize> {
     pub u: &'a [Row<M>],
     pub q: &'a [Tangent<M>],
@@ -91,7 +92,7 @@ pub fn build<'a, K: Operator + 'a, const M: usize>(
     Ok(match name {
         "projected-gradient" => Box::new(ProjectedGradient::new(setup)?),
         "fista" => Box::new(Fista::new(setup)?),
-        "chambolle-pock" => Box::new(ChambollePock::new(setup)?),
+        "chambolle-pock" => chambolle_pock::build(setup)?,
         _ => unreachable!("every described solver is built here"),
     })
 }

@@ -125,7 +125,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
         }
     }
 
-    fn iterate(&self) -> Iterate<'_, M> {
+    fn iterate(&mut self) -> Iterate<'_, M> {
         Iterate { u: &self.u, q: &self.q }
     }
 

@@ -1,0 +1,221 @@
+//! The method in one pass over memory, for the stencil: blocks of vectors, parts that threads own.
+//!
+//! The same iterates as `rows`, to rounding: only the sums K^T q run in another order. That order is one for
+//! all numbers of threads, and no instruction set contracts or reorders anything, so the bits depend on
+//! neither. In single precision the problem is scaled by powers of two to numbers near 1; what is looked at is
+//! made feasible in double precision.
+
+mod buffer;
+mod lanes;
+mod part;
+mod pass;
+
+#[cfg(test)]
+mod tests;
+
+use pulp::Arch;
+
+use lanes::{Real, lane_order};
+use part::{Outbox, Part, Units, connect};
+
+use super::Method;
+use super::steps::Steps;
+use crate::field::{Row, Tangent};
+use crate::operator::{Operator, Stencil};
+use crate::problem::Problem;
+use crate::prox::{project_ball, project_simplex};
+use crate::solver::{Iterate, Solver};
+use crate::sweep::{max, sweep, tasks, threads};
+
+/// A thread with fewer vertices than this spends its time at the border.
+const LEAST_VERTICES: usize = 2048;
+
+pub struct Fused<T, const M: usize> {
+    /// The vector instructions to use.
+    arch: Arch,
+    parts: Vec<Part<T, M>>,
+    /// What the parts sent after the last step, and room for what they send after the next.
+    outboxes: [Vec<Outbox<T>>; 2],
+    units: Units,
+    method: Method<M>,
+    /// The part of each face, and its number there.
+    home: Vec<(u32, u32)>,
+    /// What was looked at last, in the order of the mesh; q is empty until then.
+    u: Vec<Row<M>>,
+    q: Vec<Tangent<M>>,
+    unpacked: bool,
+    /// Whether the last step landed; if not, u is infeasible and stays so.
+    landed: bool,
+    /// As of the last step.
+    lambda: f64,
+}
+
+impl<T: Real, const M: usize> Fused<T, M> {
+    pub fn new<K: Operator>(
+        problem: &Problem<K, M>,
+        stencil: &Stencil,
+        u: Vec<Row<M>>,
+        q: Option<Vec<Tangent<M>>>,
+        method: Method<M>,
+        arch: Arch,
+    ) -> Self {
+        let order = lane_order::<T>(arch);
+        let units = units::<T>(stencil, &method.steps);
+        let count = threads().min(u.len() / LEAST_VERTICES).max(1);
+        let mut parts: Vec<Part<T, M>> = split(stencil.corners(), u.len(), count)
+            .into_iter()
+            .map(|(range, faces)| Part::new(range, faces, stencil.corners(), &order))
+            .collect();
+        connect(&mut parts);
+        let mut home = vec![(0, 0); stencil.corners().len()];
+        for (k, part) in parts.iter().enumerate() {
+            for (i, &j) in part.faces().iter().enumerate() {
+                home[j as usize] = (k as u32, i as u32);
+            }
+        }
+        tasks(&mut parts, |part| {
+            part.set_u(&u);
+            part.set_f(&problem.f, units);
+            part.set_weights(stencil.weights(), units);
+            part.set_steps(&method.steps, units);
+            if let Some(q) = &q {
+                part.set_q(q, |v| problem.k.adjoint_at(q, v), units);
+            }
+        });
+        let outboxes = [0, 1].map(|_| {
+            let post = |part: &Part<T, M>| {
+                let mut outbox = Outbox::new();
+                part.post(&mut outbox);
+                outbox
+            };
+            parts.iter().map(post).collect()
+        });
+        let q = q.unwrap_or_default();
+        Fused {
+            arch,
+            parts,
+            outboxes,
+            units,
+            method,
+            home,
+            u,
+            q,
+            unpacked: false,
+            landed: true,
+            lambda: problem.lambda,
+        }
+    }
+}
+
+/// Ranges of vertices with about the same number of faces, and the faces that touch them in the order of their
+/// largest vertex.
+fn split(
+    corners: &[[u32; 3]],
+    vertices: usize,
+    count: usize,
+) -> Vec<(std::ops::Range<usize>, Vec<u32>)> {
+    let last = |corners: &[u32; 3]| corners.iter().copied().fold(0, u32::max) as usize;
+    let mut start = vec![0; vertices + 1];
+    for corners in corners {
+        start[last(corners) + 1] += 1;
+    }
+    for v in 0..vertices {
+        start[v + 1] += start[v];
+    }
+    let mut next = start.clone();
+    let mut faces = vec![0; corners.len()];
+    for (j, corners) in corners.iter().enumerate() {
+        let place = &mut next[last(corners)];
+        faces[*place] = j as u32;
+        *place += 1;
+    }
+    // A vertex costs about half as much as a face.
+    let work = |v: usize| 2 * start[v] + v;
+    let border = |k: usize| {
+        let wanted = work(vertices) * k / count;
+        (0..vertices).find(|&v| work(v) >= wanted).unwrap_or(vertices)
+    };
+    (0..count)
+        .map(|k| {
+            let range = border(k)..if k + 1 == count { vertices } else { border(k + 1) };
+            let touches =
+                |j: &u32| corners[*j as usize].iter().any(|v| range.contains(&(*v as usize)));
+            let touching = faces.iter().copied().filter(touches).collect();
+            (range, touching)
+        })
+        .collect()
+}
+
+/// Single precision needs numbers near 1; double precision takes them as they are.
+fn units<T: Real>(stencil: &Stencil, steps: &Steps) -> Units {
+    if size_of::<T>() == size_of::<f64>() {
+        return Units { q: 1.0, k: 1.0 };
+    }
+    let inverse = |x: f64| if x.is_normal() { (-x.log2().floor()).exp2() } else { 1.0 };
+    let longest = max(stencil.corners().len(), |j| {
+        let [c1, c2, c3] = stencil.weights()[j];
+        c1.max(c2.abs()).max(c3)
+    });
+    Units { q: inverse(steps.dual_scale()), k: inverse(longest) }
+}
+
+impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
+    fn step(&mut self, problem: &Problem<K, M>, land: bool) {
+        (self.lambda, self.landed) = (problem.lambda, land);
+        let lambda = problem.lambda * self.units.q;
+        let (arch, rho) = (self.arch, self.method.rho);
+        self.outboxes.swap(0, 1);
+        let [sent, received] = &mut self.outboxes;
+        tasks((&mut self.parts, sent), |(part, outbox)| {
+            part.advance(arch, received, outbox, lambda, rho, land);
+        });
+        self.unpacked = false;
+        if self.method.due(land) {
+            self.unpack();
+            let now = Iterate { u: &self.u, q: &self.q };
+            if self.method.rebalance(problem, now) {
+                self.set_steps();
+            }
+        }
+    }
+
+    fn iterate(&mut self) -> Iterate<'_, M> {
+        self.unpack();
+        Iterate { u: &self.u, q: &self.q }
+    }
+
+    fn restart(&mut self, problem: &Problem<K, M>) {
+        self.lambda = problem.lambda;
+        self.unpack();
+        self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
+        let units = self.units;
+        tasks(&mut self.parts, |part| part.set_f(&problem.f, units));
+        self.set_steps();
+    }
+}
+
+impl<T: Real, const M: usize> Fused<T, M> {
+    fn set_steps(&mut self) {
+        let Self { parts, units, method, .. } = self;
+        tasks(parts, |part| part.set_steps(&method.steps, *units));
+    }
+
+    /// u and q in the order of the mesh, feasible in double precision too.
+    fn unpack(&mut self) {
+        if std::mem::replace(&mut self.unpacked, true) {
+            return;
+        }
+        let Self { parts, units, home, u, q, landed, lambda, .. } = self;
+        let double = size_of::<T>() == size_of::<f64>();
+        sweep(&mut *u, |v, u| {
+            let owner = parts.partition_point(|part| part.range.end <= v);
+            let row = parts[owner].u(v);
+            *u = if double || !*landed { row } else { project_simplex(row) };
+        });
+        q.resize(home.len(), Tangent::ZERO);
+        sweep((&mut *q, &*home), |_, (q, &(owner, i))| {
+            let tangent = parts[owner as usize].q(i as usize, *units);
+            *q = if double { tangent } else { project_ball(tangent, *lambda) };
+        });
+    }
+}

@@ -1,0 +1,176 @@
+//! The engine against the readable text, on any mesh, with any number of regions, threads and instructions.
+
+use pulp::Arch;
+
+use super::super::balance::Balance;
+use super::super::rows::Rows;
+use super::super::steps::Steps;
+use super::super::{Fused, Method};
+use super::lanes::Real;
+use crate::field::{Row, Tangent};
+use crate::mesh::Mesh;
+use crate::operator::{Operator, Stencil};
+use crate::problem::Problem;
+use crate::regions::close_from;
+use crate::samples::{
+    bumpy, random_dual, random_labels, random_problem, rng, shape, with_isolated_vertices, zoo,
+};
+use crate::solver::{Options, Solver};
+use crate::sweep::with_threads;
+
+type State<const M: usize> = (Vec<Row<M>>, Vec<Tangent<M>>);
+
+fn method<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Method<M> {
+    let options = Options::default();
+    Method {
+        steps: Steps::new(problem, &options).unwrap(),
+        balance: Balance::new(&options, &start.0, Some(&start.1)).unwrap(),
+        rho: 1.9,
+    }
+}
+
+fn fused<T: Real, const M: usize>(
+    problem: &Problem<Stencil, M>,
+    start: &State<M>,
+    arch: Arch,
+) -> Fused<T, M> {
+    let (u, q) = start.clone();
+    Fused::new(problem, &problem.k, u, Some(q), method(problem, start), arch)
+}
+
+fn rows<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Rows<M> {
+    let (u, q) = start.clone();
+    Rows { u_bar: u.clone(), u, q, method: method(problem, start) }
+}
+
+fn after<const M: usize>(
+    mut solver: impl Solver<Stencil, M>,
+    problem: &Problem<Stencil, M>,
+    steps: usize,
+) -> State<M> {
+    (1..=steps).for_each(|n| solver.step(problem, n == steps));
+    let now = solver.iterate();
+    (now.u.to_vec(), now.q.to_vec())
+}
+
+fn start<const M: usize>(problem: &Problem<Stencil, M>, seed: u64) -> State<M> {
+    let mut rng = rng(seed);
+    let u = random_labels::<M>(problem.k.vertices(), M, &mut rng);
+    (u, random_dual(problem.k.faces(), problem.lambda, &mut rng))
+}
+
+/// The largest difference of u, and of q in units of lambda.
+fn apart<const M: usize>(a: &State<M>, b: &State<M>, lambda: f64) -> (f64, f64) {
+    let u = a.0.iter().zip(&b.0).map(|(&a, &b)| (a - b).max_abs()).fold(0.0, f64::max);
+    let q = a.1.iter().zip(&b.1).map(|(&a, &b)| (a - b).norm()).fold(0.0, f64::max);
+    (u, q / lambda)
+}
+
+/// From a random pair, 50 steps as `rows` makes them, with 1, 2 and 3 threads.
+fn check_iterates<const M: usize>(name: &str, mesh: &Mesh) {
+    let mesh = mesh.clone().without_degenerate_faces().0;
+    let problem = random_problem::<M>(&mesh, 0.03 * mesh.area().sqrt(), 111);
+    let start = start(&problem, 112);
+    let expected = after(rows(&problem, &start), &problem, 50);
+    let mut bits = Vec::new();
+    for threads in [1, 2, 3] {
+        let (double, single) = with_threads(Some(threads), || {
+            let double = after(fused::<f64, M>(&problem, &start, Arch::new()), &problem, 50);
+            (double, after(fused::<f32, M>(&problem, &start, Arch::new()), &problem, 50))
+        })
+        .unwrap();
+        let (u, q) = apart(&double, &expected, problem.lambda);
+        assert!(u <= 1e-9 && q <= 1e-8, "{name}, m = {M}, f64, {threads} threads: {u:e} {q:e}");
+        let (u, q) = apart(&single, &expected, problem.lambda);
+        assert!(u <= 1e-3 && q <= 1e-2, "{name}, m = {M}, f32, {threads} threads: {u:e} {q:e}");
+        bits.push((double, single));
+    }
+    assert!(bits[0] == bits[1] && bits[0] == bits[2], "{name}, m = {M}: threads matter");
+}
+
+#[test]
+fn the_iterates_are_those_of_the_rows() {
+    for (name, mesh) in zoo() {
+        check_iterates::<3>(name, &mesh);
+        check_iterates::<4>(name, &mesh);
+    }
+    // Large enough for three threads, with a seam between the first vertices and the last.
+    for (name, mesh) in [("torus", shape("torus:90x90")), ("bumpy", bumpy(90))] {
+        check_iterates::<2>(name, &mesh);
+        check_iterates::<5>(name, &mesh);
+    }
+}
+
+#[test]
+fn any_number_of_regions_fits() {
+    let mesh = with_isolated_vertices(bumpy(9));
+    check_iterates::<6>("bumpy", &mesh);
+    check_iterates::<7>("bumpy", &mesh);
+    check_iterates::<8>("bumpy", &mesh);
+    check_iterates::<12>("bumpy", &mesh);
+    check_iterates::<16>("bumpy", &mesh);
+    check_iterates::<32>("bumpy", &mesh);
+    check_iterates::<64>("bumpy", &mesh);
+}
+
+/// AVX-512, AVX2 and no vectors at all, as far as this machine has them.
+#[test]
+fn instruction_sets_give_the_same_bits() {
+    let mesh = bumpy(20);
+    let problem = random_problem::<5>(&mesh, 0.02, 113);
+    let start = start(&problem, 114);
+    let mut sets = vec![Arch::Scalar, Arch::new()];
+    #[cfg(target_arch = "x86_64")]
+    sets.extend(pulp::x86::V3::try_new().map(Arch::V3));
+    let results: Vec<_> = sets
+        .into_iter()
+        .map(|arch| {
+            let double = after(fused::<f64, 5>(&problem, &start, arch), &problem, 30);
+            (double, after(fused::<f32, 5>(&problem, &start, arch), &problem, 30))
+        })
+        .collect();
+    assert!(results.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
+/// Balanced steps, changed costs and closed regions, against the rows.
+#[test]
+fn what_changes_on_the_way_changes_in_both() {
+    let mesh = shape("torus:40x30");
+    let mut problem = random_problem::<12>(&mesh, 0.02, 115);
+    close_from(9, &mut problem.f);
+    let u = vec![Row::from_fn(|p| if p < 9 { 1.0 / 9.0 } else { 0.0 }); mesh.vertices.len()];
+    let start = (u, vec![Tangent::ZERO; mesh.faces.len()]);
+    let mut solvers: [Box<dyn Solver<Stencil, 12>>; 2] = [
+        Box::new(rows(&problem, &start)),
+        Box::new(fused::<f64, 12>(&problem, &start, Arch::new())),
+    ];
+    for round in 0..6 {
+        let states = [0, 1].map(|i| {
+            (1..=60).for_each(|n| solvers[i].step(&problem, n % 20 == 0));
+            let now = solvers[i].iterate();
+            (now.u.to_vec(), now.q.to_vec())
+        });
+        let (u, q) = apart(&states[0], &states[1], problem.lambda);
+        assert!(u <= 1e-8 && q <= 1e-7, "round {round}: {u:e} {q:e}");
+        if round == 3 {
+            problem.f.iter_mut().for_each(|f| f.0[..9].reverse());
+            solvers.iter_mut().for_each(|solver| solver.restart(&problem));
+        }
+    }
+}
+
+/// Scaled to ordinary numbers, single precision holds what it could not hold as it is.
+#[test]
+fn single_precision_does_not_mind_units() {
+    for scale in [1e-12, 1.0, 1e12] {
+        let mesh = bumpy(12).scaled(scale);
+        let problem = random_problem::<4>(&mesh, 0.02 * mesh.area().sqrt(), 116);
+        let start = start(&problem, 117);
+        let expected = after(rows(&problem, &start), &problem, 50);
+        let single = after(fused::<f32, 4>(&problem, &start, Arch::new()), &problem, 50);
+        let (u, q) = apart(&single, &expected, problem.lambda);
+        assert!(u <= 1e-3 && q <= 1e-2, "scale {scale:e}: {u:e} {q:e}");
+        assert!(single.0.iter().all(|u| (u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14));
+        assert!(single.1.iter().all(|q| q.norm() <= problem.lambda * (1.0 + 1e-15)));
+    }
+}

@@ -1,0 +1,120 @@
+//! Step lengths with || Sigma^1/2 K T^1/2 || <= 1, and the weight omega between primal and dual steps.
+//!
+//! - local: sigma_j = omega / sqrt(l_j), 1 / tau_k = sum_{j at k} sigma_j b_j |K_jk|^2, face by face
+//!   (`operator/bounds.rs`);
+//! - diagonal: the row and column sums of T. Pock, A. Chambolle, *Diagonal preconditioning for first order
+//!   primal-dual algorithms in convex optimization*, ICCV 2011, alpha = 1;
+//! - plain: sigma = omega / ||K||, tau = 1 / (omega ||K||), with the closed-form bound of ||K||.
+//!
+//! omega starts at 1.5 lambda, or less if the costs need less.
+
+use crate::error::Result;
+use crate::operator::Operator;
+use crate::operator::bounds::diagonal_above;
+use crate::problem::Problem;
+use crate::solver::Options;
+use crate::sweep::sum;
+
+#[derive(Clone, Copy)]
+enum Rule {
+    Local,
+    Diagonal,
+    Plain,
+}
+
+pub struct Steps {
+    /// One per face.
+    pub sigma: Vec<f64>,
+    /// One per vertex; a vertex without faces has the largest of the others.
+    pub tau: Vec<f64>,
+    omega: f64,
+    ratio: f64,
+}
+
+impl Steps {
+    pub fn new<K: Operator, const M: usize>(
+        problem: &Problem<K, M>,
+        options: &Options,
+    ) -> Result<Self> {
+        let rule = options.choice(
+            "steps",
+            &[("local", Rule::Local), ("diagonal", Rule::Diagonal), ("plain", Rule::Plain)],
+        )?;
+        let ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(1.5);
+        let omega = ratio * dual_scale(problem);
+        let (sigma, tau) = step_lengths(&problem.k, rule, omega);
+        Ok(Steps { sigma, tau, omega, ratio })
+    }
+
+    /// How large q is expected to become.
+    pub fn dual_scale(&self) -> f64 {
+        self.omega / self.ratio
+    }
+
+    pub fn omega(&self) -> f64 {
+        self.omega
+    }
+
+    pub fn set_omega(&mut self, omega: f64) {
+        let factor = omega / self.omega;
+        self.sigma.iter_mut().for_each(|sigma| *sigma *= factor);
+        self.tau.iter_mut().for_each(|tau| *tau /= factor);
+        self.omega = omega;
+    }
+
+    /// omega as in the beginning, for costs that changed.
+    pub fn restart<K: Operator, const M: usize>(&mut self, problem: &Problem<K, M>) {
+        self.set_omega(self.ratio * dual_scale(problem));
+    }
+}
+
+/// How large q becomes, to begin with: lambda, where the total variation is what limits it. A lambda so large
+/// that the optimum is constant is limited by the costs that q has to balance, K^T q = -(f - mean f). Where
+/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
+pub fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
+    let balance = 0.02 * costs_scale(problem);
+    let scale = if problem.lambda < balance { problem.lambda.max(1e-9 * balance) } else { balance };
+    if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
+}
+
+/// The spread of the costs over the square root of the area, in the units of q.
+pub fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
+    problem.spread() / sum(problem.k.faces(), |j| problem.k.area(j)).sqrt()
+}
+
+/// sigma_j and tau_k. A vertex without faces gets the largest tau of the others.
+fn step_lengths<K: Operator>(k: &K, rule: Rule, omega: f64) -> (Vec<f64>, Vec<f64>) {
+    let faces = 0..k.faces();
+    let (sigma, inverse_tau): (Vec<f64>, Vec<f64>) = match rule {
+        Rule::Local => {
+            let sigma: Vec<f64> = faces.map(|j| omega / k.face(j).row_bound().sqrt()).collect();
+            let inverse_tau = diagonal_above(k, |j| sigma[j]);
+            (sigma, inverse_tau)
+        }
+        Rule::Diagonal => {
+            let mut column_sums = vec![0.0; k.vertices()];
+            let sigma = faces
+                .map(|j| {
+                    let face = k.face(j);
+                    for (&v, [a, b]) in face.corners.iter().zip(face.columns) {
+                        column_sums[v] += a.abs() + b.abs();
+                    }
+                    let row_sum =
+                        |i: usize| face.columns.iter().map(|c: &[f64; 2]| c[i].abs()).sum::<f64>();
+                    omega / f64::max(row_sum(0), row_sum(1))
+                })
+                .collect();
+            (sigma, column_sums.iter().map(|sum| omega * sum).collect())
+        }
+        Rule::Plain => {
+            let norm = diagonal_above(k, |_| 1.0).into_iter().fold(0.0, f64::max).sqrt();
+            (vec![omega / norm; k.faces()], vec![omega * norm; k.vertices()])
+        }
+    };
+    let least = inverse_tau.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let tau = inverse_tau
+        .into_iter()
+        .map(|inverse| 1.0 / if inverse > 0.0 { inverse } else { least })
+        .collect();
+    (sigma, tau)
+}
