@@ -1,4 +1,4 @@
-.PHONY: test lint bench
+.PHONY: test lint bench bench-report
 
 # Every test the project has. Release, because the mathematics is slow without it.
 test:
@@ -10,3 +10,7 @@ lint:
 
 bench:
 	cargo bench --locked
+
+# The same, as a page: results/bench/README.md.
+bench-report: bench
+	cargo run --release --locked --example bench-report

@@ -1,0 +1,45 @@
+//! Time of a step with 4 regions and two threads, each bar beside the memory limit of its precision.
+
+use std::path::Path;
+
+use plotters::prelude::*;
+
+use super::limit;
+use super::measured::{Measured, Name};
+
+/// Okabe and Ito's colors, for every kind of eye.
+const BAR: RGBColor = RGBColor(0, 114, 178);
+const LIMIT: RGBColor = RGBColor(213, 94, 0);
+
+pub fn draw(all: &[Measured], path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let mut steps: Vec<&Measured> =
+        all.iter().filter(|m| m.group == "step, m = 4" && m.name().threads == "2").collect();
+    steps.sort_by(|a, b| a.median.total_cmp(&b.median));
+    let longest = steps.iter().map(|m| 1e3 * m.median).fold(0.0, f64::max);
+    let (row, left, top) = (34, 300, 46);
+    let size = (900, top as u32 + row as u32 * steps.len() as u32 + 20);
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    let text = |size: u32| ("sans-serif", size).into_font();
+    root.draw(&Text::new(
+        "Milliseconds a step: 200,000 faces, 4 regions, 2 threads; the mark is the memory limit",
+        (12, 14),
+        text(17),
+    ))?;
+    let scale = (f64::from(size.0) - f64::from(left) - 90.0) / longest;
+    for (i, step) in steps.iter().enumerate() {
+        let y = top + row * i as i32;
+        let Name { what, .. } = step.name();
+        let x = |milliseconds: f64| left + (scale * milliseconds) as i32;
+        let end = x(1e3 * step.median);
+        root.draw(&Text::new(what.to_owned(), (12, y + 4), text(16)))?;
+        root.draw(&Rectangle::new([(left, y), (end, y + row - 10)], BAR.filled()))?;
+        root.draw(&Text::new(format!("{:.2}", 1e3 * step.median), (end + 8, y + 4), text(16)))?;
+        if let Some(limit) = limit(all, step) {
+            let at = x(1e3 * limit);
+            root.draw(&Rectangle::new([(at - 1, y - 4), (at + 2, y + row - 6)], LIMIT.filled()))?;
+        }
+    }
+    root.present()?;
+    Ok(())
+}

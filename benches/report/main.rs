@@ -1,0 +1,113 @@
+//! Criterion's output as a page: results/bench/README.md and steps.svg. Run by `make bench-report`.
+
+mod chart;
+mod machine;
+mod measured;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use measured::{Measured, Name, read};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let all = read(Path::new("target/criterion"))?;
+    let folder = Path::new("results/bench");
+    std::fs::create_dir_all(folder)?;
+    chart::draw(&all, &folder.join("steps.svg"))?;
+    std::fs::write(folder.join("README.md"), page(&all)?)?;
+    println!("wrote {}", folder.join("README.md").display());
+    Ok(())
+}
+
+/// The median of the benchmark with that group and id, in seconds.
+fn median(all: &[Measured], group: &str, id: &str) -> Option<f64> {
+    all.iter().find(|m| m.group == group && m.id == id).map(|m| m.median)
+}
+
+/// Seconds that the same bytes take in a triad with the same number of threads.
+pub fn limit(all: &[Measured], step: &Measured) -> Option<f64> {
+    let Name { precision, threads, .. } = step.name();
+    let m = step.group.strip_prefix("step, m = ")?;
+    median(all, "triad", &format!("m = {m}, {precision}, {threads} thread(s)"))
+}
+
+fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
+    let mut page = String::new();
+    writeln!(page, "# What the code takes, beside what it could take\n")?;
+    writeln!(page, "Written by `make bench-report`; not to be edited. {}\n", machine::sentence())?;
+    writeln!(
+        page,
+        "torus:400x250, 200,000 faces, noisy palette, lambda = 0.005. Medians; the quartile range of each median \
+         is that of criterion's bootstrap (95 %). All ratios are of figures of this one run.\n"
+    )?;
+    writeln!(page, "## Memory\n")?;
+    writeln!(page, "A triad, a <- b + 3 c, on as many bytes as one step must move at least.\n")?;
+    writeln!(page, "| working set | ms | GB/s |\n|---|---|---|")?;
+    for m in all.iter().filter(|m| m.group == "triad") {
+        writeln!(page, "| {} | {:.3} | {:.1} |", m.id, 1e3 * m.median, m.rate().unwrap_or(0.0))?;
+    }
+    writeln!(page, "\n## One step\n\n![Time of a step](steps.svg)\n")?;
+    writeln!(
+        page,
+        "The limit is the triad's time for the bytes of a step: u and q read and written, f, steps, weights and \
+         corners read, each once. Ratios above 1 are times slower than the limit, and times faster than the \
+         loops fused by hand (double precision, baseline instructions, one thread) or than sparse products of \
+         the same precision and number of threads.\n"
+    )?;
+    writeln!(
+        page,
+        "| regions | what | threads | ms | 95 % | GB/s | over the limit | faster than by hand | faster than sparse products |\n\
+         |---|---|---|---|---|---|---|---|---|"
+    )?;
+    for step in all.iter().filter(|m| m.group.starts_with("step, ")) {
+        let Name { what, precision, threads } = step.name();
+        let by_hand = median(all, &step.group, "fused by hand f64, 1 thread(s)");
+        let sparse =
+            median(all, &step.group, &format!("sparse products {precision}, {threads} thread(s)"));
+        let times = |other: Option<f64>| {
+            other.map_or("".into(), |other| format!("{:.2}", other / step.median))
+        };
+        writeln!(
+            page,
+            "| {} | {what} | {threads} | {:.3} | {:.3} to {:.3} | {:.1} | {} | {} | {} |",
+            step.group.trim_start_matches("step, m = "),
+            1e3 * step.median,
+            1e3 * step.low,
+            1e3 * step.high,
+            step.rate().unwrap_or(0.0),
+            limit(all, step).map_or("".into(), |limit| format!("{:.2}", step.median / limit)),
+            times(by_hand.filter(|_| threads == "1")),
+            times(sparse),
+        )?;
+    }
+    writeln!(page, "\n## To a certified gap\n")?;
+    writeln!(
+        page,
+        "The time in the steps, with two threads; the gap is looked at every 4 steps, off the clock.\n"
+    )?;
+    table(&mut page, all, |group| group.starts_with("solve, "))?;
+    writeln!(page, "\n## Before the first step\n")?;
+    table(&mut page, all, |group| group == "set-up" || group.starts_with("readers"))?;
+    writeln!(page, "\n## Projection\n")?;
+    table(&mut page, all, |group| group.starts_with("simplex"))?;
+    Ok(page)
+}
+
+fn table(
+    page: &mut String,
+    all: &[Measured],
+    wanted: impl Fn(&str) -> bool,
+) -> Result<(), std::fmt::Error> {
+    writeln!(page, "| group | what | ms | 95 % |\n|---|---|---|---|")?;
+    for m in all.iter().filter(|m| wanted(&m.group)) {
+        let Measured { group, id, median, low, high, .. } = m;
+        writeln!(
+            page,
+            "| {group} | {id} | {:.2} | {:.2} to {:.2} |",
+            1e3 * median,
+            1e3 * low,
+            1e3 * high
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,18 @@
+//! How fast everything is, beside what it could be: `cargo bench`; `make bench-report` makes a page of it.
+//!
+//! One instance throughout: torus:400x250 (200,000 faces), noisy colors of four or more regions, lambda = 0.005.
+//! Everything that is compared computes the same, which is checked before anything is timed. The bytes of a
+//! step are those that any method of its kind must move: each array of the state once.
+
+mod csr;
+mod hand_fused;
+mod instance;
+mod parts;
+mod solves;
+mod steps;
+mod triad;
+
+use criterion::{criterion_group, criterion_main};
+
+criterion_group!(benches, triad::triads, steps::steps, parts::parts, solves::solves);
+criterion_main!(benches);

@@ -1,0 +1,140 @@
+//! One step of every solver, engine and precision, beside the loops fused by hand and generic sparse products.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput};
+use meshseg::field::Row;
+use meshseg::mesh::Mesh;
+use meshseg::operator::{Matrix, Operator, Stencil};
+use meshseg::problem::Problem;
+use meshseg::solver::{DESCRIPTIONS, Options, Setup, Solver, build};
+use meshseg::sweep::with_threads;
+
+use super::csr::{Csr, Float};
+use super::hand_fused::HandFused;
+use super::instance::{LAMBDA, bytes_a_step, mesh, problem};
+
+pub fn steps(criterion: &mut Criterion) {
+    let mesh = mesh();
+    let four = problem::<_, 4>(&mesh, Stencil::new(&mesh), LAMBDA);
+    agree(&mesh, &four);
+    let mut group = begin(criterion, 4);
+    group.throughput(Throughput::Bytes(bytes_a_step(&mesh, 4, 8)));
+    let mut fused = HandFused::new(&mesh, &four);
+    group.bench_function("fused by hand f64, 1 thread(s)", |b| {
+        b.iter(|| black_box(&mut fused).step());
+    });
+    let matrix = problem::<_, 4>(&mesh, Matrix::new(&mesh), LAMBDA);
+    for threads in [1, 2] {
+        sparse::<f64, 4>(&mut group, &matrix, threads);
+        step(&mut group, &mesh, &matrix, "chambolle-pock", "engine=rows", "matrix f64", threads);
+    }
+    group.finish();
+
+    steps_of::<2>(criterion, &mesh);
+    steps_of::<4>(criterion, &mesh);
+    steps_of::<8>(criterion, &mesh);
+    steps_of::<16>(criterion, &mesh);
+}
+
+fn begin(criterion: &mut Criterion, m: usize) -> BenchmarkGroup<'_, WallTime> {
+    let mut group = criterion.benchmark_group(format!("step, m = {m}"));
+    group.sample_size(20);
+    group
+}
+
+fn steps_of<const M: usize>(criterion: &mut Criterion, mesh: &Mesh) {
+    let stencil = problem::<_, M>(mesh, Stencil::new(mesh), LAMBDA);
+    let matrix = problem::<_, M>(mesh, Matrix::new(mesh), LAMBDA);
+    let mut group = begin(criterion, M);
+    for threads in [1, 2] {
+        group.throughput(Throughput::Bytes(bytes_a_step(mesh, M, 4)));
+        sparse::<f32, M>(&mut group, &matrix, threads);
+        let name = "chambolle-pock";
+        step(&mut group, mesh, &stencil, name, "precision=f32", "fused f32", threads);
+        group.throughput(Throughput::Bytes(bytes_a_step(mesh, M, 8)));
+        step(&mut group, mesh, &stencil, name, "engine=fused", "fused f64", threads);
+        step(&mut group, mesh, &stencil, name, "engine=rows", "rows f64", threads);
+        for description in &DESCRIPTIONS[1..] {
+            step(&mut group, mesh, &stencil, description.name, "", "f64", threads);
+        }
+    }
+    group.finish();
+}
+
+/// Generic sparse products.
+fn sparse<T: Float, const M: usize>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    problem: &Problem<Matrix, M>,
+    threads: usize,
+) {
+    let mut csr = Csr::<T, M>::new(problem);
+    let id = format!("sparse products f{}, {threads} thread(s)", 8 * size_of::<T>());
+    group.bench_function(id, |bencher| {
+        bencher.iter_custom(|steps| {
+            let run = || {
+                let begin = Instant::now();
+                (0..steps).for_each(|_| csr.step());
+                begin.elapsed()
+            };
+            with_threads(Some(threads), run).expect("the threads start")
+        });
+    });
+}
+
+/// A solver of ours; every measurement begins anew, with a few steps to warm up.
+fn step<K: Operator + Send, const M: usize>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    mesh: &Mesh,
+    problem: &Problem<K, M>,
+    name: &str,
+    option: &str,
+    variant: &str,
+    threads: usize,
+) {
+    group.bench_function(format!("{name} {variant}, {threads} thread(s)"), |bencher| {
+        bencher.iter_custom(|steps| {
+            let run = || {
+                let mut solver = solver(name, option, mesh, problem);
+                (0..4).for_each(|_| solver.step(problem, false));
+                let begin = Instant::now();
+                (0..steps).for_each(|_| solver.step(problem, false));
+                begin.elapsed()
+            };
+            with_threads(Some(threads), run).expect("the threads start")
+        });
+    });
+}
+
+pub fn solver<'a, K: Operator + 'a, const M: usize>(
+    name: &str,
+    option: &str,
+    mesh: &Mesh,
+    problem: &Problem<K, M>,
+) -> Box<dyn Solver<K, M> + 'a> {
+    let start = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let options: Vec<&str> = option.split_whitespace().collect();
+    let options = Options::parse(&options).expect("options are pairs");
+    let setup = Setup { mesh, problem, start, dual_start: None, options: &options };
+    build(name, setup).expect("the options are valid")
+}
+
+/// Yardsticks are worth nothing if they compute something else.
+fn agree(mesh: &Mesh, problem: &Problem<Stencil, 4>) {
+    let matrix = Problem::new(Matrix::new(mesh), problem.f.clone(), problem.lambda);
+    let mut fused = HandFused::new(mesh, problem);
+    let mut sparse = Csr::<f64, 4>::new(&matrix);
+    let mut ours = solver("chambolle-pock", "engine=rows", mesh, problem);
+    for _ in 0..20 {
+        fused.step();
+        sparse.step();
+        ours.step(problem, false);
+    }
+    let rows = ours.iterate().u;
+    for ((fused, sparse), &row) in fused.u().iter().zip(sparse.u()).zip(rows) {
+        assert!((Row(*fused) - row).max_abs() < 1e-11);
+        assert!((Row(sparse) - row).max_abs() < 1e-11);
+    }
+}
