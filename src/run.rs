@@ -171,7 +171,7 @@ impl<const M: usize> Run<M> {
                 || stop.iterations.is_some_and(|n| self.iteration + 1 - first >= n);
             if land {
                 previous.clear();
-                previous.extend_from_slice(solver.iterate().u);
+                previous.extend_from_slice(solver.labels());
             }
             let tick = Instant::now();
             solver.step(problem, land);
@@ -179,7 +179,7 @@ impl<const M: usize> Run<M> {
             self.iteration += 1;
             let mut sample = None;
             if land {
-                let u = solver.iterate().u;
+                let u = solver.labels();
                 let change = sweep::max(u.len(), |v| (u[v] - previous[v]).max_abs());
                 if let Some(status) = self.sample(solver, problem, scale, Some(change), stop) {
                     return status;
@@ -218,12 +218,12 @@ impl<const M: usize> Run<M> {
         stop: &Stop,
     ) -> Option<Status> {
         let smoothing = solver.smoothing();
-        let iterate = solver.iterate();
-        let energy = problem.energy(iterate.u);
-        let bound = problem.dual_bound(iterate.q);
+        let bound = solver.dual_bound(problem);
+        let u = solver.labels();
+        let energy = problem.energy(u);
         if energy < self.best_energy {
             self.best_energy = energy;
-            self.best_u.copy_from_slice(iterate.u);
+            self.best_u.copy_from_slice(u);
         }
         if bound > self.best_bound {
             self.best_bound = bound;
@@ -243,8 +243,7 @@ impl<const M: usize> Run<M> {
             gap: self.best_energy - self.best_bound,
             relative_gap,
             change,
-            smoothed_energy: smoothing
-                .map(|smoothing| problem.smoothed_energy(iterate.u, smoothing)),
+            smoothed_energy: smoothing.map(|smoothing| problem.smoothed_energy(u, smoothing)),
         });
         if energy.is_nan() || bound.is_nan() {
             Some(Status::Diverged)

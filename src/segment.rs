@@ -133,7 +133,7 @@ fn segment_compiled<const M: usize>(
             Status::IterationLimit => {}
             end => break end,
         }
-        let weights = request.mass.integrate(mesh, solver.iterate().u);
+        let weights = request.mass.integrate(mesh, solver.labels());
         let change = DataModel::<M>::fit(&mut model, &weights);
         problem.f = integrate(mesh, m, &costs(&model), request.mass);
         solver.restart(&problem);

@@ -32,6 +32,19 @@ pub trait Solver<K, const M: usize> {
     /// After a landing step (or none): a feasible U, rows in the simplex, and a feasible dual field.
     fn iterate(&mut self) -> Iterate<'_, M>;
 
+    /// U alone, where that is cheaper.
+    fn labels(&mut self) -> &[Row<M>] {
+        self.iterate().u
+    }
+
+    /// D of the dual field, where that is known more cheaply than from the field.
+    fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64
+    where
+        K: Operator,
+    {
+        problem.dual_bound(self.iterate().q)
+    }
+
     /// f or lambda changed to those of `problem`, and no step may come before this: drop momentum, fit the
     /// steps, keep the iterate.
     fn restart(&mut self, _problem: &Problem<K, M>) {}

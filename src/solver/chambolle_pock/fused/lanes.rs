@@ -11,6 +11,8 @@ pub trait Real: Pod + Send + Sync {
     type Vector<S: Simd>: Pod;
 
     const ZERO: Self;
+    /// Whether this is the precision of everything else.
+    const DOUBLE: bool;
 
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
@@ -80,6 +82,7 @@ macro_rules! real {
             type Vector<S: Simd> = S::$vector;
 
             const ZERO: Self = 0.0;
+            const DOUBLE: bool = size_of::<Self>() == size_of::<f64>();
 
             #[inline(always)]
             fn from_f64(x: f64) -> Self {

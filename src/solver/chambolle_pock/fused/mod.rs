@@ -25,7 +25,7 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
 use crate::solver::{Iterate, Solver};
-use crate::sweep::{max, sweep, tasks, threads};
+use crate::sweep::{max, sum, sweep, tasks, threads};
 
 /// A thread with fewer vertices than this spends its time at the border.
 const LEAST_VERTICES: usize = 2048;
@@ -43,7 +43,8 @@ pub struct Fused<T, const M: usize> {
     /// What was looked at last, in the order of the mesh; q is empty until then.
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
-    unpacked: bool,
+    u_unpacked: bool,
+    q_unpacked: bool,
     /// Whether the last step landed; if not, u is infeasible and stays so.
     landed: bool,
     /// As of the last step.
@@ -100,7 +101,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
             home,
             u,
             q,
-            unpacked: false,
+            u_unpacked: false,
+            q_unpacked: false,
             landed: true,
             lambda: problem.lambda,
         }
@@ -148,7 +150,7 @@ fn split(
 
 /// Single precision needs numbers near 1; double precision takes them as they are.
 fn units<T: Real>(stencil: &Stencil, steps: &Steps) -> Units {
-    if size_of::<T>() == size_of::<f64>() {
+    if T::DOUBLE {
         return Units { q: 1.0, k: 1.0 };
     }
     let inverse = |x: f64| if x.is_normal() { (-x.log2().floor()).exp2() } else { 1.0 };
@@ -169,7 +171,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         tasks((&mut self.parts, sent), |(part, outbox)| {
             part.advance(arch, received, outbox, lambda, rho, land);
         });
-        self.unpacked = false;
+        (self.u_unpacked, self.q_unpacked) = (false, false);
         if self.method.due(land) {
             self.unpack();
             let now = Iterate { u: &self.u, q: &self.q };
@@ -180,8 +182,21 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
     }
 
     fn iterate(&mut self) -> Iterate<'_, M> {
-        self.unpack();
-        Iterate { u: &self.u, q: &self.q }
+        self.unpack()
+    }
+
+    fn labels(&mut self) -> &[Row<M>] {
+        self.unpack_u();
+        &self.u
+    }
+
+    fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64 {
+        if T::DOUBLE {
+            // K^T q is at hand.
+            sum(self.u.len(), |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min())
+        } else {
+            problem.dual_bound(self.unpack().q)
+        }
     }
 
     fn restart(&mut self, problem: &Problem<K, M>) {
@@ -200,22 +215,40 @@ impl<T: Real, const M: usize> Fused<T, M> {
         tasks(parts, |part| part.set_steps(&method.steps, *units));
     }
 
-    /// u and q in the order of the mesh, feasible in double precision too.
-    fn unpack(&mut self) {
-        if std::mem::replace(&mut self.unpacked, true) {
+    /// u in the order of the mesh, feasible in double precision too.
+    fn unpack_u(&mut self) {
+        if std::mem::replace(&mut self.u_unpacked, true) {
             return;
         }
-        let Self { parts, units, home, u, q, landed, lambda, .. } = self;
-        let double = size_of::<T>() == size_of::<f64>();
+        let Self { parts, u, landed, .. } = self;
+        let feasible = T::DOUBLE || !*landed;
         sweep(&mut *u, |v, u| {
-            let owner = parts.partition_point(|part| part.range.end <= v);
-            let row = parts[owner].u(v);
-            *u = if double || !*landed { row } else { project_simplex(row) };
-        });
-        q.resize(home.len(), Tangent::ZERO);
-        sweep((&mut *q, &*home), |_, (q, &(owner, i))| {
-            let tangent = parts[owner as usize].q(i as usize, *units);
-            *q = if double { tangent } else { project_ball(tangent, *lambda) };
+            let row = owner(parts, v).u(v);
+            *u = if feasible { row } else { project_simplex(row) };
         });
     }
+
+    /// q in the order of the mesh, feasible in double precision too.
+    fn unpack_q(&mut self) {
+        if std::mem::replace(&mut self.q_unpacked, true) {
+            return;
+        }
+        let Self { parts, units, home, q, lambda, .. } = self;
+        q.resize(home.len(), Tangent::ZERO);
+        sweep((&mut *q, &*home), |_, (q, &(part, i))| {
+            let tangent = parts[part as usize].q(i as usize, *units);
+            *q = if T::DOUBLE { tangent } else { project_ball(tangent, *lambda) };
+        });
+    }
+
+    fn unpack(&mut self) -> Iterate<'_, M> {
+        self.unpack_u();
+        self.unpack_q();
+        Iterate { u: &self.u, q: &self.q }
+    }
+}
+
+/// The part that owns vertex v.
+fn owner<T, const M: usize>(parts: &[Part<T, M>], v: usize) -> &Part<T, M> {
+    &parts[parts.partition_point(|part| part.range.end <= v)]
 }

@@ -194,6 +194,12 @@ impl<T: Real, const M: usize> Part<T, M> {
         Row::from_fn(|p| self.u[first + p * width].to_f64())
     }
 
+    /// K^T q of an own vertex.
+    pub fn kq(&self, v: usize) -> Row<M> {
+        let place = self.ghosts.len().next_multiple_of(self.order.len()) + v - self.range.start;
+        Row::from_fn(|p| self.rows[place * groups(M) + p / 4].kq[p % 4].to_f64())
+    }
+
     /// q of the i-th face.
     pub fn q(&self, i: usize, units: Units) -> Tangent<M> {
         let width = self.order.len();
