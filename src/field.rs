@@ -23,6 +23,7 @@ impl<const M: usize> Row<M> {
     }
 
     /// The vertex of the simplex that stands for region p.
+    #[inline(always)]
     pub fn one_hot(p: usize) -> Self {
         Row::from_fn(|i| f64::from(i == p))
     }
@@ -60,11 +61,13 @@ impl<const M: usize> Row<M> {
     }
 
     /// The region with the largest entry, the first of them if several are equal.
+    #[inline(always)]
     pub fn argmax(self) -> usize {
         (1..M).fold(0, |best, p| if self.0[p] > self.0[best] { p } else { best })
     }
 
     /// The region with the smallest entry, the first of them if several are equal.
+    #[inline(always)]
     pub fn argmin(self) -> usize {
         (self * -1.0).argmax()
     }

@@ -14,38 +14,40 @@ use crate::npy;
 use crate::render;
 use crate::run::Sample;
 use crate::solve::Solution;
+use crate::sweep;
 
 /// How the regions and the data look.
 pub struct Looks {
-    /// One color per vertex.
-    pub data: Vec<[f64; 3]>,
     /// One color per region.
     pub regions: Vec<[f64; 3]>,
+    /// One color per vertex; without them no picture is drawn.
+    pub data: Option<Vec<[f64; 3]>>,
 }
 
-/// Writes the folder. `summary` becomes `summary.json`; the picture is left out if not wanted.
+/// Writes the folder. `summary` becomes `summary.json`.
 pub fn write(
     folder: &Path,
     summary: &impl Serialize,
     solution: &Solution,
     mesh: &Mesh,
     looks: &Looks,
-    picture: bool,
 ) -> Result<()> {
     let drawn = folder.join("preview.png");
     file::write_folder(folder, |folder| {
-        npy::write(&folder.join("u.npy"), &solution.u)?;
-        npy::write(&folder.join("labels.npy"), &solution.labels)?;
+        let arrays = || {
+            npy::write(&folder.join("u.npy"), &solution.u)?;
+            npy::write(&folder.join("labels.npy"), &solution.labels)
+        };
+        let labels: Vec<u8> = solution.labels.iter().map(|&label| label as u8).collect();
+        let segmented =
+            || io::write_labeled(&folder.join("segmented.ply"), mesh, &labels, &looks.regions);
+        let (arrays, segmented) = sweep::join(arrays, segmented);
+        (arrays?, segmented?);
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
 
-        let labels: Vec<u8> = solution.labels.iter().map(|&label| label as u8).collect();
-        let colors: Vec<[f64; 3]> =
-            labels.iter().map(|&label| looks.regions[usize::from(label)]).collect();
-        io::write_labeled(&folder.join("segmented.ply"), mesh, &colors, &labels)?;
-
-        if picture {
+        if let Some(data) = &looks.data {
             let u = solution.u.as_slice().expect("rows are contiguous");
-            let image = render::preview(mesh, &looks.data, &looks.regions, u);
+            let image = render::preview(mesh, data, &looks.regions, u);
             file::write(&folder.join("preview.png"), |out| {
                 let mut png = std::io::Cursor::new(Vec::new());
                 image.write_to(&mut png, ImageFormat::Png).map_err(std::io::Error::other)?;
@@ -58,7 +60,7 @@ pub fn write(
         })
     })?;
     // The picture of an earlier run does not show this one.
-    if picture {
+    if looks.data.is_some() {
         return Ok(());
     }
     match std::fs::remove_file(&drawn) {

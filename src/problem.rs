@@ -11,7 +11,7 @@
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::sweep::sum;
+use crate::sweep::{collect, sum};
 
 /// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
 /// no number to multiply by zero; u is exactly zero there from the start to the end.
@@ -35,12 +35,20 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// sum_k <u_k, f_k>.
     pub fn data_term(&self, u: &[Row<M>]) -> f64 {
-        sum(u.len(), |v| u[v].dot(self.f[v]))
+        sum(
+            u.len(),
+            #[inline(always)]
+            |v| u[v].dot(self.f[v]),
+        )
     }
 
     /// sum_j |(K U)_j|, in units of length.
     pub fn total_variation(&self, u: &[Row<M>]) -> f64 {
-        sum(self.k.faces(), |j| self.k.at(u, j).norm())
+        sum(
+            self.k.faces(),
+            #[inline(always)]
+            |j| self.k.at(u, j).norm(),
+        )
     }
 
     /// E(U).
@@ -50,26 +58,43 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// E_eps(U).
     pub fn smoothed_energy(&self, u: &[Row<M>], smoothing: Smoothing) -> f64 {
-        let variation = sum(self.k.faces(), |j| smoothing.norm(self.k.at(u, j), self.k.area(j)));
+        let variation = sum(
+            self.k.faces(),
+            #[inline(always)]
+            |j| smoothing.norm(self.k.at(u, j), self.k.area(j)),
+        );
         self.data_term(u) + self.lambda * variation
     }
 
     /// D(q); a lower bound of every energy if |q_j| <= lambda for all j.
     pub fn dual_bound(&self, q: &[Tangent<M>]) -> f64 {
-        sum(self.f.len(), |v| (self.f[v] + self.k.adjoint_at(q, v)).min())
+        sum(
+            self.f.len(),
+            #[inline(always)]
+            |v| (self.f[v] + self.k.adjoint_at(q, v)).min(),
+        )
     }
 
     /// sum_k |min_p f_kp|: the size of the data term before costs of opposite signs cancel.
     pub fn scale(&self) -> f64 {
-        sum(self.f.len(), |v| self.f[v].min().abs())
+        sum(
+            self.f.len(),
+            #[inline(always)]
+            |v| self.f[v].min().abs(),
+        )
     }
 
     /// sum_k (max_p f_kp - min_p f_kp): how much the choice of the regions can weigh.
     pub fn spread(&self) -> f64 {
-        sum(self.f.len(), |v| {
-            let f = self.f[v];
-            Row::<M>::from_fn(|p| if f.0[p] == NEVER { f.min() } else { f.0[p] }).max() - f.min()
-        })
+        sum(
+            self.f.len(),
+            #[inline(always)]
+            |v| {
+                let f = self.f[v];
+                let least = f.min();
+                Row::<M>::from_fn(|p| if f.0[p] == NEVER { least } else { f.0[p] }).max() - least
+            },
+        )
     }
 }
 
@@ -166,7 +191,11 @@ pub fn relative_gap(energy: f64, bound: f64, scale: f64) -> f64 {
 
 /// Labels as a field: the one-hot rows of argmax_p u_kp.
 pub fn rounded<const M: usize>(u: &[Row<M>]) -> Vec<Row<M>> {
-    u.iter().map(|row| Row::one_hot(row.argmax())).collect()
+    collect(
+        u.len(),
+        #[inline(always)]
+        |v| Row::one_hot(u[v].argmax()),
+    )
 }
 
 #[cfg(test)]

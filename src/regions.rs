@@ -8,6 +8,7 @@ use ndarray::{Array2, ArrayView2};
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::problem::NEVER;
+use crate::sweep::{collect, sweep};
 
 /// What users may ask for.
 pub const REGIONS: std::ops::RangeInclusive<usize> = 2..=64;
@@ -49,19 +50,38 @@ pub(crate) use with_regions;
 /// The rows of a V x m array, filled up with zeros to M columns.
 pub fn rows<const M: usize>(array: ArrayView2<f64>) -> Vec<Row<M>> {
     let m = array.ncols();
-    array.outer_iter().map(|row| Row::from_fn(|p| if p < m { row[p] } else { 0.0 })).collect()
+    match array.as_slice() {
+        Some(numbers) => collect(
+            array.nrows(),
+            #[inline(always)]
+            |k| {
+                let row = &numbers[k * m..][..m];
+                Row::from_fn(|p| if p < m { row[p] } else { 0.0 })
+            },
+        ),
+        None => {
+            collect(array.nrows(), |k| Row::from_fn(|p| if p < m { array[[k, p]] } else { 0.0 }))
+        }
+    }
 }
 
 /// The first m columns of rows.
 pub fn array<const M: usize>(rows: &[Row<M>], m: usize) -> Array2<f64> {
-    Array2::from_shape_fn((rows.len(), m), |(k, p)| rows[k].0[p])
+    let shape = (rows.len(), m);
+    if m < M {
+        return Array2::from_shape_fn(shape, |(k, p)| rows[k].0[p]);
+    }
+    let numbers = collect(
+        rows.len(),
+        #[inline(always)]
+        |k| rows[k].0,
+    );
+    Array2::from_shape_vec(shape, numbers.into_flattened()).expect("V rows of m numbers")
 }
 
 /// Closes the regions from m on: no one can afford them.
 pub fn close_from<const M: usize>(m: usize, f: &mut [Row<M>]) {
-    for row in f {
-        row.0[m..].fill(NEVER);
-    }
+    sweep(f, |_, row| row.0[m..].fill(NEVER));
 }
 
 #[cfg(test)]

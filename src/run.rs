@@ -101,7 +101,7 @@ impl<const M: usize> Run<M> {
     pub fn new(start: &[Row<M>]) -> Self {
         Run {
             trace: Vec::new(),
-            best_u: start.to_vec(),
+            best_u: sweep::copy(start),
             best_energy: f64::INFINITY,
             best_bound: f64::NEG_INFINITY,
             clock: Duration::ZERO,
@@ -170,8 +170,12 @@ impl<const M: usize> Run<M> {
                 || self.iteration + 1 >= next_sample
                 || stop.iterations.is_some_and(|n| self.iteration + 1 - first >= n);
             if land {
-                previous.clear();
-                previous.extend_from_slice(solver.labels());
+                let u = solver.labels();
+                if previous.is_empty() {
+                    previous = sweep::copy(u);
+                } else {
+                    sweep::copy_over(&mut previous, u);
+                }
             }
             let tick = Instant::now();
             solver.step(problem, land);
@@ -180,7 +184,11 @@ impl<const M: usize> Run<M> {
             let mut sample = None;
             if land {
                 let u = solver.labels();
-                let change = sweep::max(u.len(), |v| (u[v] - previous[v]).max_abs());
+                let change = sweep::max(
+                    u.len(),
+                    #[inline(always)]
+                    |v| (u[v] - previous[v]).max_abs(),
+                );
                 if let Some(status) = self.sample(solver, problem, scale, Some(change), stop) {
                     return status;
                 }
@@ -223,7 +231,7 @@ impl<const M: usize> Run<M> {
         let energy = problem.energy(u);
         if energy < self.best_energy {
             self.best_energy = energy;
-            self.best_u.copy_from_slice(u);
+            sweep::copy_over(&mut self.best_u, u);
         }
         if bound > self.best_bound {
             self.best_bound = bound;

@@ -1,6 +1,7 @@
 //! Meshes and random fields that the tests of several modules share.
 
 use nalgebra::{Point3, Rotation3, Vector3};
+use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -45,6 +46,19 @@ pub fn non_manifold() -> Mesh {
     Mesh::new(points, book.into_iter().chain(fans).collect())
 }
 
+/// The same mesh with vertices and faces in random order, and the number that each vertex had before.
+pub fn shuffled(mesh: &Mesh, rng: &mut Pcg64) -> (Mesh, Vec<u32>) {
+    let mut before: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    before.shuffle(rng);
+    let mut now = vec![0; before.len()];
+    before.iter().enumerate().for_each(|(v, &k)| now[k as usize] = v as u32);
+    let vertices = before.iter().map(|&k| mesh.vertices[k as usize]).collect();
+    let mut faces: Vec<[u32; 3]> =
+        mesh.faces.iter().map(|face| face.map(|k| now[k as usize])).collect();
+    faces.shuffle(rng);
+    (Mesh::new(vertices, faces), before)
+}
+
 /// A bumpy grid whose faces are divided at a point within `aspect` of an edge, relative to its size.
 pub fn needles(cells: u32, aspect: f64) -> Mesh {
     let mut mesh = bumpy(cells);
@@ -73,7 +87,7 @@ pub fn soup(vertices: u32, faces: usize, seed: u64) -> Mesh {
     let points = (0..vertices).map(|_| Point3::from(random_vector(&mut rng))).collect();
     let mut corner = || rng.random_range(0..vertices);
     let triples = (0..faces).map(|_| [corner(), corner(), corner()]).collect();
-    Mesh::new(points, triples).without_degenerate_faces().0
+    Mesh::new(points, triples).without_degenerate_faces().0.into_owned()
 }
 
 /// The same mesh with vertices that no face refers to, at both ends and far away.

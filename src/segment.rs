@@ -14,12 +14,14 @@ use crate::data::{Data, DataModel, PiecewiseConstant, RegionParameters};
 use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
+use crate::mesh::order::Order;
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Status, Stop};
 use crate::solve::{
     Observer, Request, Solution, check_rows, conclude, integrate, model_mesh, problem_of,
 };
 use crate::solver::{self, Setup};
+use crate::sweep::collect;
 
 /// Re-estimations at the most; after them the parameters count as settled.
 const MOST_ESTIMATES: usize = 200;
@@ -81,28 +83,31 @@ pub fn segment(
     assert!(alternation.every > 0);
     check_rows("data", data.len(), mesh)?;
     let (model, warnings) = model_mesh(mesh)?;
-    let mut segmentation = with_regions!(
+    let initial = initial_means(&model, data, alternation, request);
+    let order = Order::of(&model);
+    let (model, data) = (order.mesh(model), data.in_order(&order));
+    let segmentation = with_regions!(
         alternation.regions,
-        segment_compiled(&model, warnings, data, alternation, request, observe)
+        segment_compiled(&model, warnings, &data, initial, alternation, request, observe)
     )?;
-    segmentation.solution.summary.faces = mesh.faces.len();
-    Ok(segmentation)
+    Ok(Segmentation { solution: segmentation.solution.of(mesh, &order), ..segmentation })
 }
 
 fn segment_compiled<const M: usize>(
     mesh: &Mesh,
     warnings: Vec<String>,
     data: &Data,
+    initial: Vec<Vec<f64>>,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Segmentation> {
     let m = alternation.regions;
-    let initial = initial_means(mesh, data, alternation, request);
     let mut model = PiecewiseConstant::new(data, initial);
     let costs = |model: &PiecewiseConstant| DataModel::<M>::costs(model);
     let mut problem = problem_of(mesh, m, costs(&model), request)?;
-    let start: Vec<Row<M>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let f = &problem.f;
+    let start = collect(f.len(), |v| Row::<M>::one_hot(f[v].argmin()));
     let setup = Setup {
         mesh,
         problem: &problem,

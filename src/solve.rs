@@ -1,20 +1,23 @@
 //! One convex problem from mesh and costs to certified labels.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, Axis};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
+use crate::mesh::order::Order;
 use crate::operator::{Mass, Operator, Stencil};
 use crate::problem::{NEVER, Problem, relative_gap, rounded};
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Sample, Status, Stop};
 use crate::solver::{self, Options, Setup};
 use crate::start::Start;
+use crate::sweep;
 
 /// What is asked of a solver, apart from the problem itself.
 #[derive(Clone, Debug)]
@@ -45,6 +48,15 @@ pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
 }
 
 pub(crate) fn check_finite(what: &str, array: &Array2<f64>) -> Result<()> {
+    if let Some(numbers) = array.as_slice()
+        && sweep::all(
+            numbers.len(),
+            #[inline(always)]
+            |i| numbers[i].is_finite(),
+        )
+    {
+        return Ok(());
+    }
     match array.indexed_iter().find(|(_, x)| !x.is_finite()) {
         None => Ok(()),
         Some(((k, p), x)) => Err(Error::unsuitable(format!(
@@ -110,6 +122,18 @@ pub struct Solution {
     pub labels: Array1<i32>,
 }
 
+impl Solution {
+    /// The same for the mesh as the caller knows it.
+    pub(crate) fn of(mut self, mesh: &Mesh, order: &Order) -> Self {
+        self.summary.faces = mesh.faces.len();
+        if let Some(place) = order.places() {
+            self.u = self.u.select(Axis(0), &place);
+            self.labels = self.labels.select(Axis(0), &place);
+        }
+        self
+    }
+}
+
 /// Minimizes E for pointwise costs s (V x m, finite) on a mesh as it is: no scaling.
 pub fn solve(
     mesh: &Mesh,
@@ -124,16 +148,18 @@ pub fn solve(
     check_finite("costs", s)?;
     start.check(s.dim())?;
     let (model, warnings) = model_mesh(mesh)?;
-    with_regions!(s.ncols(), solve_compiled(&model, warnings, s, start, request, observe)).map(
-        |mut solution| {
-            solution.summary.faces = mesh.faces.len();
-            solution
-        },
-    )
+    let order = Order::of(&model);
+    let model = order.mesh(model);
+    let solved = with_regions!(
+        s.ncols(),
+        solve_compiled(&model, &order, warnings, s, start, request, observe)
+    );
+    solved.map(|solution| solution.of(mesh, &order))
 }
 
 fn solve_compiled<const M: usize>(
     model: &Mesh,
+    order: &Order,
     warnings: Vec<String>,
     s: &Array2<f64>,
     start: &Start,
@@ -141,8 +167,9 @@ fn solve_compiled<const M: usize>(
     observe: Observer<'_>,
 ) -> Result<Solution> {
     let m = s.ncols();
-    let problem = problem_of::<M>(model, m, regions::rows(s.view()), request)?;
-    let start = start.rows(m, &problem.f);
+    let s = order.applied(regions::rows(s.view()));
+    let problem = problem_of::<M>(model, m, s, request)?;
+    let start = start.rows(m, &problem.f, order);
     let setup = Setup {
         mesh: model,
         problem: &problem,
@@ -157,8 +184,8 @@ fn solve_compiled<const M: usize>(
 }
 
 /// The faces with an area, and what was left out. What is left out couples its corners no more.
-pub fn model_mesh(mesh: &Mesh) -> Result<(Mesh, Vec<String>)> {
-    let (model, dropped) = mesh.clone().without_degenerate_faces();
+pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
+    let (model, dropped) = mesh.without_degenerate_faces();
     let mut warnings = Vec::new();
     if dropped > 0 {
         warnings.push(format!("{dropped} faces without area were left out"));
@@ -191,9 +218,17 @@ pub(crate) fn problem_of<const M: usize>(
 /// Refuses numbers so large that sums of them overflow or that closed regions would look cheap.
 pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Result<()> {
     let in_range = |x: f64| x.abs() < 1e-10 * NEVER;
-    let costs = problem.f.iter().flat_map(|row| row.0).filter(|&f| f != NEVER);
-    let length: f64 = (0..problem.k.faces()).map(|j| problem.k.face(j).row_bound().sqrt()).sum();
-    if costs.into_iter().all(in_range) && in_range(problem.lambda * length) {
+    let costs = sweep::all(
+        problem.f.len(),
+        #[inline(always)]
+        |v| problem.f[v].0.iter().all(|&f| f == NEVER || in_range(f)),
+    );
+    let length = sweep::sum(
+        problem.k.faces(),
+        #[inline(always)]
+        |j| problem.k.face(j).row_bound().sqrt(),
+    );
+    if costs && in_range(problem.lambda * length) {
         Ok(())
     } else {
         Err(Error::unsuitable(
@@ -256,3 +291,6 @@ pub(crate) fn conclude<const M: usize>(
         trace: run.trace,
     }
 }
+
+#[cfg(test)]
+mod tests;

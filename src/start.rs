@@ -6,8 +6,10 @@ use rand_pcg::Pcg64;
 
 use crate::error::{Error, Result};
 use crate::field::Row;
+use crate::mesh::order::Order;
 use crate::problem::NEVER;
 use crate::prox::project_simplex;
+use crate::sweep::collect;
 
 #[derive(Clone, Debug)]
 pub enum Start {
@@ -49,20 +51,26 @@ impl Start {
         }
     }
 
-    /// The rows for m regions of integrated costs f; exactly zero from column m on.
-    pub fn rows<const M: usize>(&self, m: usize, f: &[Row<M>]) -> Vec<Row<M>> {
+    /// The rows for m regions of integrated costs f, which are in that order of the vertices; exactly zero
+    /// from column m on.
+    pub fn rows<const M: usize>(&self, m: usize, f: &[Row<M>], order: &Order) -> Vec<Row<M>> {
         let only =
             |value: &dyn Fn(usize) -> f64| Row::from_fn(|p| if p < m { value(p) } else { 0.0 });
         match self {
             Start::Uniform => vec![only(&|_| 1.0 / m as f64); f.len()],
-            Start::Argmin => f.iter().map(|f| Row::one_hot(f.argmin())).collect(),
-            Start::Given(u) => crate::regions::rows::<M>(u.view())
-                .into_iter()
-                .map(|row| project_onto_first(m, row))
-                .collect(),
+            Start::Argmin => collect(
+                f.len(),
+                #[inline(always)]
+                |v| Row::one_hot(f[v].argmin()),
+            ),
+            Start::Given(u) => {
+                let rows = order.applied(crate::regions::rows::<M>(u.view()));
+                collect(rows.len(), |v| project_onto_first(m, rows[v]))
+            }
             Start::Random { seed } => {
                 let mut rng = Pcg64::seed_from_u64(*seed);
-                f.iter()
+                let rows = f
+                    .iter()
                     .map(|_| {
                         // Exponential variables over their sum are uniform on the simplex.
                         let mut row = Row::ZERO;
@@ -72,7 +80,8 @@ impl Start {
                         let sum: f64 = row.0.iter().sum();
                         if sum > 0.0 { row * (1.0 / sum) } else { only(&|_| 1.0 / m as f64) }
                     })
-                    .collect()
+                    .collect();
+                order.applied(rows)
             }
         }
     }
@@ -86,7 +95,11 @@ fn project_onto_first<const M: usize>(m: usize, row: Row<M>) -> Row<M> {
 mod tests {
     use super::*;
     use crate::regions::close_from;
-    use crate::samples::{random_rows, rng};
+    use crate::samples::{random_rows, rng, shape};
+
+    fn as_it_is() -> Order {
+        Order::of(&shape("grid:2x2"))
+    }
 
     fn costs() -> Vec<Row<12>> {
         let mut f = random_rows(2000, &mut rng(131));
@@ -101,7 +114,7 @@ mod tests {
         let starts =
             [Start::Uniform, Start::Random { seed: 4 }, Start::Argmin, Start::Given(given)];
         for start in starts {
-            for u in start.rows::<12>(9, &f) {
+            for u in start.rows::<12>(9, &f, &as_it_is()) {
                 assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14, "{start:?}");
                 assert!(u.min() >= 0.0 && u.0[9..] == [0.0; 3], "{start:?}");
             }
@@ -111,7 +124,7 @@ mod tests {
     #[test]
     fn argmin_is_the_cheapest_region() {
         let f = costs();
-        for (u, f) in Start::Argmin.rows::<12>(9, &f).iter().zip(&f) {
+        for (u, f) in Start::Argmin.rows::<12>(9, &f, &as_it_is()).iter().zip(&f) {
             assert_eq!(u.dot(*f), f.min());
         }
     }
@@ -120,9 +133,10 @@ mod tests {
     #[test]
     fn random_rows_are_uniform_on_the_simplex() {
         let f = costs();
-        let rows = Start::Random { seed: 7 }.rows::<12>(9, &f);
-        assert_eq!(rows, Start::Random { seed: 7 }.rows::<12>(9, &f));
-        assert_ne!(rows, Start::Random { seed: 8 }.rows::<12>(9, &f));
+        let drawn = |seed| Start::Random { seed }.rows::<12>(9, &f, &as_it_is());
+        let rows = drawn(7);
+        assert_eq!(rows, drawn(7));
+        assert_ne!(rows, drawn(8));
         for p in 0..9 {
             let n = rows.len() as f64;
             let mean = rows.iter().map(|u| u.0[p]).sum::<f64>() / n;

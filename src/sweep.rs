@@ -61,7 +61,7 @@ impl<B> Blocks<'_, B> {
         } else {
             let half = length / 2;
             let (left, right) = columns.split_at(half);
-            rayon::join(
+            join(
                 || self.split(first, half, left),
                 || self.split(first + half, length - half, right),
             );
@@ -78,31 +78,126 @@ where
     items.into_par_iter().with_max_len(1).for_each(work);
 }
 
+/// The results of n tasks, each by itself for a thread.
+pub fn results<T: Send>(n: usize, task: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+    (0..n).into_par_iter().with_max_len(1).map(task).collect()
+}
+
 /// How many threads take part.
 pub fn threads() -> usize {
     rayon::current_num_threads()
 }
 
-/// sum_{0 <= index < n} term(index), pairwise above blocks of fixed size.
+/// The values of the indices 0 to n - 1, each from its index alone.
+#[inline]
+pub fn collect<T: Copy + Send>(n: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let mut values = Vec::with_capacity(n);
+    sweep(
+        &mut values.spare_capacity_mut()[..n],
+        #[inline(always)]
+        |index, place| {
+            place.write(value(index));
+        },
+    );
+    // SAFETY: the sweep wrote all n places, or has panicked.
+    unsafe { values.set_len(n) };
+    values
+}
+
+/// A copy of a slice.
+pub fn copy<T: Copy + Send + Sync>(values: &[T]) -> Vec<T> {
+    collect(
+        values.len(),
+        #[inline(always)]
+        |index| values[index],
+    )
+}
+
+/// Copies a slice over another.
+pub fn copy_over<T: Copy + Send + Sync>(target: &mut [T], values: &[T]) {
+    sweep(
+        (target, values),
+        #[inline(always)]
+        |_, (target, &value)| *target = value,
+    );
+}
+
+/// Partial sums of a block run side by side, since an addition has to wait for the one before.
+const LANES: usize = 8;
+
+/// sum_{0 <= index < n} term(index): blocks of fixed size in lanes, the blocks pairwise. A term marked
+/// `#[inline(always)]` is compiled for each set of vector instructions.
+#[inline]
 pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
-    fn tree(from: usize, to: usize, term: &(impl Fn(usize) -> f64 + Sync)) -> f64 {
-        if to - from <= BLOCK {
-            return (from..to).map(term).sum();
-        }
-        let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
-        let (left, right) = rayon::join(|| tree(from, middle, term), || tree(middle, to, term));
-        left + right
-    }
-    tree(0, n, &term)
+    let block = |from: usize, to: usize| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                let mut lanes = [0.0; LANES];
+                let whole = from + (to - from) / LANES * LANES;
+                for first in (from..whole).step_by(LANES) {
+                    for (lane, index) in lanes.iter_mut().zip(first..) {
+                        *lane += term(index);
+                    }
+                }
+                for (lane, index) in lanes.iter_mut().zip(whole..to) {
+                    *lane += term(index);
+                }
+                let [a, b, c, d, e, f, g, h] = lanes;
+                ((a + e) + (c + g)) + ((b + f) + (d + h))
+            },
+        )
+    };
+    tree(0, n, &block, &|a, b| a + b)
 }
 
 /// max_{0 <= index < n} term(index) for terms >= 0; NaN if one of them is.
-pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync + Send) -> f64 {
-    (0..n)
-        .into_par_iter()
-        .with_min_len(BLOCK)
-        .map(term)
-        .reduce(|| 0.0, |a, b| if a > b || a.is_nan() { a } else { b })
+#[inline]
+pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    let greater = |a: f64, b: f64| if a > b || a.is_nan() { a } else { b };
+    let block = |from: usize, to: usize| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || (from..to).fold(0.0, |most, index| greater(most, term(index))),
+        )
+    };
+    tree(0, n, &block, &greater)
+}
+
+/// Whether a statement holds for every index from 0 to n - 1.
+#[inline]
+pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
+    let block = |from: usize, to: usize| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || (from..to).fold(true, |all, index| all & holds(index)),
+        )
+    };
+    tree(0, n, &block, &|a, b| a && b)
+}
+
+/// The values of blocks of [`BLOCK`] indices, united pairwise: a binary tree that depends on the length only.
+fn tree<T: Send>(
+    from: usize,
+    to: usize,
+    block: &(impl Fn(usize, usize) -> T + Sync),
+    unite: &(impl Fn(T, T) -> T + Sync),
+) -> T {
+    if to - from <= BLOCK {
+        return block(from, to);
+    }
+    let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
+    let (left, right) =
+        join(|| tree(from, middle, block, unite), || tree(middle, to, block, unite));
+    unite(left, right)
+}
+
+/// The results of two pieces of work that need nothing from each other.
+pub fn join<A: Send, B: Send>(
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    rayon::join(a, b)
 }
 
 /// Runs `work` with that many threads; `None` takes as many as the machine has.
@@ -126,6 +221,16 @@ mod tests {
         assert!([2, 3, 7].iter().all(|&n| with(n).to_bits() == one.to_bits()));
         let plain: f64 = (0..100_003).map(term).sum();
         assert!((one - plain).abs() < 1e-6);
+    }
+
+    #[test]
+    fn every_index_counts_once_whatever_the_length() {
+        for n in [0, 1, 7, 8, 9, BLOCK - 1, BLOCK + 3, 5 * BLOCK + 13] {
+            assert_eq!(sum(n, |i| i as f64), (n * n.saturating_sub(1) / 2) as f64);
+            assert_eq!(collect(n, |i| 3 * i), (0..n).map(|i| 3 * i).collect::<Vec<_>>());
+            assert!(all(n, |i| i < n));
+            assert!((0..n).all(|odd| !all(n, |i| i != odd)));
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use meshseg::operator::Mass;
 use meshseg::problem::{Smoothing, SmoothingMode};
 use meshseg::{Error, npy};
 
-use super::inputs::{costs, mesh_with_area};
+use super::inputs::mesh_with_costs;
 use super::{Outcome, named, print_json};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
@@ -50,8 +50,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .epsilon
         .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
         .transpose()?;
-    let mesh = mesh_with_area(&arguments.mesh)?;
-    let costs = costs(&arguments.costs, &mesh)?;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
     let u = npy::read_matrix(&arguments.u)?;
     if u.dim() != costs.dim() {
         let (rows, columns) = u.dim();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use meshseg::mesh::{Mesh, source};
 use meshseg::solve::model_mesh;
-use meshseg::{Error, Result, npy, regions};
+use meshseg::{Error, Result, npy, regions, sweep};
 use ndarray::Array2;
 
 /// Puts the name of the file in front of what is wrong with its content.
@@ -16,18 +16,19 @@ pub fn blame<T>(path: &Path, result: Result<T>) -> Result<T> {
 }
 
 /// The mesh of the argument MESH; at least one of its faces has an area.
-pub fn mesh_with_area(path: &Path) -> Result<Mesh> {
+fn mesh_with_area(path: &Path) -> Result<Mesh> {
     let mesh = source(path)?;
     blame(path, model_mesh(&mesh))?;
     Ok(mesh)
 }
 
-/// Pointwise costs: one row per vertex, one column per region.
-pub fn costs(path: &Path, mesh: &Mesh) -> Result<Array2<f64>> {
-    let costs = npy::read_matrix(path)?;
-    check_rows(path, &costs, mesh)?;
+/// A mesh and pointwise costs on it: one row per vertex, one column per region. Both files are read at once.
+pub fn mesh_with_costs(mesh: &Path, path: &Path) -> Result<(Mesh, Array2<f64>)> {
+    let (mesh, costs) = sweep::join(|| mesh_with_area(mesh), || npy::read_matrix(path));
+    let (mesh, costs) = (mesh?, costs?);
+    check_rows(path, &costs, &mesh)?;
     blame(path, regions::check(costs.ncols()))?;
-    Ok(costs)
+    Ok((mesh, costs))
 }
 
 pub fn check_rows(path: &Path, array: &Array2<f64>, mesh: &Mesh) -> Result<()> {

@@ -33,7 +33,8 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     file::check_folder(&arguments.out)?;
-    let (mesh, warnings) = blame(&arguments.mesh, model_mesh(&source(&arguments.mesh)?))?;
+    let mesh = source(&arguments.mesh)?;
+    let (mesh, warnings) = blame(&arguments.mesh, model_mesh(&mesh))?;
     warn(&warnings);
     let k = Matrix::new(&mesh);
     let matrices = [

@@ -137,6 +137,10 @@ struct Seen {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    sweep::with_threads(arguments.solving.threads(), || run_here(arguments))?
+}
+
+fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let mut request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     let source = Source::parse(&arguments.mesh)?;
@@ -166,9 +170,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         every: arguments.every,
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
-    let segmentation = sweep::with_threads(solving.threads(), || {
-        segment(&scaled, &seen.data, &alternation, &request, &mut |sample| progress.observe(sample))
-    })??;
+    let mut observe = |sample: Option<&_>| progress.observe(sample);
+    let segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
     progress.finish();
 
     let regions = describe_regions(&segmentation, &seen, &cells);
@@ -188,9 +191,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     let looks = Looks {
         regions: regions.iter().map(|region| region.color).collect(),
-        data: seen.looks.clone(),
+        data: (!solving.no_preview).then(|| seen.looks.clone()),
     };
-    outcome::write(&solving.out, &summary, solution, &mesh, &looks, !solving.no_preview)?;
+    outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
     if scale != 1.0 {
         note(&format!(

@@ -7,9 +7,9 @@ use meshseg::outcome::{self, Looks};
 use meshseg::render::colormap::categorical;
 use meshseg::start::Start;
 use meshseg::{Result, npy, solve, sweep};
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView1};
 
-use super::inputs::{blame, costs, mesh_with_area};
+use super::inputs::{blame, mesh_with_costs};
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, print, table, warn};
@@ -86,26 +86,26 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
+    sweep::with_threads(arguments.solving.threads(), || run_here(arguments))?
+}
+
+fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(arguments.lambda)?;
-    let mesh = mesh_with_area(&arguments.mesh)?;
-    let costs = costs(&arguments.costs, &mesh)?;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
     let start = arguments.start(&costs)?;
 
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
-    let solution = sweep::with_threads(solving.threads(), || {
-        solve::solve(&mesh, &costs, &start, &request, &mut |sample| progress.observe(sample))
-    })??;
+    let mut observe = |sample: Option<&_>| progress.observe(sample);
+    let solution = solve::solve(&mesh, &costs, &start, &request, &mut observe)?;
     progress.finish();
 
+    let data = || costs.outer_iter().map(|s| categorical(cheapest(s))).collect();
     let looks = Looks {
-        data: costs
-            .outer_iter()
-            .map(|s| categorical(cheapest(s.as_slice().unwrap_or(&s.to_vec()))))
-            .collect(),
         regions: (0..costs.ncols()).map(categorical).collect(),
+        data: (!solving.no_preview).then(data),
     };
-    outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks, !solving.no_preview)?;
+    outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks)?;
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);
@@ -113,6 +113,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
     exit(summary.status, print(&table::pairs(&lines)))
 }
 
-fn cheapest(s: &[f64]) -> usize {
+fn cheapest(s: ArrayView1<f64>) -> usize {
     (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
 }

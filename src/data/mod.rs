@@ -8,10 +8,13 @@ pub mod texture;
 
 pub use constant::PiecewiseConstant;
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::field::Row;
+use crate::mesh::order::Order;
 
 /// What is segmented: a value in R^d at every vertex.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +37,13 @@ impl Data {
                 values[i]
             ))),
         }
+    }
+
+    /// The same data with the vertices in that order.
+    pub fn in_order(&self, order: &Order) -> Cow<'_, Self> {
+        let Some(order) = order.vertices() else { return Cow::Borrowed(self) };
+        let values = order.iter().flat_map(|&k| self.at(k as usize)).copied().collect();
+        Cow::Owned(Data { dimension: self.dimension, values })
     }
 
     /// Number of vertices.

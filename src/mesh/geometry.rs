@@ -14,10 +14,15 @@
 use nalgebra::Vector3;
 
 use super::Mesh;
+use crate::sweep;
 
 /// a_k by the barycentric partition, V areas; 0 at unreferenced vertices.
 pub fn barycentric_areas(mesh: &Mesh) -> Vec<f64> {
-    corner_sums(mesh, |j| [mesh.face_area(j) / 3.0; 3])
+    corner_sums(
+        mesh,
+        #[inline(always)]
+        |j| [mesh.face_area(j) / 3.0; 3],
+    )
 }
 
 /// a_k by the mixed Voronoi partition, V areas; 0 at unreferenced vertices.
@@ -66,13 +71,16 @@ pub fn opposite_edges(mesh: &Mesh, j: usize) -> [Vector3<f64>; 3] {
 }
 
 /// Sums a share per face corner into its vertex, over the faces that are not degenerate.
-fn corner_sums(mesh: &Mesh, share: impl Fn(usize) -> [f64; 3]) -> Vec<f64> {
+fn corner_sums(mesh: &Mesh, share: impl Fn(usize) -> [f64; 3] + Sync) -> Vec<f64> {
+    let shares = sweep::collect(
+        mesh.faces.len(),
+        #[inline(always)]
+        |j| if mesh.is_degenerate(j) { [0.0; 3] } else { share(j) },
+    );
     let mut sums = vec![0.0; mesh.vertices.len()];
-    for (j, face) in mesh.faces.iter().enumerate() {
-        if !mesh.is_degenerate(j) {
-            for (&k, value) in face.iter().zip(share(j)) {
-                sums[k as usize] += value;
-            }
+    for (face, share) in mesh.faces.iter().zip(shares) {
+        for (&k, value) in face.iter().zip(share) {
+            sums[k as usize] += value;
         }
     }
     sums

@@ -5,14 +5,21 @@
 
 pub mod curvature;
 pub mod geometry;
+mod incidence;
 pub mod io;
+pub mod order;
 pub mod shapes;
 mod source;
 mod statistics;
 mod subdivide;
 
+use std::borrow::Cow;
+
 use nalgebra::{Point3, Vector3};
 
+use crate::sweep;
+
+pub use incidence::Incidence;
 pub use shapes::Shape;
 pub use source::{Source, source};
 pub use statistics::{BoundingBox, Statistics};
@@ -40,27 +47,35 @@ impl Mesh {
     }
 
     /// The corners x_{j,1}, x_{j,2}, x_{j,3} of face j.
+    #[inline(always)]
     pub fn corners(&self, j: usize) -> [Point3<f64>; 3] {
         self.faces[j].map(|k| self.vertices[k as usize])
     }
 
     /// The area vector of face j: its length is A_j, its direction the normal.
+    #[inline(always)]
     pub fn area_vector(&self, j: usize) -> Vector3<f64> {
         let [x1, x2, x3] = self.corners(j);
         0.5 * (x2 - x1).cross(&(x3 - x1))
     }
 
     /// A_j.
+    #[inline(always)]
     pub fn face_area(&self, j: usize) -> f64 {
         self.area_vector(j).norm()
     }
 
     /// Sum of A_j.
     pub fn area(&self) -> f64 {
-        (0..self.faces.len()).map(|j| self.face_area(j)).sum()
+        sweep::sum(
+            self.faces.len(),
+            #[inline(always)]
+            |j| self.face_area(j),
+        )
     }
 
     /// Whether face j has no area: a repeated corner, or an area within the rounding error of its own edges.
+    #[inline(always)]
     pub fn is_degenerate(&self, j: usize) -> bool {
         let [x1, x2, x3] = self.corners(j);
         let longest =
@@ -70,18 +85,24 @@ impl Mesh {
     }
 
     /// The mesh without its degenerate faces, and how many those were. The vertices stay.
-    pub fn without_degenerate_faces(mut self) -> (Self, usize) {
-        let keep: Vec<bool> = (0..self.faces.len()).map(|j| !self.is_degenerate(j)).collect();
+    pub fn without_degenerate_faces(&self) -> (Cow<'_, Self>, usize) {
+        let keep = sweep::collect(
+            self.faces.len(),
+            #[inline(always)]
+            |j| !self.is_degenerate(j),
+        );
         let dropped = keep.iter().filter(|&&kept| !kept).count();
-        if dropped > 0 {
-            let mut kept = keep.iter();
-            self.faces.retain(|_| *kept.next().unwrap());
-            if let Some(uv) = &mut self.uv {
-                let mut kept = keep.iter();
-                uv.retain(|_| *kept.next().unwrap());
-            }
+        if dropped == 0 {
+            return (Cow::Borrowed(self), 0);
         }
-        (self, dropped)
+        let mut mesh = self.clone();
+        let mut kept = keep.iter();
+        mesh.faces.retain(|_| *kept.next().unwrap());
+        if let Some(uv) = &mut mesh.uv {
+            let mut kept = keep.iter();
+            uv.retain(|_| *kept.next().unwrap());
+        }
+        (Cow::Owned(mesh), dropped)
     }
 
     /// The mesh with every coordinate multiplied by c. The energies then relate as lambda -> lambda / c.

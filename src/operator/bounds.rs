@@ -10,25 +10,31 @@
 //! this bounds lmax(D^-1 K^T diag(w) K). It is exact on a grid of right-angled isosceles triangles.
 
 use super::{Face, Operator};
+use crate::sweep::collect;
 
 impl Face {
     /// l_j, squared units of length.
+    #[inline(always)]
     pub fn row_bound(&self) -> f64 {
         largest_eigenvalue(self.columns.map(|column| (1.0, column)))
     }
 
     /// b_j, without unit.
+    #[inline(always)]
     pub fn column_bound(&self) -> f64 {
         largest_eigenvalue(self.columns.map(|column| (1.0 / squared(column), column)))
     }
 }
 
 /// |K_jk|^2.
+#[inline(always)]
 pub fn squared([a, b]: [f64; 2]) -> f64 {
     a * a + b * b
 }
 
-/// lmax( sum_k weight_k g_k g_k^T ) of a symmetric 2 x 2 matrix.
+/// lmax( sum_k weight_k g_k g_k^T ) of the symmetric 2 x 2 matrix (a b; b c). Relative to its trace, so that no
+/// square leaves the range of numbers, however small or large the faces are.
+#[inline(always)]
 fn largest_eigenvalue(terms: [(f64, [f64; 2]); 3]) -> f64 {
     let [mut a, mut b, mut c] = [0.0; 3];
     for (weight, [x, y]) in terms {
@@ -36,17 +42,26 @@ fn largest_eigenvalue(terms: [(f64, [f64; 2]); 3]) -> f64 {
         b += weight * x * y;
         c += weight * y * y;
     }
-    0.5 * (a + c) + (0.5 * (a - c)).hypot(b)
+    let trace = a + c;
+    let (x, y) = ((a - c) / trace, 2.0 * b / trace);
+    0.5 * trace * (1.0 + (x * x + y * y).sqrt())
 }
 
 /// sum_{j at k} w_j b_j |K_jk|^2 for every vertex: a diagonal matrix above K^T diag(w) K.
-pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64) -> Vec<f64> {
+pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    let shares = collect(
+        k.faces(),
+        #[inline(always)]
+        |j| {
+            let face = k.face(j);
+            let scale = weight(j) * face.column_bound();
+            face.columns.map(|column| scale * squared(column))
+        },
+    );
     let mut above = vec![0.0; k.vertices()];
-    for j in 0..k.faces() {
-        let face = k.face(j);
-        let scale = weight(j) * face.column_bound();
-        for (&v, &column) in face.corners.iter().zip(&face.columns) {
-            above[v] += scale * squared(column);
+    for (j, shares) in shares.into_iter().enumerate() {
+        for (v, share) in k.face(j).corners.into_iter().zip(shares) {
+            above[v] += share;
         }
     }
     above

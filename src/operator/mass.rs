@@ -18,6 +18,7 @@ use sprs::{CsMat, TriMat};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
+use crate::sweep::collect;
 
 /// How pointwise costs s become integrated costs f.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +73,11 @@ impl Mass {
 }
 
 fn lumped<const M: usize>(area: &[f64], s: &[Row<M>]) -> Vec<Row<M>> {
-    area.iter().zip(s).map(|(&a, &s)| s * a).collect()
+    collect(
+        area.len(),
+        #[inline(always)]
+        |v| s[v] * area[v],
+    )
 }
 
 /// The consistent mass matrix, V x V, symmetric; rows of unreferenced vertices are empty.

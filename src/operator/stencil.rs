@@ -14,53 +14,32 @@ use nalgebra::Point3;
 
 use super::{Face, Operator};
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
+use crate::mesh::{Incidence, Mesh};
+use crate::sweep;
 
 pub struct Stencil {
     corners: Vec<[u32; 3]>,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
-    /// The faces around vertex v are `incident[start[v]..start[v + 1]]`, in their order.
-    start: Vec<u32>,
-    incident: Vec<Incident>,
-}
-
-/// One face around a vertex, with the vertex's column of K there.
-#[derive(Clone, Copy)]
-struct Incident {
-    face: u32,
-    column: [f64; 2],
+    around: Incidence,
 }
 
 impl Stencil {
     /// K of a mesh. Panics if a face has no area: see [`Mesh::without_degenerate_faces`].
     pub fn new(mesh: &Mesh) -> Self {
-        let weights: Vec<[f64; 3]> = (0..mesh.faces.len())
-            .map(|j| {
-                let weights = face_weights(mesh.corners(j));
-                assert!(weights[0] > 0.0, "face {j} has no area");
-                weights
-            })
-            .collect();
-
-        let mut start = vec![0; mesh.vertices.len() + 1];
-        for &v in mesh.faces.iter().flatten() {
-            start[v as usize + 1] += 1;
-        }
-        for v in 0..mesh.vertices.len() {
-            start[v + 1] += start[v];
-        }
-        let mut next = start.clone();
-        let vacant = Incident { face: 0, column: [0.0; 2] };
-        let mut incident = vec![vacant; 3 * mesh.faces.len()];
-        for (j, corners) in mesh.faces.iter().enumerate() {
-            for (&v, column) in corners.iter().zip(columns(weights[j])) {
-                let place = &mut next[v as usize];
-                incident[*place as usize] = Incident { face: j as u32, column };
-                *place += 1;
-            }
-        }
-        Stencil { corners: mesh.faces.clone(), weights, start, incident }
+        let (weights, around) = sweep::join(
+            || {
+                sweep::collect(
+                    mesh.faces.len(),
+                    #[inline(always)]
+                    |j| face_weights(mesh.corners(j)),
+                )
+            },
+            || Incidence::new(mesh),
+        );
+        let has_area = |j: usize| weights[j][0] > 0.0;
+        assert!(sweep::all(weights.len(), has_area), "a face has no area");
+        Stencil { corners: sweep::copy(&mesh.faces), weights, around }
     }
 }
 
@@ -76,6 +55,7 @@ impl Stencil {
     }
 }
 
+#[inline(always)]
 fn face_weights([x1, x2, x3]: [Point3<f64>; 3]) -> [f64; 3] {
     let (e12, e13) = (x2 - x1, x3 - x1);
     let length = e12.norm();
@@ -83,9 +63,14 @@ fn face_weights([x1, x2, x3]: [Point3<f64>; 3]) -> [f64; 3] {
     [area / length, -0.5 * e13.dot(&e12) / length, 0.5 * length]
 }
 
+#[inline(always)]
 fn columns([c1, c2, c3]: [f64; 3]) -> [[f64; 2]; 3] {
     [[-c1, -c2 - c3], [c1, c2], [0.0, c3]]
 }
+
+/// The same as the signs of c1 in the first and of c2 and c3 in the second entry, so that the column of any
+/// corner takes no branch.
+const SIGNS: [[f64; 3]; 3] = [[-1.0, -1.0, -1.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Operator for Stencil {
     fn faces(&self) -> usize {
@@ -93,9 +78,10 @@ impl Operator for Stencil {
     }
 
     fn vertices(&self) -> usize {
-        self.start.len() - 1
+        self.around.vertices()
     }
 
+    #[inline(always)]
     fn area(&self, j: usize) -> f64 {
         let [c1, _, c3] = self.weights[j];
         2.0 * c1 * c3
@@ -105,6 +91,7 @@ impl Operator for Stencil {
         Some(self)
     }
 
+    #[inline(always)]
     fn face(&self, j: usize) -> Face {
         Face { corners: self.corners[j].map(|v| v as usize), columns: columns(self.weights[j]) }
     }
@@ -119,11 +106,12 @@ impl Operator for Stencil {
 
     #[inline(always)]
     fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M> {
-        let around = self.start[v] as usize..self.start[v + 1] as usize;
         let mut sum = Row::ZERO;
-        for &Incident { face, column } in &self.incident[around] {
-            let Tangent([q1, q2]) = q[face as usize];
-            sum += q1 * column[0] + q2 * column[1];
+        for &corner in self.around.at(v) {
+            let (j, i) = (corner as usize / 3, corner as usize % 3);
+            let ([c1, c2, c3], [s1, s2, s3]) = (self.weights[j], SIGNS[i]);
+            let Tangent([q1, q2]) = q[j];
+            sum += q1 * (s1 * c1) + q2 * (s2 * c2 + s3 * c3);
         }
         sum
     }

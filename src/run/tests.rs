@@ -59,7 +59,7 @@ fn the_first_sample_is_the_start() {
         let first = &run.trace[0];
         assert_eq!((first.iteration, first.seconds, first.change), (0, 0.0, None));
         assert_eq!(first.energy, problem.energy(&uniform(&mesh)));
-        assert_eq!(first.dual_bound, problem.f.iter().map(|f| f.min()).sum::<f64>());
+        assert_eq!(first.dual_bound, sweep::sum(problem.f.len(), |v| problem.f[v].min()));
         assert_eq!(first.gap, first.energy - first.dual_bound);
         assert_eq!(first.smoothed_energy.is_some(), name != "chambolle-pock");
     }

@@ -13,7 +13,7 @@ use crate::operator::Operator;
 use crate::operator::bounds::diagonal_above;
 use crate::problem::Problem;
 use crate::solver::Options;
-use crate::sweep::sum;
+use crate::sweep::{collect, sum};
 
 #[derive(Clone, Copy)]
 enum Rule {
@@ -84,16 +84,23 @@ pub fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 
 
 /// sigma_j and tau_k. A vertex without faces gets the largest tau of the others.
 fn step_lengths<K: Operator>(k: &K, rule: Rule, omega: f64) -> (Vec<f64>, Vec<f64>) {
-    let faces = 0..k.faces();
     let (sigma, inverse_tau): (Vec<f64>, Vec<f64>) = match rule {
         Rule::Local => {
-            let sigma: Vec<f64> = faces.map(|j| omega / k.face(j).row_bound().sqrt()).collect();
-            let inverse_tau = diagonal_above(k, |j| sigma[j]);
+            let sigma = collect(
+                k.faces(),
+                #[inline(always)]
+                |j| omega / k.face(j).row_bound().sqrt(),
+            );
+            let inverse_tau = diagonal_above(
+                k,
+                #[inline(always)]
+                |j| sigma[j],
+            );
             (sigma, inverse_tau)
         }
         Rule::Diagonal => {
             let mut column_sums = vec![0.0; k.vertices()];
-            let sigma = faces
+            let sigma = (0..k.faces())
                 .map(|j| {
                     let face = k.face(j);
                     for (&v, [a, b]) in face.corners.iter().zip(face.columns) {
@@ -112,9 +119,10 @@ fn step_lengths<K: Operator>(k: &K, rule: Rule, omega: f64) -> (Vec<f64>, Vec<f6
         }
     };
     let least = inverse_tau.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
-    let tau = inverse_tau
-        .into_iter()
-        .map(|inverse| 1.0 / if inverse > 0.0 { inverse } else { least })
-        .collect();
+    let tau = collect(
+        inverse_tau.len(),
+        #[inline(always)]
+        |v| 1.0 / if inverse_tau[v] > 0.0 { inverse_tau[v] } else { least },
+    );
     (sigma, tau)
 }

@@ -116,8 +116,10 @@ fn labels_are_bytes_beside_the_colors() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("segmented.ply");
     let mesh = Shape::Grid { nx: 2, ny: 1 }.mesh();
-    let colors: Vec<_> = (0..6).map(|k| [k as f64 / 5.0, 0.0, 1.0]).collect();
-    write_labeled(&path, &mesh, &colors, &[0, 1, 2, 3, 4, 63]).unwrap();
+    let labels = [0, 1, 2, 3, 4, 63];
+    let palette: Vec<_> = (0..64).map(|p| [p.min(5) as f64 / 5.0, 0.0, 1.0]).collect();
+    let colors: Vec<_> = labels.map(|label| palette[usize::from(label)]).to_vec();
+    write_labeled(&path, &mesh, &labels, &palette).unwrap();
     let read = io::read(&path).unwrap();
     assert_eq!(read.vertices, mesh.vertices);
     assert_eq!(read.colors.unwrap(), colors);

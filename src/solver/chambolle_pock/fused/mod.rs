@@ -25,7 +25,7 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
 use crate::solver::{Iterate, Solver};
-use crate::sweep::{max, sum, sweep, tasks, threads};
+use crate::sweep::{max, results, sum, sweep, tasks, threads};
 
 /// A thread with fewer vertices than this spends its time at the border.
 const LEAST_VERTICES: usize = 2048;
@@ -63,18 +63,9 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let order = lane_order::<T>(arch);
         let units = units::<T>(stencil, &method.steps);
         let count = threads().min(u.len() / LEAST_VERTICES).max(1);
-        let mut parts: Vec<Part<T, M>> = split(stencil.corners(), u.len(), count)
-            .into_iter()
-            .map(|(range, faces)| Part::new(range, faces, stencil.corners(), &order))
-            .collect();
-        connect(&mut parts);
-        let mut home = vec![(0, 0); stencil.corners().len()];
-        for (k, part) in parts.iter().enumerate() {
-            for (i, &j) in part.faces().iter().enumerate() {
-                home[j as usize] = (k as u32, i as u32);
-            }
-        }
-        tasks(&mut parts, |part| {
+        let (ranges, faces) = split(stencil.corners(), u.len(), count);
+        let mut parts = results(count, |k| {
+            let mut part = Part::new(ranges[k].clone(), &faces, stencil.corners(), &order);
             part.set_u(&u);
             part.set_f(&problem.f, units);
             part.set_weights(stencil.weights(), units);
@@ -82,7 +73,15 @@ impl<T: Real, const M: usize> Fused<T, M> {
             if let Some(q) = &q {
                 part.set_q(q, |v| problem.k.adjoint_at(q, v), units);
             }
+            part
         });
+        connect(&mut parts);
+        let mut home = vec![(0, 0); stencil.corners().len()];
+        for (k, part) in parts.iter().enumerate() {
+            for (i, &j) in part.faces().iter().enumerate() {
+                home[j as usize] = (k as u32, i as u32);
+            }
+        }
         let outboxes = [0, 1].map(|_| {
             let post = |part: &Part<T, M>| {
                 let mut outbox = Outbox::new();
@@ -109,13 +108,12 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 }
 
-/// Ranges of vertices with about the same number of faces, and the faces that touch them in the order of their
-/// largest vertex.
+/// Ranges of vertices with about the same number of faces, and all faces in the order of their largest vertex.
 fn split(
     corners: &[[u32; 3]],
     vertices: usize,
     count: usize,
-) -> Vec<(std::ops::Range<usize>, Vec<u32>)> {
+) -> (Vec<std::ops::Range<usize>>, Vec<u32>) {
     let last = |corners: &[u32; 3]| corners.iter().copied().fold(0, u32::max) as usize;
     let mut start = vec![0; vertices + 1];
     for corners in corners {
@@ -124,28 +122,21 @@ fn split(
     for v in 0..vertices {
         start[v + 1] += start[v];
     }
-    let mut next = start.clone();
-    let mut faces = vec![0; corners.len()];
-    for (j, corners) in corners.iter().enumerate() {
-        let place = &mut next[last(corners)];
-        faces[*place] = j as u32;
-        *place += 1;
-    }
     // A vertex costs about half as much as a face.
     let work = |v: usize| 2 * start[v] + v;
     let border = |k: usize| {
         let wanted = work(vertices) * k / count;
         (0..vertices).find(|&v| work(v) >= wanted).unwrap_or(vertices)
     };
-    (0..count)
-        .map(|k| {
-            let range = border(k)..if k + 1 == count { vertices } else { border(k + 1) };
-            let touches =
-                |j: &u32| corners[*j as usize].iter().any(|v| range.contains(&(*v as usize)));
-            let touching = faces.iter().copied().filter(touches).collect();
-            (range, touching)
-        })
-        .collect()
+    let borders: Vec<usize> = (0..count).map(border).chain([vertices]).collect();
+    let ranges = borders.windows(2).map(|pair| pair[0]..pair[1]).collect();
+    let mut faces = vec![0; corners.len()];
+    for (j, corners) in corners.iter().enumerate() {
+        let place = &mut start[last(corners)];
+        faces[*place] = j as u32;
+        *place += 1;
+    }
+    (ranges, faces)
 }
 
 /// Single precision needs numbers near 1; double precision takes them as they are.
@@ -193,7 +184,11 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
     fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64 {
         if T::DOUBLE {
             // K^T q is at hand.
-            sum(self.u.len(), |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min())
+            sum(
+                self.u.len(),
+                #[inline(always)]
+                |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min(),
+            )
         } else {
             problem.dual_bound(self.unpack().q)
         }
@@ -222,10 +217,14 @@ impl<T: Real, const M: usize> Fused<T, M> {
         }
         let Self { parts, u, landed, .. } = self;
         let feasible = T::DOUBLE || !*landed;
-        sweep(&mut *u, |v, u| {
-            let row = owner(parts, v).u(v);
-            *u = if feasible { row } else { project_simplex(row) };
-        });
+        sweep(
+            &mut *u,
+            #[inline(always)]
+            |v, u| {
+                let row = owner(parts, v).u(v);
+                *u = if feasible { row } else { project_simplex(row) };
+            },
+        );
     }
 
     /// q in the order of the mesh, feasible in double precision too.
@@ -235,10 +234,14 @@ impl<T: Real, const M: usize> Fused<T, M> {
         }
         let Self { parts, units, home, q, lambda, .. } = self;
         q.resize(home.len(), Tangent::ZERO);
-        sweep((&mut *q, &*home), |_, (q, &(part, i))| {
-            let tangent = parts[part as usize].q(i as usize, *units);
-            *q = if T::DOUBLE { tangent } else { project_ball(tangent, *lambda) };
-        });
+        sweep(
+            (&mut *q, &*home),
+            #[inline(always)]
+            |_, (q, &(part, i))| {
+                let tangent = parts[part as usize].q(i as usize, *units);
+                *q = if T::DOUBLE { tangent } else { project_ball(tangent, *lambda) };
+            },
+        );
     }
 
     fn unpack(&mut self) -> Iterate<'_, M> {

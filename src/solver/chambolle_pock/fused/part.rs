@@ -66,11 +66,13 @@ pub struct Units {
 }
 
 impl<T: Real, const M: usize> Part<T, M> {
-    /// `faces`: those that touch the range, ascending by their largest vertex.
-    pub fn new(range: Range<usize>, faces: Vec<u32>, all: &[[u32; 3]], order: &[usize]) -> Self {
+    /// `faces`: all of them, ascending by their largest vertex.
+    pub fn new(range: Range<usize>, faces: &[u32], corners: &[[u32; 3]], order: &[usize]) -> Self {
         let width = order.len();
         let is_own = |v: u32| range.contains(&(v as usize));
-        let corners_of = |j: &u32| all[*j as usize];
+        let corners_of = |j: &u32| corners[*j as usize];
+        let touches = |j: &u32| corners_of(j).into_iter().any(is_own);
+        let faces: Vec<u32> = faces.iter().copied().filter(touches).collect();
         let mut ghosts: Vec<u32> =
             faces.iter().flat_map(corners_of).filter(|&v| !is_own(v)).collect();
         ghosts.sort_unstable();

@@ -68,8 +68,8 @@ fn apart<const M: usize>(a: &State<M>, b: &State<M>, lambda: f64) -> (f64, f64) 
 
 /// From a random pair, 50 steps as `rows` makes them, with 1, 2 and 3 threads.
 fn check_iterates<const M: usize>(name: &str, mesh: &Mesh) {
-    let mesh = mesh.clone().without_degenerate_faces().0;
-    let problem = random_problem::<M>(&mesh, 0.03 * mesh.area().sqrt(), 111);
+    let mesh = &*mesh.without_degenerate_faces().0;
+    let problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 111);
     let start = start(&problem, 112);
     let expected = after(rows(&problem, &start), &problem, 50);
     let mut bits = Vec::new();

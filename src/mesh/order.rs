@@ -1,0 +1,248 @@
+//! A numbering in which neighbors lie close to each other in memory, for meshes whose own is scattered.
+//!
+//! Vertices by reverse Cuthill-McKee: breadth first from a far end of each component, at every vertex the
+//! neighbors with few faces first, and the whole backwards. Faces by their smallest vertex.
+//! A. George, J. W. H. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981, chapter 4.
+
+use std::borrow::Cow;
+
+use super::{Incidence, Mesh};
+use crate::sweep::{collect, sum};
+
+/// An order counts as scattered if the vertices of a face, or the smallest ones of a face and the next, are
+/// further apart in the mean than this many square roots of V. A strip-wise numbered surface has about 1,
+/// a random order V / 2 in all.
+const SCATTERED: f64 = 4.0;
+
+/// Where the vertices and faces of a mesh should be; `None` is where they are.
+pub struct Order {
+    /// The present number of each vertex in its new place.
+    vertices: Option<Vec<u32>>,
+    /// The same of the faces.
+    faces: Option<Vec<u32>>,
+}
+
+impl Order {
+    /// Nothing moves if the order is fine.
+    pub fn of(mesh: &Mesh) -> Self {
+        let bound = SCATTERED * (mesh.vertices.len() as f64).sqrt();
+        let vertices = (bandwidth(&mesh.faces) > bound).then(|| reverse_cuthill_mckee(mesh));
+        let faces = match &vertices {
+            Some(vertices) => Some(by_smallest(&renumbered(&mesh.faces, vertices), vertices.len())),
+            None if jump(&mesh.faces) > bound => {
+                Some(by_smallest(&mesh.faces, mesh.vertices.len()))
+            }
+            None => None,
+        };
+        Order { vertices, faces }
+    }
+
+    /// The vertices and faces in this order, bare.
+    pub fn mesh<'a>(&self, mesh: Cow<'a, Mesh>) -> Cow<'a, Mesh> {
+        let Some(order) = &self.faces else { return mesh };
+        let renumbered = match &self.vertices {
+            Some(vertices) => Cow::Owned(renumbered(&mesh.faces, vertices)),
+            None => Cow::Borrowed(&mesh.faces),
+        };
+        let faces = collect(order.len(), |j| renumbered[order[j] as usize]);
+        let vertices = match &self.vertices {
+            Some(order) => collect(order.len(), |v| mesh.vertices[order[v] as usize]),
+            None => mesh.vertices.clone(),
+        };
+        Cow::Owned(Mesh { vertices, faces, colors: None, uv: None })
+    }
+
+    /// The present number of each vertex in its new place, if any moves.
+    pub fn vertices(&self) -> Option<&[u32]> {
+        self.vertices.as_deref()
+    }
+
+    /// Values at the vertices of the mesh as it is, in this order.
+    pub fn applied<T: Copy + Send + Sync>(&self, values: Vec<T>) -> Vec<T> {
+        match &self.vertices {
+            Some(order) => collect(order.len(), |v| values[order[v] as usize]),
+            None => values,
+        }
+    }
+
+    /// Where each vertex of the mesh as it is went, if any moved.
+    pub fn places(&self) -> Option<Vec<usize>> {
+        self.vertices.as_ref().map(|order| inverse(order))
+    }
+}
+
+/// The mean over the faces of their largest less their smallest vertex.
+fn bandwidth(faces: &[[u32; 3]]) -> f64 {
+    let width = |&[a, b, c]: &[u32; 3]| f64::from(a.max(b).max(c) - a.min(b).min(c));
+    sum(faces.len(), |j| width(&faces[j])) / faces.len() as f64
+}
+
+/// The mean over the faces of how far their smallest vertex is from that of the face before.
+fn jump(faces: &[[u32; 3]]) -> f64 {
+    let far = |j: usize| f64::from(smallest(faces[j]).abs_diff(smallest(faces[j - 1])));
+    sum(faces.len(), |j| if j > 0 { far(j) } else { 0.0 }) / faces.len() as f64
+}
+
+fn smallest([a, b, c]: [u32; 3]) -> u32 {
+    a.min(b).min(c)
+}
+
+/// The new number of each present one.
+fn inverse(order: &[u32]) -> Vec<usize> {
+    let mut place = vec![0; order.len()];
+    for (new, &present) in order.iter().enumerate() {
+        place[present as usize] = new;
+    }
+    place
+}
+
+fn renumbered(faces: &[[u32; 3]], order: &[u32]) -> Vec<[u32; 3]> {
+    let place = inverse(order);
+    collect(faces.len(), |j| faces[j].map(|v| place[v as usize] as u32))
+}
+
+/// The faces in the order of their smallest vertices, by counting sort.
+fn by_smallest(faces: &[[u32; 3]], vertices: usize) -> Vec<u32> {
+    let mut next = vec![0; vertices + 1];
+    for &face in faces {
+        next[smallest(face) as usize + 1] += 1;
+    }
+    for v in 1..next.len() {
+        next[v] += next[v - 1];
+    }
+    let mut order = vec![0; faces.len()];
+    for (j, &face) in faces.iter().enumerate() {
+        let place = &mut next[smallest(face) as usize];
+        order[*place as usize] = j as u32;
+        *place += 1;
+    }
+    order
+}
+
+fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
+    let around = Incidence::new(mesh);
+    let mut order = Vec::with_capacity(mesh.vertices.len());
+    let mut reached = vec![false; mesh.vertices.len()];
+    for v in 0..mesh.vertices.len() as u32 {
+        if reached[v as usize] {
+            continue;
+        }
+        let component = order.len();
+        breadth_first(mesh, &around, v, &mut order, &mut reached);
+        // What comes last is a far end to begin at.
+        let end = order[order.len() - 1];
+        for v in order.drain(component..) {
+            reached[v as usize] = false;
+        }
+        breadth_first(mesh, &around, end, &mut order, &mut reached);
+    }
+    order.reverse();
+    order
+}
+
+/// Appends the vertices of the component of `begin`, nearer ones first.
+fn breadth_first(
+    mesh: &Mesh,
+    around: &Incidence,
+    begin: u32,
+    order: &mut Vec<u32>,
+    reached: &mut [bool],
+) {
+    let mut next = order.len();
+    order.push(begin);
+    reached[begin as usize] = true;
+    while let Some(&v) = order.get(next) {
+        next += 1;
+        let news = order.len();
+        for &corner in around.at(v as usize) {
+            for neighbor in mesh.faces[corner as usize / 3] {
+                if !reached[neighbor as usize] {
+                    reached[neighbor as usize] = true;
+                    order.push(neighbor);
+                }
+            }
+        }
+        order[news..].sort_by_key(|&v| around.at(v as usize).len());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{disjoint, rng, shape, shuffled, with_isolated_vertices, zoo};
+
+    fn is_bijection(order: &[u32], n: usize) -> bool {
+        let mut sorted = order.to_vec();
+        sorted.sort_unstable();
+        sorted == (0..n as u32).collect::<Vec<_>>()
+    }
+
+    #[test]
+    fn every_vertex_and_face_has_one_place() {
+        for (name, mesh) in zoo() {
+            let vertices = reverse_cuthill_mckee(&mesh);
+            assert!(is_bijection(&vertices, mesh.vertices.len()), "{name}");
+            let faces = renumbered(&mesh.faces, &vertices);
+            let sorted = by_smallest(&faces, mesh.vertices.len());
+            assert!(is_bijection(&sorted, mesh.faces.len()), "{name}");
+            assert!(sorted.iter().map(|&j| smallest(faces[j as usize])).is_sorted(), "{name}");
+        }
+    }
+
+    #[test]
+    fn good_orders_stay() {
+        for text in ["torus:400x250", "torus:60x90", "grid:100x100", "grid:30x200"] {
+            let order = Order::of(&shape(text));
+            assert!(order.vertices.is_none() && order.faces.is_none(), "{text}");
+        }
+    }
+
+    /// Near that of the order in which the surface was generated, several times less than the bound.
+    #[test]
+    fn scattered_orders_become_narrow() {
+        let tidy = shape("torus:120x75");
+        let pair = disjoint([tidy.clone(), tidy.clone()]);
+        let isolated = with_isolated_vertices(tidy.clone());
+        for mesh in [tidy.clone(), pair, isolated] {
+            let (scattered, _) = shuffled(&mesh, &mut rng(141));
+            assert!(bandwidth(&scattered.faces) > 0.4 * tidy.vertices.len() as f64);
+            let narrow = Order::of(&scattered).mesh(Cow::Borrowed(&scattered));
+            assert!(bandwidth(&narrow.faces) < 2.0 * bandwidth(&tidy.faces));
+            assert!(jump(&narrow.faces) < 2.0);
+            let again = Order::of(&narrow);
+            assert!(again.vertices.is_none() && again.faces.is_none());
+        }
+    }
+
+    /// The same triangles in space, and values that stay at their vertices.
+    #[test]
+    fn the_surface_is_the_same() {
+        let (mesh, _) = shuffled(&with_isolated_vertices(shape("torus:50x40")), &mut rng(142));
+        let order = Order::of(&mesh);
+        let moved = order.mesh(Cow::Borrowed(&mesh));
+        let vertices = order.applied((0..mesh.vertices.len()).collect());
+        let places = order.places().unwrap();
+        assert!((0..mesh.vertices.len()).all(|v| vertices[places[v]] == v));
+        for (&x, &v) in moved.vertices.iter().zip(&vertices) {
+            assert_eq!(x, mesh.vertices[v]);
+        }
+        let mut faces = mesh.faces.clone();
+        let mut back: Vec<[u32; 3]> =
+            moved.faces.iter().map(|face| face.map(|v| vertices[v as usize] as u32)).collect();
+        faces.sort_unstable();
+        back.sort_unstable();
+        assert_eq!(faces, back);
+    }
+
+    #[test]
+    fn shuffled_faces_are_sorted_without_moving_vertices() {
+        let mut mesh = shape("torus:60x50");
+        let half = mesh.faces.split_off(3000);
+        mesh.faces = mesh.faces.into_iter().zip(half).flat_map(|(a, b)| [a, b]).collect();
+        let order = Order::of(&mesh);
+        assert!(order.vertices.is_none());
+        let sorted = order.mesh(Cow::Borrowed(&mesh));
+        assert_eq!(sorted.vertices, mesh.vertices);
+        assert!(sorted.faces.iter().map(|&face| smallest(face)).is_sorted());
+    }
+}

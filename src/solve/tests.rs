@@ -1,0 +1,92 @@
+//! The order of the file does not matter, and no answer shows another.
+
+use std::ops::ControlFlow;
+
+use super::*;
+use crate::samples::{random_rows, rng, shape, shuffled, with_isolated_vertices};
+use crate::solver::DEFAULT;
+use crate::sweep::with_threads;
+
+fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
+    let request = Request {
+        lambda: 0.02,
+        mass: Mass::Barycentric,
+        solver: DEFAULT.to_owned(),
+        options: Options::default(),
+        stop: Stop { iterations: Some(40), ..Stop::default() },
+    };
+    solve(mesh, s, start, &request, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn as_it_is() -> Order {
+    Order::of(&shape("grid:1x1"))
+}
+
+/// Rows in the order of another numbering of the vertices.
+fn moved(array: &Array2<f64>, before: &[u32]) -> Array2<f64> {
+    array.select(Axis(0), &before.iter().map(|&k| k as usize).collect::<Vec<_>>())
+}
+
+#[test]
+fn a_shuffled_file_gives_the_same_answer_in_its_own_order() {
+    let tidy = with_isolated_vertices(shape("torus:60x40"));
+    let s = regions::array(&random_rows::<3>(tidy.vertices.len(), &mut rng(151)), 3);
+    let given = solved(&tidy, &s, &Start::Random { seed: 3 }).u;
+    let (mesh, before) = shuffled(&tidy, &mut rng(152));
+    assert!(Order::of(&tidy).places().is_none() && Order::of(&mesh).places().is_some());
+    let starts = [
+        (Start::Argmin, Start::Argmin),
+        (Start::Uniform, Start::Uniform),
+        (Start::Given(moved(&given, &before)), Start::Given(given)),
+    ];
+    for (start, tidy_start) in starts {
+        let expected = solved(&tidy, &s, &tidy_start);
+        let solution = solved(&mesh, &moved(&s, &before), &start);
+        let apart = (&solution.u - &moved(&expected.u, &before)).mapv(f64::abs);
+        assert!(apart.iter().all(|&x| x <= 1e-11), "{start:?}");
+        for (k, &label) in solution.labels.iter().enumerate() {
+            let row = solution.u.row(k);
+            assert!(row.iter().all(|&u| u <= row[label as usize]));
+        }
+        let (a, b) = (&solution.summary, &expected.summary);
+        assert!((a.energy - b.energy).abs() <= 1e-12 * b.energy);
+        assert!((a.rounded_energy - b.rounded_energy).abs() <= 1e-9 * b.energy);
+        assert_eq!((a.faces, a.vertices), (mesh.faces.len(), mesh.vertices.len()));
+    }
+}
+
+#[test]
+fn a_start_without_steps_comes_back_as_it_is() {
+    let (mesh, _) = shuffled(&shape("torus:60x40"), &mut rng(153));
+    let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(154)), 3);
+    let request = Request {
+        lambda: 0.02,
+        mass: Mass::Voronoi,
+        solver: DEFAULT.to_owned(),
+        options: Options::default(),
+        stop: Stop { iterations: Some(0), ..Stop::default() },
+    };
+    let start = |start: &Start| {
+        solve(&mesh, &s, start, &request, &mut |_| ControlFlow::Continue(())).unwrap()
+    };
+    let drawn = start(&Start::Random { seed: 5 }).u;
+    let again = start(&Start::Given(drawn.clone())).u;
+    assert!((again - &drawn).iter().all(|x| x.abs() <= 1e-15));
+    let rows = Start::Random { seed: 5 }.rows::<3>(3, &vec![Row::ZERO; drawn.nrows()], &as_it_is());
+    assert_eq!(regions::array(&rows, 3), drawn);
+    let cheapest = start(&Start::Argmin).labels;
+    for (k, &label) in cheapest.iter().enumerate() {
+        assert!(s.row(k).iter().all(|&cost| cost >= s[[k, label as usize]]));
+    }
+}
+
+#[test]
+fn renumbering_repeats_itself_with_any_number_of_threads() {
+    let (mesh, _) = shuffled(&shape("torus:60x40"), &mut rng(155));
+    let s = regions::array(&random_rows::<4>(mesh.vertices.len(), &mut rng(156)), 4);
+    let bits = |threads| {
+        let solution = with_threads(Some(threads), || solved(&mesh, &s, &Start::Argmin)).unwrap();
+        solution.u.mapv(f64::to_bits)
+    };
+    assert_eq!(bits(1), bits(3));
+}
