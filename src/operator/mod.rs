@@ -9,6 +9,7 @@
 //! [`Stencil`] is the fast one; [`Matrix`], assembled from another formula, is the reference.
 
 pub mod bounds;
+mod cholesky;
 pub mod export;
 pub mod mass;
 mod matrix;
@@ -17,7 +18,8 @@ mod stencil;
 #[cfg(test)]
 mod tests;
 
-pub use mass::{ConsistentMass, Mass};
+pub use cholesky::Cholesky;
+pub use mass::Mass;
 pub use matrix::Matrix;
 pub use stencil::Stencil;
 
