@@ -11,16 +11,20 @@
 pub mod bounds;
 mod cholesky;
 pub mod export;
+mod gauss_seidel;
 pub mod mass;
 mod matrix;
+mod normal;
 mod stencil;
 
 #[cfg(test)]
 mod tests;
 
 pub use cholesky::Cholesky;
+pub use gauss_seidel::GaussSeidel;
 pub use mass::Mass;
 pub use matrix::Matrix;
+pub use normal::normal_matrix;
 pub use stencil::Stencil;
 
 use crate::field::{Row, Tangent};
