@@ -6,6 +6,7 @@
 
 use rayon::iter::plumbing::{Producer, ProducerCallback};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+use rayon::slice::{ChunksMut, ParallelSliceMut};
 
 use crate::error::{Error, Result};
 
@@ -28,6 +29,25 @@ where
     // split and become plain iterators just as well, and this loop costs no more than one by hand.
     let block = BLOCK.max(length.div_ceil(4 * rayon::current_num_threads()));
     columns.with_producer(Blocks { length, block, body: &body });
+}
+
+/// Consecutive parts of that length, the last one perhaps shorter, for [`sweep_parts`].
+pub fn parts<T: Send>(column: &mut [T], length: usize) -> ChunksMut<'_, T> {
+    column.par_chunks_mut(length)
+}
+
+/// Runs `body(part, (part of column_1, part of column_2, ...))` for every part: what goes in order inside a
+/// part, and in parallel from one to the next.
+#[inline]
+pub fn sweep_parts<C, B>(parts: C, body: B)
+where
+    C: IntoParallelIterator,
+    C::Iter: IndexedParallelIterator,
+    B: Fn(usize, C::Item) + Sync,
+{
+    let parts = parts.into_par_iter();
+    let length = parts.len();
+    parts.with_producer(Blocks { length, block: 1, body: &body });
 }
 
 struct Blocks<'a, B> {

@@ -9,12 +9,9 @@
 //! M. Meyer, M. Desbrun, P. Schröder, A. H. Barr, *Discrete differential-geometry operators for
 //! triangulated 2-manifolds*, 2003, for the mixed cells: raw Voronoi areas are negative on obtuse faces.
 
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::Llt;
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{MatMut, Par, Side};
 use sprs::{CsMat, TriMat};
 
+use super::Cholesky;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
@@ -96,42 +93,14 @@ pub fn consistent_matrix(mesh: &Mesh) -> CsMat<f64> {
 }
 
 /// M^-1, factored once. Vertices without area, on which nothing depends, count as if M were 1 there.
-pub struct ConsistentMass {
-    factor: Llt<usize, f64>,
-}
-
-impl ConsistentMass {
-    pub fn new(mesh: &Mesh) -> Self {
-        let m = consistent_matrix(mesh);
-        let n = m.rows();
-        let mut entries: Vec<Triplet<usize, usize, f64>> = Vec::with_capacity(m.nnz());
-        for (row, values) in m.outer_iterator().enumerate() {
-            if values.nnz() == 0 {
-                entries.push(Triplet::new(row, row, 1.0));
-            }
-            entries.extend(values.iter().map(|(col, &value)| Triplet::new(row, col, value)));
+pub fn consistent_inverse(mesh: &Mesh) -> Cholesky {
+    let m = consistent_matrix(mesh);
+    let mut padded = TriMat::new(m.shape());
+    for (row, values) in m.outer_iterator().enumerate() {
+        if values.nnz() == 0 {
+            padded.add_triplet(row, row, 1.0);
         }
-        let m = SparseColMat::try_new_from_triplets(n, n, &entries)
-            .expect("the entries lie inside the matrix");
-        // A parallel triangular solve of so thin a right-hand side is several times slower.
-        faer::set_global_parallelism(Par::Seq);
-        let factor = m
-            .sp_cholesky(Side::Lower)
-            .expect("a mass matrix of faces with area is positive definite");
-        ConsistentMass { factor }
+        values.iter().for_each(|(col, &value)| padded.add_triplet(row, col, value));
     }
-
-    /// Replaces g by M^-1 g, column by column.
-    pub fn solve<const M: usize>(&self, g: &mut [Row<M>]) {
-        let rows = g.len();
-        let flat = flatten_mut(g);
-        self.factor.solve_in_place(MatMut::from_row_major_slice_mut(flat, rows, M));
-    }
-}
-
-/// The V x M numbers of V rows.
-fn flatten_mut<const M: usize>(rows: &mut [Row<M>]) -> &mut [f64] {
-    let len = rows.len() * M;
-    // SAFETY: Row<M> is repr(transparent) over [f64; M], so the slice is len contiguous f64.
-    unsafe { std::slice::from_raw_parts_mut(rows.as_mut_ptr().cast(), len) }
+    Cholesky::new(&padded.to_csr())
 }

@@ -9,16 +9,22 @@
 //! [`Stencil`] is the fast one; [`Matrix`], assembled from another formula, is the reference.
 
 pub mod bounds;
+mod cholesky;
 pub mod export;
+mod gauss_seidel;
 pub mod mass;
 mod matrix;
+mod normal;
 mod stencil;
 
 #[cfg(test)]
 mod tests;
 
-pub use mass::{ConsistentMass, Mass};
+pub use cholesky::Cholesky;
+pub use gauss_seidel::GaussSeidel;
+pub use mass::Mass;
 pub use matrix::Matrix;
+pub use normal::normal_matrix;
 pub use stencil::Stencil;
 
 use crate::field::{Row, Tangent};

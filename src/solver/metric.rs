@@ -10,7 +10,8 @@ use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::operator::bounds::diagonal_above;
-use crate::operator::{ConsistentMass, Operator};
+use crate::operator::mass::consistent_inverse;
+use crate::operator::{Cholesky, Operator};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::solver::{OptionDescription, Options, Setup};
 
@@ -18,7 +19,7 @@ use crate::solver::{OptionDescription, Options, Setup};
 pub enum Metric {
     /// The diagonal; zero at vertices without faces.
     Diagonal(Vec<f64>),
-    Full(ConsistentMass),
+    Full(Cholesky),
 }
 
 #[derive(Clone, Copy)]
@@ -63,7 +64,7 @@ impl Metric {
             MetricName::Consistent => {
                 let lumped = barycentric_areas(setup.mesh);
                 let tau = step(4.0 * bound(&lumped), &lumped);
-                (Metric::Full(ConsistentMass::new(setup.mesh)), tau)
+                (Metric::Full(consistent_inverse(setup.mesh)), tau)
             }
         }
     }

@@ -3,7 +3,9 @@
 //! To add one: write its file with a [`Description`] and an implementation of [`Solver`], then name it
 //! in [`DESCRIPTIONS`] and [`build`]. Clock, stopping and recording are `run.rs`'s; a solver only steps.
 
+mod balance;
 mod chambolle_pock;
+mod douglas_rachford;
 mod fista;
 mod metric;
 mod options;
@@ -12,6 +14,7 @@ mod projected_gradient;
 #[cfg(test)]
 mod tests;
 
+pub use douglas_rachford::DouglasRachford;
 pub use fista::Fista;
 pub use options::{OptionDescription, Options};
 pub use projected_gradient::ProjectedGradient;
@@ -23,7 +26,7 @@ use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
 pub trait Solver<K, const M: usize> {
-    /// One iteration; allocates nothing (but the solve with the full mass matrix its workspace).
+    /// One iteration; allocates nothing (but solves with a factorization their workspace).
     ///
     /// `land` says that the iterate will be looked at after this step: a method whose iterates are
     /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one.
@@ -85,8 +88,12 @@ pub struct Description {
 pub const DEFAULT: &str = "chambolle-pock";
 
 /// All solvers, the default first.
-pub const DESCRIPTIONS: [&Description; 3] =
-    [&chambolle_pock::DESCRIPTION, &fista::DESCRIPTION, &projected_gradient::DESCRIPTION];
+pub const DESCRIPTIONS: [&Description; 4] = [
+    &chambolle_pock::DESCRIPTION,
+    &douglas_rachford::DESCRIPTION,
+    &fista::DESCRIPTION,
+    &projected_gradient::DESCRIPTION,
+];
 
 /// The description of a solver, or an error that lists the names.
 pub fn describe(name: &str) -> Result<&'static Description> {
@@ -106,6 +113,7 @@ pub fn build<'a, K: Operator + 'a, const M: usize>(
         "projected-gradient" => Box::new(ProjectedGradient::new(setup)?),
         "fista" => Box::new(Fista::new(setup)?),
         "chambolle-pock" => chambolle_pock::build(setup)?,
+        "douglas-rachford" => Box::new(DouglasRachford::new(setup)?),
         _ => unreachable!("every described solver is built here"),
     })
 }

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod gradient;
+mod implicit;
 mod mass;
 mod symmetry;
 mod variation;

@@ -11,20 +11,20 @@
 //! step has rho = 1, after which u = x and q = y.
 //!
 //! `rows` is the text of the method, for any operator. `fused` computes the same iterates from the stencil's
-//! numbers in one pass over memory. They share the step lengths (`steps`) and their weight (`balance`).
+//! numbers in one pass over memory. They share the step lengths (`steps`) and their weight
+//! (`../balance.rs`).
 
-mod balance;
 mod fused;
 mod rows;
 mod steps;
 
 use pulp::Arch;
 
-use balance::Balance;
 use fused::Fused;
 use rows::Rows;
 use steps::Steps;
 
+use super::balance::Balance;
 use super::{Description, Iterate, OptionDescription, Setup, Solver};
 use crate::error::{Error, Result};
 use crate::field::Tangent;
@@ -139,8 +139,11 @@ impl<const M: usize> Method<M> {
 
     /// Looks at omega, and says whether the steps changed.
     fn rebalance<K: Operator>(&mut self, problem: &Problem<K, M>, now: Iterate<'_, M>) -> bool {
-        let balance = self.balance.as_mut();
-        let omega = balance.and_then(|balance| balance.omega(problem, now, &self.steps));
+        let Self { steps, balance, .. } = self;
+        let omega = balance.as_mut().and_then(|balance| {
+            let Steps { sigma, tau, .. } = &*steps;
+            balance.omega(problem, now, |v| 1.0 / tau[v], |j| 1.0 / sigma[j], steps.omega())
+        });
         if let Some(omega) = omega {
             self.steps.set_omega(omega);
         }

@@ -13,7 +13,8 @@ use crate::operator::Operator;
 use crate::operator::bounds::diagonal_above;
 use crate::problem::Problem;
 use crate::solver::Options;
-use crate::sweep::{collect, sum};
+use crate::solver::balance::dual_scale;
+use crate::sweep::collect;
 
 #[derive(Clone, Copy)]
 enum Rule {
@@ -66,20 +67,6 @@ impl Steps {
     pub fn restart<K: Operator, const M: usize>(&mut self, problem: &Problem<K, M>) {
         self.set_omega(self.ratio * dual_scale(problem));
     }
-}
-
-/// How large q becomes, to begin with: lambda, where the total variation is what limits it. A lambda so large
-/// that the optimum is constant is limited by the costs that q has to balance, K^T q = -(f - mean f). Where
-/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
-pub fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
-    let balance = 0.02 * costs_scale(problem);
-    let scale = if problem.lambda < balance { problem.lambda.max(1e-9 * balance) } else { balance };
-    if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
-}
-
-/// The spread of the costs over the square root of the area, in the units of q.
-pub fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
-    problem.spread() / sum(problem.k.faces(), |j| problem.k.area(j)).sqrt()
 }
 
 /// sigma_j and tau_k. A vertex without faces gets the largest tau of the others.

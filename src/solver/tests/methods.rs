@@ -1,7 +1,12 @@
 //! What is particular to one method: feasibility at landings, momentum, the metric that misleads.
 
-use super::{CONSISTENT, VARIANTS, after, run, solver, uniform};
-use crate::samples::{bumpy, known_optimum, needles, random_labels, random_problem, rng, shape};
+use super::{
+    CONSISTENT, EXACT, PROJECTED_GRADIENT, VARIANTS, after, run, solver, solver_from, uniform,
+};
+use crate::run::Status;
+use crate::samples::{
+    bumpy, disjoint, known_optimum, needles, random_labels, random_problem, rng, shape,
+};
 
 /// After a landing step rows lie in the simplex and the dual field in its balls.
 #[test]
@@ -54,7 +59,7 @@ fn fista_without_momentum_is_projected_gradient() {
 fn projected_gradient_descends() {
     for mesh in [bumpy(8), needles(4, 1e-3), shape("sphere:2").scaled(1e-4)] {
         let problem = random_problem::<3>(&mesh, 0.05 * mesh.area().sqrt(), 85);
-        for variant in &VARIANTS[6..] {
+        for variant in &VARIANTS[PROJECTED_GRADIENT] {
             let mut solver = solver(*variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
             let smoothing = solver.smoothing().unwrap();
             let mut before = problem.smoothed_energy(solver.iterate().u, smoothing);
@@ -99,11 +104,74 @@ fn the_consistent_metric_misses_the_minimizer() {
 fn the_optimum_is_a_fixed_point() {
     let mesh = shape("torus:12x8");
     let known = known_optimum::<3>(&mesh, 3, 0.05, 1.0, 87);
-    for variant in &VARIANTS[..3] {
+    for variant in &VARIANTS[EXACT] {
         let mut solver = solver(*variant, &mesh, &known.problem, known.u.clone());
         let (run, _) = run(&mut *solver, &known.problem, 1e-9, 50_000);
         assert!(run.trace.len() > 2);
         assert!((run.energy() - known.energy).abs() <= 1e-12 * known.problem.spread());
+    }
+}
+
+/// A saddle point given as the start, q included, is where an exact method stays.
+#[test]
+fn a_saddle_point_stays() {
+    for mesh in [shape("torus:12x8"), bumpy(7).scaled(1e4), needles(4, 1e-4).scaled(1e-4)] {
+        let lambda = 0.05 * mesh.area().sqrt();
+        let known = known_optimum::<3>(&mesh, 3, lambda, 1.0, 89);
+        for variant in &VARIANTS[EXACT] {
+            let start = (known.u.clone(), Some(known.q.clone()));
+            let mut solver = solver_from(*variant, &mesh, &known.problem, start);
+            let (u, q) = after(&mut *solver, &known.problem, 25);
+            for (u, w) in u.into_iter().zip(&known.u) {
+                assert!((u - *w).max_abs() <= 1e-8, "{variant:?}: {u:?} {w:?}");
+            }
+            assert!(q.into_iter().zip(&known.q).all(|(q, r)| (q - *r).norm() <= 1e-8 * lambda));
+        }
+    }
+}
+
+/// f and lambda may change between two steps, with a restart or without one: an exact method goes on to the
+/// new optimum.
+#[test]
+fn costs_may_change_between_steps() {
+    let mesh = bumpy(8);
+    let mut before = known_optimum::<3>(&mesh, 3, 0.1, 7.0, 90).problem;
+    let known = known_optimum::<3>(&mesh, 3, 0.02, 1.0, 91);
+    for variant in &VARIANTS[EXACT] {
+        for restart in [false, true] {
+            let first = random_problem::<3>(&mesh, 0.1, 92);
+            (before.f, before.lambda) = (first.f, first.lambda);
+            let start = uniform(mesh.vertices.len(), 3);
+            let mut solver = solver(*variant, &mesh, &before, start);
+            after(&mut *solver, &before, 40);
+            (before.f, before.lambda) = (known.problem.f.clone(), known.problem.lambda);
+            if restart {
+                solver.restart(&before);
+            }
+            let (run, status) = run(&mut *solver, &before, 1e-6, 100_000);
+            assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
+            assert!((run.energy() - known.energy).abs() <= 1.1e-6 * known.energy.abs());
+        }
+    }
+}
+
+/// Gauss-Seidel and Cholesky end at the same optimum, whatever the lengths of the steps.
+#[test]
+fn any_inner_solve_and_any_steps_reach_the_same_optimum() {
+    let mesh = disjoint([bumpy(6), needles(3, 1e-3).scaled(10.0)]);
+    let known = known_optimum::<4>(&mesh, 4, 0.3, 1.0, 93);
+    for inner in ["inner=gauss-seidel", "inner=cholesky"] {
+        for steps in ["reach=0.5", "reach=1", "reach=20", "step-ratio=0.1", "rho=1", "rho=1.95"] {
+            for balance in ["balance=adaptive", "balance=fixed"] {
+                let options: &[&str] = &[inner, steps, balance];
+                let start = uniform(mesh.vertices.len(), 4);
+                let mut solver =
+                    solver(("douglas-rachford", options), &mesh, &known.problem, start);
+                let (run, status) = run(&mut *solver, &known.problem, 1e-6, 50_000);
+                assert_eq!(status, Status::Converged, "{options:?}: {:?}", run.trace.last());
+                assert!((run.energy() - known.energy).abs() <= 1.1e-6 * known.energy.abs());
+            }
+        }
     }
 }
 

@@ -5,7 +5,7 @@ mod corners;
 mod methods;
 mod sameness;
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
@@ -15,10 +15,12 @@ use crate::run::{Run, Status, Stop};
 use crate::solver::{Options, Setup, Solver, build};
 
 /// Every method, in each variant that converges to a minimizer.
-const VARIANTS: [(&str, &[&str]); 8] = [
+const VARIANTS: [(&str, &[&str]); 10] = [
     ("chambolle-pock", &[]),
     ("chambolle-pock", &["steps=diagonal"]),
     ("chambolle-pock", &["steps=plain"]),
+    ("douglas-rachford", &[]),
+    ("douglas-rachford", &["inner=cholesky"]),
     ("fista", &[]),
     ("fista", &["mass-metric=barycentric", "continuation=100"]),
     ("fista", &["mass-metric=voronoi", "epsilon-mode=paper", "restart=never"]),
@@ -26,17 +28,32 @@ const VARIANTS: [(&str, &[&str]); 8] = [
     ("projected-gradient", &["mass-metric=none", "epsilon-mode=paper"]),
 ];
 
+/// Those of [`VARIANTS`] without smoothing, which reach E* itself.
+const EXACT: Range<usize> = 0..5;
+const FISTA: Range<usize> = 5..8;
+const PROJECTED_GRADIENT: Range<usize> = 8..10;
+
 /// The one that does not.
 const CONSISTENT: (&str, &[&str]) = ("projected-gradient", &["mass-metric=consistent"]);
 
 fn solver<'a, K: Operator + 'a, const M: usize>(
-    (name, options): (&str, &[&str]),
+    variant: (&str, &[&str]),
     mesh: &Mesh,
     problem: &Problem<K, M>,
     start: Vec<Row<M>>,
 ) -> Box<dyn Solver<K, M> + 'a> {
+    solver_from(variant, mesh, problem, (start, None))
+}
+
+/// Started from U and, where a method has one, a dual field.
+fn solver_from<'a, K: Operator + 'a, const M: usize>(
+    (name, options): (&str, &[&str]),
+    mesh: &Mesh,
+    problem: &Problem<K, M>,
+    (start, dual_start): (Vec<Row<M>>, Option<Vec<Tangent<M>>>),
+) -> Box<dyn Solver<K, M> + 'a> {
     let options = Options::parse(options).unwrap();
-    build(name, Setup { mesh, problem, start, dual_start: None, options: &options }).unwrap()
+    build(name, Setup { mesh, problem, start, dual_start, options: &options }).unwrap()
 }
 
 /// 1/m in the first m regions.

@@ -79,25 +79,25 @@ fn balancing_changes_neither_threads_nor_operators() {
     let fast: Problem<Stencil, 3> = random_problem(&mesh, 0.02, 76);
     let slow = Problem::new(Matrix::new(&mesh), fast.f.clone(), fast.lambda);
     let start = || uniform(mesh.vertices.len(), 3);
-    let bits = |threads: usize, option: &'static str| -> Vec<u64> {
-        with_threads(Some(threads), || {
-            let variant = ("chambolle-pock", [option]);
-            let mut solver = solver((variant.0, &variant.1), &mesh, &fast, start());
-            (0..8).for_each(|_| drop(after(&mut *solver, &fast, 50)));
-            solver.iterate().u.iter().flat_map(|row| row.0.map(f64::to_bits)).collect()
-        })
-        .unwrap()
-    };
-    assert_eq!(bits(1, "balance=adaptive"), bits(3, "balance=adaptive"));
-    assert_ne!(bits(1, "balance=adaptive"), bits(1, "balance=fixed"));
+    for name in ["chambolle-pock", "douglas-rachford"] {
+        let bits = |threads: usize, option: &'static str| -> Vec<u64> {
+            with_threads(Some(threads), || {
+                let mut solver = solver((name, &[option]), &mesh, &fast, start());
+                (0..8).for_each(|_| drop(after(&mut *solver, &fast, 50)));
+                solver.iterate().u.iter().flat_map(|row| row.0.map(f64::to_bits)).collect()
+            })
+            .unwrap()
+        };
+        assert_eq!(bits(1, "balance=adaptive"), bits(3, "balance=adaptive"), "{name}");
+        assert_ne!(bits(1, "balance=adaptive"), bits(1, "balance=fixed"), "{name}");
 
-    let variant: (&str, &[&str]) = ("chambolle-pock", &[]);
-    let mut by_stencil = solver(variant, &mesh, &fast, start());
-    let mut by_matrix = solver(variant, &mesh, &slow, start());
-    for _ in 0..8 {
-        let (u, _) = after(&mut *by_stencil, &fast, 50);
-        let (w, _) = after(&mut *by_matrix, &slow, 50);
-        let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
-        assert!(apart <= 1e-9, "{apart}");
+        let mut by_stencil = solver((name, &[]), &mesh, &fast, start());
+        let mut by_matrix = solver((name, &[]), &mesh, &slow, start());
+        for _ in 0..8 {
+            let (u, _) = after(&mut *by_stencil, &fast, 50);
+            let (w, _) = after(&mut *by_matrix, &slow, 50);
+            let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+            assert!(apart <= 1e-9, "{name}: {apart}");
+        }
     }
 }

@@ -2,7 +2,6 @@
 
 use pulp::Arch;
 
-use super::super::balance::Balance;
 use super::super::rows::Rows;
 use super::super::steps::Steps;
 use super::super::{Fused, Method};
@@ -15,6 +14,7 @@ use crate::regions::close_from;
 use crate::samples::{
     bumpy, random_dual, random_labels, random_problem, rng, shape, with_isolated_vertices, zoo,
 };
+use crate::solver::balance::Balance;
 use crate::solver::{Options, Solver};
 use crate::sweep::with_threads;
 

@@ -1,0 +1,52 @@
+//! D + K^T diag(w) K, assembled: what an implicit step has to solve with, the same for every region.
+
+use sprs::CsMat;
+
+use super::Operator;
+
+/// D + K^T diag(w) K in compressed rows, V x V; symmetric, and positive definite for positive D.
+pub fn normal_matrix(
+    k: &impl Operator,
+    diagonal: &[f64],
+    weight: impl Fn(usize) -> f64,
+) -> CsMat<f64> {
+    // Every face adds <K_ja, K_jb> to nine entries. Counted by rows first, as many places are taken.
+    let n = k.vertices();
+    let mut end = vec![1; n];
+    for j in 0..k.faces() {
+        k.face(j).corners.iter().for_each(|&v| end[v] += 3);
+    }
+    let mut place = 0;
+    for end in &mut end {
+        (*end, place) = (place, place + *end);
+    }
+    let mut entries = vec![(0, 0.0); place];
+    let mut add = |row: usize, column: usize, value: f64| {
+        entries[end[row]] = (column, value);
+        end[row] += 1;
+    };
+    (0..n).for_each(|v| add(v, v, diagonal[v]));
+    for j in 0..k.faces() {
+        let face = k.face(j);
+        let weight = weight(j);
+        for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
+            for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
+                add(a, b, weight * (ax * bx + ay * by));
+            }
+        }
+    }
+    // Sorted by column, with equal columns added up in the order of the faces.
+    let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+    let mut begin = 0;
+    for end in end {
+        let row = &mut entries[begin..end];
+        row.sort_by_key(|&(column, _)| column);
+        for same in row.chunk_by(|a, b| a.0 == b.0) {
+            columns.push(same[0].0);
+            values.push(same.iter().map(|&(_, value)| value).sum());
+        }
+        starts.push(columns.len());
+        begin = end;
+    }
+    CsMat::new((n, n), starts, columns, values)
+}

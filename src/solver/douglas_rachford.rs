@@ -1,0 +1,338 @@
+//! Preconditioned Douglas-Rachford, for implicit steps at nearly the price of explicit ones:
+//!
+//! ```text
+//! u <- u + M^-1 ( D u_bar - K^T q_bar - T u )      T = D + K^T Sigma K,  M >= T
+//! y  = q_bar + Sigma K u
+//! x  = Proj_simplex( 2u - u_bar - tau f )          u_bar <- u_bar + rho (x - u)        tau = D^-1
+//! z  = Proj_{|.|<=lambda}( 2y - q_bar )            q_bar <- q_bar + rho (z - y)
+//! ```
+//!
+//! K. Bredies, H. Sun, *Preconditioned Douglas-Rachford splitting methods for convex-concave saddle-point
+//! problems*, SIAM J. Numer. Anal. 53, 2015. Without an error of the solve, M = T, (u, y) is the resolvent of
+//! (K^T q, -K u) at (u_bar, q_bar). M is one symmetric sweep of Gauss-Seidel (`operator/gauss_seidel.rs`) or,
+//! to compare with, T itself by Cholesky. What is feasible is (x, z), and at the fixed point x = u, z = y.
+//!
+//! The method converges for every M >= T and rho in (0, 2): with tildes for distances from a saddle point,
+//! monotonicity gives, step by step,
+//!
+//! ```text
+//! |u_bar~|_D^2 + |q_bar~|_{1/Sigma}^2 + rho |u~|_{M-T}^2   falls by at least
+//! rho (2 - rho) ( |x - u|_D^2 + |z - y|_{1/Sigma}^2 ) + rho |u - u_before|_{M-T}^2.
+//! ```
+//!
+//! The weight of the third term is rho: that is why rho does not change at landing steps.
+//!
+//! Kept in place of q_bar is q = q_bar + Sigma K u, for then D u_bar - K^T q_bar - T u = D (u_bar - u) - K^T q,
+//! and T is not applied; after u has moved by delta, y = q + Sigma K delta.
+//!
+//! Steps: s_j = reach / sqrt(l_j), d_k = sum_{j at k} b_j |K_jk|^2 / (sqrt(l_j) reach), D = omega d and Sigma =
+//! omega s, face by face (`operator/bounds.rs`). With reach = 1 they are the local steps of an explicit method,
+//! |K^T Sigma K| <= |D|; implicit ones may reach further, until M is too far from T. The weight omega starts at
+//! 0.75 lambda, or less if the costs need less, and is balanced (`balance.rs`). T is proportional to it, so
+//! that M is made once.
+
+use super::balance::{Balance, dual_scale};
+use super::{Description, Iterate, OptionDescription, Setup, Solver};
+use crate::error::Result;
+use crate::field::{Row, Tangent};
+use crate::operator::bounds::diagonal_above;
+use crate::operator::{Cholesky, GaussSeidel, Operator, normal_matrix};
+use crate::problem::Problem;
+use crate::prox::{project_ball, project_simplex};
+use crate::sweep::sweep;
+
+pub const DESCRIPTION: Description = Description {
+    name: "douglas-rachford",
+    summary: "implicit primal-dual method, preconditioned by a Gauss-Seidel sweep; exact energy, no smoothing",
+    reference: "Bredies, Sun 2015",
+    steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
+    options: &[
+        OptionDescription {
+            key: "inner",
+            values: "gauss-seidel|cholesky",
+            default: "gauss-seidel",
+            help: "what solves with D + K^T Sigma K: one symmetric over-relaxed sweep, or a factorization",
+        },
+        OptionDescription {
+            key: "rho",
+            values: "NUMBER",
+            default: "1.8",
+            help: "relaxation, above 0 and below 2",
+        },
+        OptionDescription {
+            key: "reach",
+            values: "NUMBER",
+            default: "3; 6 with cholesky",
+            help: "length of the steps, in units of those of an explicit method",
+        },
+        OptionDescription {
+            key: "step-ratio",
+            values: "NUMBER",
+            default: "0.75",
+            help: "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
+        },
+        OptionDescription {
+            key: "balance",
+            values: "adaptive|fixed",
+            default: "adaptive",
+            help: "whether omega follows the lengths of the primal and dual moves, or stays",
+        },
+    ],
+};
+
+/// M / omega.
+enum Inner {
+    GaussSeidel(GaussSeidel),
+    Cholesky(Cholesky),
+}
+
+impl Inner {
+    /// x = omega M^-1 r.
+    #[inline(always)]
+    fn solve<const M: usize>(&self, x: &mut [Row<M>], r: impl Fn(usize) -> Row<M> + Sync) {
+        match self {
+            Inner::GaussSeidel(sweeps) => sweeps.solve(x, r),
+            Inner::Cholesky(factor) => {
+                sweep(
+                    &mut *x,
+                    #[inline(always)]
+                    |v, x| *x = r(v),
+                );
+                factor.solve(x);
+            }
+        }
+    }
+}
+
+pub struct DouglasRachford<const M: usize> {
+    u: Vec<Row<M>>,
+    u_bar: Vec<Row<M>>,
+    /// q_bar + Sigma K u.
+    q: Vec<Tangent<M>>,
+    /// What u moved by.
+    delta: Vec<Row<M>>,
+    /// The feasible pair of the last landing step.
+    x: Vec<Row<M>>,
+    z: Vec<Tangent<M>>,
+    /// Whether that was the last step.
+    landed: bool,
+    d: Vec<f64>,
+    s: Vec<f64>,
+    inner: Inner,
+    omega: f64,
+    step_ratio: f64,
+    balance: Option<Balance<M>>,
+    rho: f64,
+}
+
+impl<const M: usize> DouglasRachford<M> {
+    pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
+        let Setup { problem, options, start: u, dual_start, .. } = setup;
+        let k = &problem.k;
+        let exact = options.choice("inner", &[("gauss-seidel", false), ("cholesky", true)])?;
+        let rho = options.number("rho", f64::MIN_POSITIVE..2.0)?.unwrap_or(1.8);
+        let reach = options.number("reach", f64::MIN_POSITIVE..)?;
+        let step_ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(0.75);
+
+        let (d, s) = step_lengths(k, reach.unwrap_or(if exact { 6.0 } else { 3.0 }));
+        let t = normal_matrix(k, &d, |j| s[j]);
+        let inner = if exact {
+            Inner::Cholesky(Cholesky::new(&t))
+        } else {
+            Inner::GaussSeidel(GaussSeidel::new(&t))
+        };
+        let omega = step_ratio * dual_scale(problem);
+        let balance = Balance::new(options, &u, dual_start.as_ref())?;
+        let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; k.faces()]);
+        // With D (u_bar - u) = K^T q a saddle point (u, q) stays where it is.
+        let u_bar = (u.iter().zip(&d).enumerate())
+            .map(|(v, (&u, d))| u + k.adjoint_at(&q, v) * (1.0 / (omega * d)))
+            .collect();
+        Ok(DouglasRachford {
+            balance,
+            x: u.clone(),
+            z: q.clone(),
+            landed: true,
+            delta: vec![Row::ZERO; u.len()],
+            u,
+            u_bar,
+            q,
+            d,
+            s,
+            inner,
+            omega,
+            step_ratio,
+            rho,
+        })
+    }
+
+    /// Changes D and Sigma, but neither D (u_bar - u) nor q_bar + Sigma K u.
+    fn set_omega(&mut self, omega: f64) {
+        let factor = self.omega / omega;
+        sweep(
+            (&mut self.u_bar, &self.u),
+            #[inline(always)]
+            |_, (u_bar, &u)| *u_bar = u + (*u_bar - u) * factor,
+        );
+        self.omega = omega;
+    }
+}
+
+/// d and s. A vertex without faces gets the least d of the others.
+fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
+    let local: Vec<f64> = (0..k.faces()).map(|j| 1.0 / k.face(j).row_bound().sqrt()).collect();
+    let above = diagonal_above(k, |j| local[j]);
+    let least = above.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let d = above.into_iter().map(|x| if x > 0.0 { x } else { least } / reach).collect();
+    (d, local.into_iter().map(|x| x * reach).collect())
+}
+
+impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
+    fn step(&mut self, problem: &Problem<K, M>, land: bool) {
+        let Problem { k, f, lambda } = problem;
+        let Self { u, u_bar, q, delta, x, z, d, s, inner, omega, rho, .. } = self;
+        let (omega, inverse_omega, rho) = (*omega, 1.0 / *omega, *rho);
+        // delta = M^-1 ( D (u_bar - u) - K^T (q_bar + Sigma K u) )
+        inner.solve(
+            delta,
+            #[inline(always)]
+            |v| (u_bar[v] - u[v]) * d[v] + k.adjoint_at(q, v) * -inverse_omega,
+        );
+        // u <- u + delta,   x = Proj_simplex( 2u - u_bar - tau f ),   u_bar <- u_bar + rho (x - u)
+        sweep(
+            (&mut *u, &mut *u_bar, &mut *x, &*delta, &*d, f),
+            #[inline(always)]
+            |_, (u, u_bar, x_landed, &delta, &d, &f)| {
+                *u += delta;
+                let x = project_simplex(*u * 2.0 - *u_bar + f * -(inverse_omega / d));
+                *u_bar += (x - *u) * rho;
+                if land {
+                    *x_landed = x;
+                }
+            },
+        );
+        // y = q + Sigma K delta,   z = Proj_{|.|<=lambda}( y + Sigma K u ),   q <- y + rho (z - y)
+        sweep(
+            (&mut *q, &mut *z, &*s),
+            #[inline(always)]
+            |j, (q, z_landed, &s)| {
+                let sigma = omega * s;
+                let y = *q + k.at(delta, j) * sigma;
+                let z = project_ball(y + k.at(u, j) * sigma, *lambda);
+                *q = y + (z - y) * rho;
+                if land {
+                    *z_landed = z;
+                }
+            },
+        );
+        self.landed = land;
+        if let Some(balance) = &mut self.balance
+            && balance.due(land)
+        {
+            let now = Iterate { u: x, q: z };
+            let (inverse_tau, inverse_sigma) =
+                (|v: usize| omega * d[v], |j: usize| inverse_omega / s[j]);
+            if let Some(next) = balance.omega(problem, now, inverse_tau, inverse_sigma, omega) {
+                self.set_omega(next);
+            }
+        }
+    }
+
+    fn iterate(&mut self) -> Iterate<'_, M> {
+        if self.landed {
+            Iterate { u: &self.x, q: &self.z }
+        } else {
+            Iterate { u: &self.u, q: &self.q }
+        }
+    }
+
+    fn restart(&mut self, problem: &Problem<K, M>) {
+        self.set_omega(self.step_ratio * dual_scale(problem));
+        if let Some(balance) = &mut self.balance {
+            balance.restart(Iterate { u: &self.u, q: &self.q });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::operator::Stencil;
+    use crate::samples::{bumpy, known_optimum, random_labels, rng};
+    use crate::solver::Options;
+
+    /// The inequality at the top of this file, step by step, landing or not.
+    #[test]
+    fn the_distance_to_a_saddle_point_falls() {
+        let mesh = bumpy(6);
+        let n = mesh.vertices.len();
+        let known = known_optimum::<2>(&mesh, 2, 0.1, 1.0, 77);
+        let k = &known.problem.k;
+        for rho in ["rho=0.7", "rho=1.8", "rho=1.95"] {
+            let options = Options::parse(&[rho, "balance=fixed"]).unwrap();
+            let start = random_labels(n, 2, &mut rng(78));
+            let setup = Setup {
+                mesh: &mesh,
+                problem: &known.problem,
+                start,
+                dual_start: None,
+                options: &options,
+            };
+            let mut solver = DouglasRachford::new(setup).unwrap();
+            let (rho, omega) = (solver.rho, solver.omega);
+
+            // M - T, column by column.
+            let mut inverse = DMatrix::<f64>::zeros(n, n);
+            for v in 0..n {
+                let mut column = vec![Row::<2>::ZERO; n];
+                let unit = |w: usize| if v == w { Row([1.0, 0.0]) } else { Row::ZERO };
+                solver.inner.solve(&mut column, unit);
+                inverse.set_column(v, &DVector::from_iterator(n, column.iter().map(|x| x.0[0])));
+            }
+            let t = normal_matrix(k, &solver.d, |j| solver.s[j]);
+            let mut excess = inverse.try_inverse().unwrap();
+            t.iter().for_each(|(&value, at)| excess[at] -= value);
+            excess *= omega;
+
+            let primal = |a: &[Row<2>], b: &[Row<2>], d: &[f64]| -> f64 {
+                (0..n).map(|v| omega * d[v] * (a[v] - b[v]).norm_squared()).sum()
+            };
+            let dual = |a: &[Tangent<2>], b: &[Tangent<2>], s: &[f64]| -> f64 {
+                let term = |j: usize| (a[j] - b[j]).norm_squared() / (omega * s[j]);
+                (0..a.len()).map(term).sum()
+            };
+            let inner = |a: &[Row<2>], b: &[Row<2>]| -> f64 {
+                let apart = DMatrix::from_fn(n, 2, |v, p| a[v].0[p] - b[v].0[p]);
+                (&excess * &apart).dot(&apart)
+            };
+            let q_bar = |q: &[Tangent<2>], u: &[Row<2>], s: &[f64]| -> Vec<Tangent<2>> {
+                (0..q.len()).map(|j| q[j] - k.at(u, j) * (omega * s[j])).collect()
+            };
+            let saddle_u_bar: Vec<Row<2>> = (0..n)
+                .map(|v| known.u[v] + k.adjoint_at(&known.q, v) * (1.0 / (omega * solver.d[v])))
+                .collect();
+            let saddle_q_bar = q_bar(&known.q, &known.u, &solver.s);
+
+            let mut first = None;
+            for step in 0..200 {
+                let u = solver.u.clone();
+                let u_bar = solver.u_bar.clone();
+                let r = q_bar(&solver.q, &u, &solver.s);
+                let distance = primal(&u_bar, &saddle_u_bar, &solver.d)
+                    + dual(&r, &saddle_q_bar, &solver.s)
+                    + rho * inner(&u, &known.u);
+                let first = *first.get_or_insert(distance);
+                Solver::<Stencil, 2>::step(&mut solver, &known.problem, step % 5 == 0);
+                let next = q_bar(&solver.q, &solver.u, &solver.s);
+                let after = primal(&solver.u_bar, &saddle_u_bar, &solver.d)
+                    + dual(&next, &saddle_q_bar, &solver.s)
+                    + rho * inner(&solver.u, &known.u);
+                let moves = primal(&solver.u_bar, &u_bar, &solver.d) + dual(&next, &r, &solver.s);
+                let fall = (2.0 - rho) / rho * moves + rho * inner(&solver.u, &u);
+                assert!(fall >= 0.0 && after <= distance - fall + 1e-12 * first, "step {step}");
+            }
+        }
+    }
+}
