@@ -130,28 +130,23 @@ fn a_saddle_point_stays() {
     }
 }
 
-/// f and lambda may change between two steps, with a restart or without one: an exact method goes on to the
-/// new optimum.
+/// f and lambda may change on the way: after a restart an exact method goes on to the new optimum.
 #[test]
-fn costs_may_change_between_steps() {
+fn costs_may_change_before_a_restart() {
     let mesh = bumpy(8);
     let mut before = known_optimum::<3>(&mesh, 3, 0.1, 7.0, 90).problem;
     let known = known_optimum::<3>(&mesh, 3, 0.02, 1.0, 91);
     for variant in &VARIANTS[EXACT] {
-        for restart in [false, true] {
-            let first = random_problem::<3>(&mesh, 0.1, 92);
-            (before.f, before.lambda) = (first.f, first.lambda);
-            let start = uniform(mesh.vertices.len(), 3);
-            let mut solver = solver(*variant, &mesh, &before, start);
-            after(&mut *solver, &before, 40);
-            (before.f, before.lambda) = (known.problem.f.clone(), known.problem.lambda);
-            if restart {
-                solver.restart(&before);
-            }
-            let (run, status) = run(&mut *solver, &before, 1e-6, 100_000);
-            assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
-            assert!((run.energy() - known.energy).abs() <= 1.1e-6 * known.energy.abs());
-        }
+        let first = random_problem::<3>(&mesh, 0.1, 92);
+        (before.f, before.lambda) = (first.f, first.lambda);
+        let start = uniform(mesh.vertices.len(), 3);
+        let mut solver = solver(*variant, &mesh, &before, start);
+        after(&mut *solver, &before, 40);
+        (before.f, before.lambda) = (known.problem.f.clone(), known.problem.lambda);
+        solver.restart(&before);
+        let (run, status) = run(&mut *solver, &before, 1e-6, 100_000);
+        assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
+        assert!((run.energy() - known.energy).abs() <= 1.1e-6 * known.energy.abs());
     }
 }
 
