@@ -151,6 +151,7 @@ fn certified(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solution {
         solver: DEFAULT.to_owned(),
         options: Options::default(),
         stop,
+        coarse_to_fine: false,
     };
     solve(mesh, s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(())).unwrap()
 }
