@@ -21,6 +21,7 @@
 //! One convex problem: [`solve::solve`]. Data to regions: [`segment::segment`]. Any U, scored:
 //! [`evaluate::evaluate`]. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
 
+pub mod coarse;
 pub mod data;
 pub mod error;
 pub mod evaluate;

@@ -32,6 +32,13 @@ pub struct Stop {
     pub interval: Option<u64>,
 }
 
+impl Stop {
+    /// The same with less time, because of what was spent before.
+    pub fn after(&self, spent: Duration) -> Self {
+        Stop { time: self.time.map(|limit| limit.saturating_sub(spent)), ..self.clone() }
+    }
+}
+
 /// Steps between the first samples.
 pub const FIRST_INTERVAL: u64 = 4;
 
@@ -131,6 +138,11 @@ impl<const M: usize> Run<M> {
     /// Seconds spent in steps.
     pub fn seconds(&self) -> f64 {
         self.clock.as_secs_f64()
+    }
+
+    /// Counts time that was spent before the first step.
+    pub fn charge(&mut self, spent: Duration) {
+        self.clock += spent;
     }
 
     /// The costs changed: energies and bounds seen so far are those of another problem.

@@ -4,23 +4,30 @@
 //! holds for fixed costs only, so it is void at each re-estimation; after the last one the problem is
 //! solved to the requested gap, and that gap is a certificate for the parameters found.
 //! Delaunoy et al., ICCV 2009, section 3.2.
+//!
+//! Coarse to fine, each coarser mesh goes through the same first, and passes on U, q and the parameters.
+
+mod coarse;
+
+use std::time::{Duration, Instant};
 
 use ndarray::Array1;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use crate::coarse::{Pair, is_certified};
 use crate::data::kmeans::kmeans;
 use crate::data::{Data, DataModel, PiecewiseConstant, RegionParameters};
 use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
+use crate::operator::Stencil;
+use crate::problem::Problem;
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Status, Stop};
-use crate::solve::{
-    Observer, Request, Solution, check_rows, conclude, integrate, model_mesh, problem_of,
-};
-use crate::solver::{self, Setup};
+use crate::solve::{Observer, Request, Solution, check_range, check_rows, conclude, model_mesh};
+use crate::solver::{self, Setup, Solver};
 use crate::sweep::collect;
 
 /// Re-estimations at the most; after them the parameters count as settled.
@@ -97,34 +104,120 @@ fn segment_compiled<const M: usize>(
     mesh: &Mesh,
     warnings: Vec<String>,
     data: &Data,
-    initial: Vec<Vec<f64>>,
+    means: Vec<Vec<f64>>,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Segmentation> {
     let m = alternation.regions;
-    let mut model = PiecewiseConstant::new(data, initial);
-    let costs = |model: &PiecewiseConstant| DataModel::<M>::costs(model);
-    let mut problem = problem_of(mesh, m, costs(&model), request)?;
-    let f = &problem.f;
-    let start = collect(f.len(), |v| Row::<M>::one_hot(f[v].argmin()));
-    let setup = Setup {
-        mesh,
-        problem: &problem,
-        start: start.clone(),
-        dual_start: None,
-        options: &request.options,
-    };
-    let mut solver = solver::build(&request.solver, setup)?;
-    let mut run = Run::new(&start);
+    let asked = Asked { alternation, request, stop: request.stop.clone() };
+    let integrate = |s: &[Row<M>]| request.mass.integrate(mesh, s);
+    let level = Level { mesh, data, integrate: &integrate };
+    let mut first = State { problem: level.problem(&means, &asked)?, means, pair: None };
+    let mut record = None;
+    if request.coarse_to_fine && !is_certified(&first.problem, request) {
+        let (means, pair, spent) = coarse::start(mesh, data, first.means, &asked, observe)?;
+        first.problem.f = level.costs(&PiecewiseConstant::new(data, means.clone()), &asked);
+        (first.means, first.pair, record) = (means, pair, Some(spent));
+    }
+    let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
+    let asked = Asked { stop: request.stop.after(spent), ..asked };
+    let Found { problem, run, status, parameters, estimates, settled, .. } =
+        alternate(&level, first, spent, &asked, observe)?;
 
-    let range = range(data);
-    let begin = std::time::Instant::now();
+    let mut warnings = warnings;
+    if !settled || estimates == MOST_ESTIMATES {
+        warnings.push(format!(
+            "the region parameters still moved after {estimates} re-estimations; the certificate holds for the \
+             last ones; raise --max-iterations or --time-limit"
+        ));
+    }
+    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
+    solution.summary.coarse_to_fine = record;
+    let deviation = data.variance(&request.mass.weights(mesh)).sqrt();
+    solution.summary.warnings.extend(merged(&parameters, &solution.labels, deviation));
+    Ok(Segmentation { solution, parameters, estimates })
+}
+
+/// What the alternation works on: the mesh itself, or a coarser one with the means of its data.
+struct Level<'a, const M: usize> {
+    mesh: &'a Mesh,
+    data: &'a Data,
+    /// s -> M s, with the mass matrix M.
+    integrate: &'a dyn Fn(&[Row<M>]) -> Vec<Row<M>>,
+}
+
+impl<const M: usize> Level<'_, M> {
+    /// f for the parameters of the model.
+    fn costs(&self, model: &PiecewiseConstant, asked: &Asked<'_>) -> Vec<Row<M>> {
+        let mut f = (self.integrate)(&DataModel::<M>::costs(model));
+        regions::close_from(asked.alternation.regions, &mut f);
+        f
+    }
+
+    fn problem(&self, means: &[Vec<f64>], asked: &Asked<'_>) -> Result<Problem<Stencil, M>> {
+        let f = self.costs(&PiecewiseConstant::new(self.data, means.to_vec()), asked);
+        let problem = Problem::new(Stencil::new(self.mesh), f, asked.request.lambda);
+        check_range(&problem)?;
+        Ok(problem)
+    }
+}
+
+/// How it is done, and when it ends.
+struct Asked<'a> {
+    alternation: &'a Alternation,
+    request: &'a Request,
+    stop: Stop,
+}
+
+/// Where it starts: the means of the regions and the problem for them, and U and q, if they are known.
+struct State<const M: usize> {
+    problem: Problem<Stencil, M>,
+    means: Vec<Vec<f64>>,
+    pair: Option<Pair<M>>,
+}
+
+/// What it ends with.
+struct Found<const M: usize> {
+    problem: Problem<Stencil, M>,
+    solver: Box<dyn Solver<Stencil, M>>,
+    run: Run<M>,
+    status: Status,
+    parameters: Vec<RegionParameters>,
+    estimates: usize,
+    settled: bool,
+}
+
+/// Re-estimates until the parameters settle, then solves for the last ones.
+fn alternate<const M: usize>(
+    level: &Level<'_, M>,
+    first: State<M>,
+    spent: Duration,
+    asked: &Asked<'_>,
+    observe: Observer<'_>,
+) -> Result<Found<M>> {
+    let Asked { alternation, request, stop } = asked;
+    let State { mut problem, means, pair } = first;
+    let mut model = PiecewiseConstant::new(level.data, means);
+    let (start, dual_start) = match pair {
+        Some(Pair { u, q }) => (u, Some(q)),
+        None => {
+            let f = &problem.f;
+            (collect(f.len(), |v| Row::one_hot(f[v].argmin())), None)
+        }
+    };
+    let mut run = Run::new(&start);
+    run.charge(spent);
+    let setup =
+        Setup { mesh: level.mesh, problem: &problem, start, dual_start, options: &request.options };
+    let mut solver = solver::build(&request.solver, setup)?;
+
+    let range = range(level.data);
+    let begin = Instant::now();
     // What is left of the iterations and of the time.
     let rest = |used: u64| Stop {
-        iterations: request.stop.iterations.map(|n| n.saturating_sub(used)),
-        time: request.stop.time.map(|limit| limit.saturating_sub(begin.elapsed())),
-        ..request.stop.clone()
+        iterations: stop.iterations.map(|n| n.saturating_sub(used)),
+        ..stop.after(begin.elapsed())
     };
     let mut estimates = 0;
     let mut settled = false;
@@ -138,26 +231,16 @@ fn segment_compiled<const M: usize>(
             Status::IterationLimit => {}
             end => break end,
         }
-        let weights = request.mass.integrate(mesh, solver.labels());
+        let weights = (level.integrate)(solver.labels());
         let change = DataModel::<M>::fit(&mut model, &weights);
-        problem.f = integrate(mesh, m, &costs(&model), request.mass);
+        problem.f = level.costs(&model, asked);
         solver.restart(&problem);
         run.forget();
         estimates += 1;
         settled = change <= SETTLED * range || estimates == MOST_ESTIMATES;
     };
-    let mut warnings = warnings;
-    if !settled || estimates == MOST_ESTIMATES {
-        warnings.push(format!(
-            "the region parameters still moved after {estimates} re-estimations; the certificate holds for the \
-             last ones; raise --max-iterations or --time-limit"
-        ));
-    }
-    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     let parameters = DataModel::<M>::parameters(&model);
-    let deviation = data.variance(&request.mass.weights(mesh)).sqrt();
-    solution.summary.warnings.extend(merged(&parameters, &solution.labels, deviation));
-    Ok(Segmentation { solution, parameters, estimates })
+    Ok(Found { problem, solver, run, status, parameters, estimates, settled })
 }
 
 /// Regions whose means agree to this share of the standard deviation of the data have become one.

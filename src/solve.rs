@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 use ndarray::{Array1, Array2, Axis};
 use serde::Serialize;
 
+use crate::coarse::{self, Pair, Record};
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
@@ -29,6 +31,8 @@ pub struct Request {
     pub solver: String,
     pub options: Options,
     pub stop: Stop,
+    /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
+    pub coarse_to_fine: bool,
 }
 
 impl Request {
@@ -88,7 +92,7 @@ pub struct Summary {
     pub status: Status,
     pub status_sentence: &'static str,
     pub iterations: u64,
-    /// Time spent in the solver's steps.
+    /// Time spent in the solver's steps, and in all that `coarse_to_fine` counts.
     pub seconds: f64,
     /// E of `u`.
     pub energy: f64,
@@ -109,6 +113,8 @@ pub struct Summary {
     pub mass: &'static str,
     /// Of the mesh that the energy is measured on.
     pub area: f64,
+    /// The levels below the finest, whose solution started it.
+    pub coarse_to_fine: Option<Record>,
     pub warnings: Vec<String>,
 }
 
@@ -169,18 +175,31 @@ fn solve_compiled<const M: usize>(
     let m = s.ncols();
     let s = order.applied(regions::rows(s.view()));
     let problem = problem_of::<M>(model, m, s, request)?;
-    let start = start.rows(m, &problem.f, order);
+    let beginning = match request.coarse_to_fine && !coarse::is_certified(&problem, request) {
+        true => Some(coarse::start(model, &problem, m, request, observe)?),
+        false => None,
+    };
+    let (pair, record) = beginning.map(|begin| (begin.pair, begin.record)).unzip();
+    let (start, dual_start) = match pair.flatten() {
+        Some(Pair { u, q }) => (u, Some(q)),
+        None => (start.rows(m, &problem.f, order), None),
+    };
     let setup = Setup {
         mesh: model,
         problem: &problem,
         start: start.clone(),
-        dual_start: None,
+        dual_start,
         options: &request.options,
     };
     let mut solver = solver::build(&request.solver, setup)?;
     let mut run = Run::new(&start);
-    let status = run.advance(&mut *solver, &problem, &request.stop, observe);
-    Ok(conclude(model, &problem, m, request, run, status, warnings))
+    let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
+    run.charge(spent);
+    let stop = request.stop.after(spent);
+    let status = run.advance(&mut *solver, &problem, &stop, observe);
+    let mut solution = conclude(model, &problem, m, request, run, status, warnings);
+    solution.summary.coarse_to_fine = record;
+    Ok(solution)
 }
 
 /// The faces with an area, and what was left out. What is left out couples its corners no more.
@@ -282,6 +301,7 @@ pub(crate) fn conclude<const M: usize>(
         lambda: problem.lambda,
         mass: request.mass.name(),
         area: model.area(),
+        coarse_to_fine: None,
         warnings,
     };
     Solution {

@@ -153,6 +153,7 @@ fn certified(solver: &str, mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solutio
         solver: solver.to_owned(),
         options: Options::default(),
         stop,
+        coarse_to_fine: false,
     };
     solve(mesh, s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(())).unwrap()
 }

@@ -32,7 +32,12 @@ pub struct Arguments {
     lambda: f64,
 
     /// Where U starts: uniform, random, argmin, or a file U.npy
-    #[arg(long, default_value = "argmin", value_name = "uniform|random|argmin|U.npy")]
+    #[arg(
+        long,
+        default_value = "argmin",
+        conflicts_with = "coarse_to_fine",
+        value_name = "uniform|random|argmin|U.npy"
+    )]
     init: Init,
 
     /// Seed of a random start

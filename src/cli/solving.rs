@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use meshseg::coarse::Record;
 use meshseg::operator::Mass;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, Summary};
@@ -53,6 +54,11 @@ pub struct Solving {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000), allow_negative_numbers = true)]
     check_every: Option<u64>,
 
+    /// Solve coarser meshes first, each of which starts the next finer one: pays where many iterations are
+    /// needed, as for a large lambda; their time counts
+    #[arg(long)]
+    coarse_to_fine: bool,
+
     /// Threads; the result does not depend on their number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
@@ -100,6 +106,7 @@ impl Solving {
                 change: change.transpose()?,
                 interval: self.check_every,
             },
+            coarse_to_fine: self.coarse_to_fine,
         };
         request.check()?;
         meshseg::file::check_folder(&self.out)?;
@@ -114,6 +121,20 @@ pub fn exit(status: Status, printed: std::io::Result<()>) -> Outcome {
     match status {
         Status::Interrupted => Err(Failure::Interrupted),
         _ => Ok(printed?),
+    }
+}
+
+fn time(summary: &Summary) -> String {
+    let all = format!("{:.3} s in the solver", summary.seconds);
+    match &summary.coarse_to_fine {
+        None => all,
+        Some(Record { spent, levels }) => {
+            format!(
+                "{all}, {:.3} of them before, on {} coarser meshes",
+                spent.as_secs_f64(),
+                levels.len()
+            )
+        }
     }
 }
 
@@ -140,6 +161,6 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
         ),
         ("lambda", table::number(summary.lambda)),
         ("iterations", format!("{} of {}", summary.iterations, summary.solver)),
-        ("time", format!("{:.3} s in the solver", summary.seconds)),
+        ("time", time(summary)),
     ]
 }

@@ -70,6 +70,15 @@ pub fn opposite_edges(mesh: &Mesh, j: usize) -> [Vector3<f64>; 3] {
     [x3 - x2, x1 - x3, x2 - x1]
 }
 
+/// The orthonormal frame of face j that `operator` writes its tangents in: e1 along the edge from corner 1
+/// to corner 2, e2 towards corner 3. Turning the face over, 1 and 2 in place, does not change it.
+pub fn frame(mesh: &Mesh, j: usize) -> [Vector3<f64>; 2] {
+    let [x1, x2, x3] = mesh.corners(j);
+    let e1 = (x2 - x1).normalize();
+    let n = (x2 - x1).cross(&(x3 - x1)).normalize();
+    [e1, n.cross(&e1)]
+}
+
 /// Sums a share per face corner into its vertex, over the faces that are not degenerate.
 fn corner_sums(mesh: &Mesh, share: impl Fn(usize) -> [f64; 3] + Sync) -> Vec<f64> {
     let shares = sweep::collect(

@@ -9,6 +9,7 @@ use crate::data::RegionParameters;
 use crate::operator::Mass;
 use crate::run::Sample;
 use crate::samples::{assert_within, rng, shape};
+use crate::solve::problem_of;
 use crate::solver::{DEFAULT, Options};
 
 const PALETTE: [[f64; 3]; 3] = [[0.9, 0.1, 0.1], [0.1, 0.8, 0.2], [0.2, 0.1, 0.7]];
@@ -45,6 +46,7 @@ fn request(lambda: f64, mass: Mass) -> Request {
         solver: DEFAULT.to_owned(),
         options: Options::default(),
         stop: Stop { relative_gap: Some(1e-4), iterations: Some(20_000), ..Stop::default() },
+        coarse_to_fine: false,
     }
 }
 
@@ -149,6 +151,28 @@ fn the_same_seed_gives_the_same_result() {
         };
         assert_eq!(result(3), result(3));
         assert_ne!(result(3).0, result(4).0, "{initial:?}: the seed has no effect");
+    }
+}
+
+/// From coarser meshes: the same regions, certified as ever.
+#[test]
+fn coarse_to_fine_finds_the_same_regions() {
+    let mesh = shape("sphere:5");
+    let (data, truth) = painted(&mesh, 0.6);
+    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+        let without = request(0.05, mass);
+        let with = Request { coarse_to_fine: true, ..without.clone() };
+        let alternation = alternation(Initial::KMeans, 5);
+        let [without, with] = [without, with]
+            .map(|request| segment(&mesh, &data, &alternation, &request, &mut go).unwrap());
+        let summary = &with.solution.summary;
+        assert_eq!(summary.status, Status::Converged, "{mass:?}");
+        assert!(summary.coarse_to_fine.as_ref().unwrap().levels.len() >= 2);
+        let energy = without.solution.summary.energy;
+        assert_within(summary.energy, energy, 1e-3, energy);
+        let same = without.solution.labels.iter().zip(&with.solution.labels);
+        let share = same.filter(|(a, b)| a == b).count() as f64 / truth.len() as f64;
+        assert!(share > 0.99, "{mass:?}: {share}");
     }
 }
 

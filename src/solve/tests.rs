@@ -13,6 +13,7 @@ fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
         mass: Mass::Barycentric,
         solver: DEFAULT.to_owned(),
         options: Options::default(),
+        coarse_to_fine: false,
         stop: Stop { iterations: Some(40), ..Stop::default() },
     };
     solve(mesh, s, start, &request, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -64,6 +65,7 @@ fn a_start_without_steps_comes_back_as_it_is() {
         mass: Mass::Voronoi,
         solver: DEFAULT.to_owned(),
         options: Options::default(),
+        coarse_to_fine: false,
         stop: Stop { iterations: Some(0), ..Stop::default() },
     };
     let start = |start: &Start| {

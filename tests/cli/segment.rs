@@ -97,16 +97,34 @@ fn assert_ply_has_labels(folder: &Folder, answer: &crate::support::Answer) {
 #[test]
 fn the_same_bytes_with_one_and_two_threads() {
     let folder = Folder::new();
-    for threads in [1, 2] {
-        folder.done(&format!(
-            "segment builtin:spot --regions 3 --gap 1e-3 --no-preview --threads {threads} --out {threads}"
-        ));
+    for flag in ["", "--coarse-to-fine"] {
+        for threads in [1, 2] {
+            folder.done(&format!(
+                "segment builtin:spot --regions 3 --gap 1e-3 --no-preview --threads {threads} --out {threads} {flag}"
+            ));
+        }
+        assert!(!folder.path("1/preview.png").exists());
+        for name in ["u.npy", "labels.npy", "segmented.ply"] {
+            let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join(name)).unwrap());
+            assert_eq!(one, two, "{name}");
+        }
     }
-    assert!(!folder.path("1/preview.png").exists());
-    for name in ["u.npy", "labels.npy", "segmented.ply"] {
-        let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join(name)).unwrap());
-        assert_eq!(one, two, "{name}");
-    }
+}
+
+/// Coarse meshes find the parameters, so that the finest re-estimates them less often.
+#[test]
+fn coarse_to_fine() {
+    let folder = Folder::new();
+    let [without, with] = ["", "--coarse-to-fine"].map(|flag| {
+        folder.done(&format!("segment builtin:spot --regions 3 --no-preview --out out {flag}"));
+        folder.answer("out")
+    });
+    with.assert_consistent();
+    assert_eq!(with.status(), "converged");
+    assert!(with.number("re_estimations") < without.number("re_estimations"));
+    // The alternation has many ends; this one is another, and no worse.
+    assert!(with.number("energy") <= (1.0 + 1e-3) * without.number("energy"));
+    assert!(with.summary["coarse_to_fine"]["levels"].as_array().unwrap().len() >= 3);
 }
 
 #[test]

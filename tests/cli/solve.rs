@@ -122,6 +122,40 @@ fn every_start() {
     assert!(given.iter().zip(&first.u).all(|(a, b)| (a - b).abs() < 1e-12));
 }
 
+/// The levels are told of and their time counts; the answer is certified as ever.
+#[test]
+fn coarse_to_fine() {
+    let folder = Folder::new();
+    folder.array("S.npy", &costs(4000, 3));
+    folder.array("small.npy", &costs(1000, 3));
+    for solver in ["chambolle-pock", "fista", "projected-gradient"] {
+        let problem = format!(
+            "torus:80x50 --costs S.npy --lambda 0.02 --no-preview --solver {solver} --gap 1e-3 --max-iterations 2000"
+        );
+        let [without, with] =
+            ["", "--coarse-to-fine"].map(|flag| folder.solve(&format!("{problem} {flag}"), "out"));
+        with.assert_consistent();
+        with.assert_monotone_from(0);
+        assert!(with.number("dual_bound") <= without.number("energy"), "{solver}");
+        assert!(without.number("dual_bound") <= with.number("energy"), "{solver}");
+        assert!(without.summary["coarse_to_fine"].is_null());
+        let record = &with.summary["coarse_to_fine"];
+        let levels = record["levels"].as_array().unwrap();
+        assert!(!levels.is_empty());
+        for level in levels {
+            assert!(level["vertices"].as_u64().unwrap() < 4000 && level["faces"].is_u64());
+            assert!(level["iterations"].as_u64().unwrap() > 0);
+        }
+        let spent = record["seconds"].as_f64().unwrap();
+        assert!(0.0 < spent && Some(spent) == with.column("seconds")[0]);
+    }
+    let small = "torus:40x25 --costs small.npy --lambda 0.02 --no-preview";
+    let [without, with] =
+        ["", "--coarse-to-fine"].map(|flag| folder.solve(&format!("{small} {flag}"), "out"));
+    assert_eq!((without.u, without.labels), (with.u, with.labels));
+    assert_eq!(with.summary["coarse_to_fine"]["levels"].as_array().unwrap().len(), 0);
+}
+
 #[test]
 fn every_way_to_stop() {
     let folder = folder();

@@ -105,6 +105,10 @@ fn command_lines_that_cannot_be_understood() {
         ("segment square.obj --regions 2 --out out --normalize volume", "--normalize"),
         ("solve square.obj --costs S.npy --out out", "--lambda"),
         ("solve square.obj --lambda 1 --out out", "--costs"),
+        (
+            "solve square.obj --costs S.npy --lambda 1 --out out --init uniform --coarse-to-fine",
+            "--coarse-to-fine",
+        ),
         ("evaluate square.obj --costs S.npy --lambda 1", "--u"),
         (
             "evaluate square.obj --costs S.npy --lambda 1 --u U.npy --epsilon-mode both",

@@ -1,0 +1,277 @@
+//! Coarse to fine: the same model on coarser and coarser meshes, whose solutions start each other.
+//!
+//! With P from the vertices of a coarse mesh to those of the next finer one (`mesh/coarsen.rs`):
+//!
+//! ```text
+//! f_coarse = P^T f                so that <P u, f> = <u, f_coarse>: no cost is lost
+//! u_fine   = P u_coarse           rows of P are non-negative and sum to 1: u stays in the simplex
+//! q_fine   = Proj_{|.|<=lambda}( tangential part of the mean over the corners of P qbar )
+//! qbar_c   = sum_{j at c} A_j q_j / sum_{j at c} A_j     in space, R^{3 x m}
+//! ```
+//!
+//! K, the gradient, is that of each mesh; lambda is the same. Only the finest solve certifies.
+
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::field::{Row, Tangent};
+use crate::mesh::Mesh;
+use crate::mesh::coarsen::{Coarsening, Parents};
+use crate::mesh::geometry::frame;
+use crate::operator::Stencil;
+use crate::problem::{Problem, relative_gap};
+use crate::prox::project_ball;
+use crate::regions;
+use crate::run::{Run, Status, Stop};
+use crate::solve::{Observer, Request};
+use crate::solver::{self, Setup};
+use crate::sweep::{sum, sweep};
+
+/// Meshes of so few vertices are not coarsened: solving them costs next to nothing.
+const COARSEST: usize = 1000;
+
+/// A level that keeps a larger share of the vertices than this does not pay.
+const LARGEST_SHARE: f64 = 0.7;
+
+/// Coarse meshes, the finest of them first, each a coarsening of the one before.
+pub struct Hierarchy<'a> {
+    finest: &'a Mesh,
+    pub levels: Vec<Coarsening>,
+}
+
+/// Where the finest solve starts, and what that took.
+pub struct Beginning<const M: usize> {
+    /// Nothing, if there is no hierarchy or a coarse solve diverges.
+    pub pair: Option<Pair<M>>,
+    pub record: Record,
+}
+
+/// What `summary.json` says of the coarse levels.
+#[derive(Clone, Debug, Serialize)]
+pub struct Record {
+    /// Wall time of all that happens before the finest solve: meshes, problems, steps and samples.
+    #[serde(rename = "seconds", serialize_with = "as_seconds")]
+    pub spent: Duration,
+    /// The coarsest first, in the order of the work.
+    pub levels: Vec<LevelRecord>,
+}
+
+fn as_seconds<S: serde::Serializer>(
+    spent: &Duration,
+    to: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    to.serialize_f64(spent.as_secs_f64())
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct LevelRecord {
+    pub vertices: usize,
+    pub faces: usize,
+    pub iterations: u64,
+}
+
+impl LevelRecord {
+    pub fn of(mesh: &Mesh, iterations: u64) -> Self {
+        LevelRecord { vertices: mesh.vertices.len(), faces: mesh.faces.len(), iterations }
+    }
+}
+
+/// U and the dual field that belongs to it.
+pub struct Pair<const M: usize> {
+    pub u: Vec<Row<M>>,
+    pub q: Vec<Tangent<M>>,
+}
+
+impl<'a> Hierarchy<'a> {
+    /// Without levels where the mesh is small, or where nothing can be made coarser.
+    pub fn new(finest: &'a Mesh) -> Self {
+        let mut levels: Vec<Coarsening> = Vec::new();
+        loop {
+            let fine = levels.last().map_or(finest, |level| &level.mesh);
+            let most = (LARGEST_SHARE * fine.vertices.len() as f64) as usize;
+            if fine.vertices.len() <= COARSEST {
+                break;
+            }
+            let coarsening = fine.coarsened();
+            if coarsening.mesh.vertices.len() > most || coarsening.mesh.faces.is_empty() {
+                break;
+            }
+            levels.push(coarsening);
+        }
+        Hierarchy { finest, levels }
+    }
+
+    /// Calls `solve` with the number of each level, the coarsest first, and what the one before it led to;
+    /// returns what the last leads to on the finest mesh. Nothing, if there are no levels or `solve` gives up.
+    pub fn climb<const M: usize>(
+        &self,
+        lambda: f64,
+        mut solve: impl FnMut(usize, Option<Pair<M>>) -> Result<Option<Pair<M>>>,
+    ) -> Result<Option<Pair<M>>> {
+        let mut pair = None;
+        for (l, level) in self.levels.iter().enumerate().rev() {
+            let Some(Pair { u, q }) = solve(l, pair)? else { return Ok(None) };
+            let fine = if l == 0 { self.finest } else { &self.levels[l - 1].mesh };
+            pair = Some(Pair {
+                u: prolong(&level.parents, &u),
+                q: prolong_dual(level, fine, &q, lambda),
+            });
+        }
+        Ok(pair)
+    }
+}
+
+/// A level is not solved beyond what its own coarseness is worth, nor the last digit that is asked for:
+/// 10 times the gap, but between these.
+const GAPS: [f64; 2] = [1e-4, 2e-3];
+
+/// Steps on a level at the most; on a quarter of the vertices they cost a quarter.
+const MOST_STEPS: u64 = 500;
+
+/// When a coarse level is done, which begins after all that took `spent`.
+pub fn stop(request: &Request, spent: Duration) -> Stop {
+    let gap = 10.0 * request.stop.relative_gap.unwrap_or(0.0);
+    Stop {
+        relative_gap: Some(gap.clamp(GAPS[0], GAPS[1])),
+        iterations: Some(MOST_STEPS),
+        time: request.stop.after(spent).time,
+        ..Stop::default()
+    }
+}
+
+/// Whether the cheapest region everywhere, with q = 0, is already as good as what is asked for. What comes up
+/// from coarse levels could then only be worse: where all costs are zero, by rounding.
+pub fn is_certified<const M: usize>(problem: &Problem<Stencil, M>, request: &Request) -> bool {
+    let cheapest: Vec<Row<M>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let bound = sum(problem.f.len(), |v| problem.f[v].min());
+    let gap = relative_gap(problem.energy(&cheapest), bound, problem.scale());
+    request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
+}
+
+/// Solves each level, with the solver that is asked for.
+pub fn start<const M: usize>(
+    finest: &Mesh,
+    problem: &Problem<Stencil, M>,
+    m: usize,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Beginning<M>> {
+    let begin = Instant::now();
+    let hierarchy = Hierarchy::new(finest);
+    let mut costs: Vec<Vec<Row<M>>> = Vec::new();
+    for level in &hierarchy.levels {
+        let mut f = restrict(level, costs.last().unwrap_or(&problem.f));
+        regions::close_from(m, &mut f);
+        costs.push(f);
+    }
+    let mut levels = Vec::new();
+    let pair = hierarchy.climb(request.lambda, |l, pair| {
+        let mesh = &hierarchy.levels[l].mesh;
+        let f = std::mem::take(&mut costs[l]);
+        let problem = Problem::new(Stencil::new(mesh), f, request.lambda);
+        let (start, dual_start) = match pair {
+            Some(Pair { u, q }) => (u, Some(q)),
+            None => (problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect(), None),
+        };
+        let mut run = Run::new(&start);
+        let setup = Setup { mesh, problem: &problem, start, dual_start, options: &request.options };
+        let mut solver = solver::build(&request.solver, setup)?;
+        let stop = stop(request, begin.elapsed());
+        let status = run.advance(&mut *solver, &problem, &stop, &mut |_| observe(None));
+        levels.push(LevelRecord::of(mesh, run.iterations()));
+        Ok(reached(solver.iterate(), status))
+    })?;
+    let record = Record { spent: begin.elapsed(), levels };
+    Ok(Beginning { pair, record })
+}
+
+/// What a level ends with, if that is made of numbers.
+pub fn reached<const M: usize>(iterate: solver::Iterate<'_, M>, status: Status) -> Option<Pair<M>> {
+    (status != Status::Diverged).then(|| Pair { u: iterate.u.to_vec(), q: iterate.q.to_vec() })
+}
+
+/// P^T f.
+pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>> {
+    let mut coarse = vec![Row::ZERO; level.mesh.vertices.len()];
+    for (parents, &f) in level.parents.iter().zip(f) {
+        for (&c, w) in parents.corners.iter().zip(parents.weights) {
+            coarse[c as usize] += f * w;
+        }
+    }
+    coarse
+}
+
+/// P u.
+pub fn prolong<const M: usize>(parents: &[Parents], u: &[Row<M>]) -> Vec<Row<M>> {
+    let mut fine = vec![Row::ZERO; parents.len()];
+    sweep(
+        (&mut fine, parents),
+        #[inline(always)]
+        |_, (fine, parents)| *fine = interpolate(parents, |c| u[c]),
+    );
+    fine
+}
+
+#[inline(always)]
+fn interpolate<const M: usize>(parents: &Parents, at: impl Fn(usize) -> Row<M>) -> Row<M> {
+    let [a, b, c] = parents.corners.map(|c| at(c as usize));
+    let [wa, wb, wc] = parents.weights;
+    a * wa + b * wb + c * wc
+}
+
+/// q on the finer mesh. A tangent in space has no orientation, so that flipped faces need no care.
+pub fn prolong_dual<const M: usize>(
+    level: &Coarsening,
+    fine: &Mesh,
+    q: &[Tangent<M>],
+    lambda: f64,
+) -> Vec<Tangent<M>> {
+    let mean = vertex_means(&level.mesh, q);
+    let mut at_vertex = vec![[Row::<M>::ZERO; 3]; fine.vertices.len()];
+    sweep(
+        (&mut at_vertex, &level.parents),
+        #[inline(always)]
+        |_, (at, parents)| {
+            *at = [0, 1, 2].map(|i| interpolate(parents, |c| mean[c][i]));
+        },
+    );
+    let mut fine_q = vec![Tangent::ZERO; fine.faces.len()];
+    sweep(
+        &mut fine_q,
+        #[inline(always)]
+        |j, q| {
+            let [a, b, c] = fine.faces[j].map(|v| &at_vertex[v as usize]);
+            let in_space = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) * (1.0 / 3.0));
+            let along = frame(fine, j)
+                .map(|e| in_space[0] * e[0] + in_space[1] * e[1] + in_space[2] * e[2]);
+            *q = project_ball(Tangent(along), lambda);
+        },
+    );
+    fine_q
+}
+
+/// qbar, one per vertex: the rows of its three coordinates in space. Zero where there are no faces.
+fn vertex_means<const M: usize>(mesh: &Mesh, q: &[Tangent<M>]) -> Vec<[Row<M>; 3]> {
+    let mut mean = vec![[Row::<M>::ZERO; 3]; mesh.vertices.len()];
+    let mut area = vec![0.0; mesh.vertices.len()];
+    for (j, &Tangent([q1, q2])) in q.iter().enumerate() {
+        let a = mesh.face_area(j);
+        let [e1, e2] = frame(mesh, j);
+        let in_space = [0, 1, 2].map(|i| q1 * (a * e1[i]) + q2 * (a * e2[i]));
+        for v in mesh.faces[j].map(|v| v as usize) {
+            area[v] += a;
+            (0..3).for_each(|i| mean[v][i] += in_space[i]);
+        }
+    }
+    for (mean, area) in mean.iter_mut().zip(area) {
+        if area > 0.0 {
+            *mean = mean.map(|row| row * (1.0 / area));
+        }
+    }
+    mean
+}
+
+#[cfg(test)]
+mod tests;

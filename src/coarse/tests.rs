@@ -1,0 +1,255 @@
+//! P is a partition of unity that loses no cost; what comes up a level is feasible; answers stay answers.
+
+use std::ops::ControlFlow;
+
+use nalgebra::Vector3;
+use ndarray::Array2;
+use rand::RngExt;
+
+use super::*;
+use crate::mesh::geometry::barycentric_areas;
+use crate::operator::{Mass, Operator};
+use crate::samples::{
+    assert_within, bumpy, disjoint, flipped, known_optimum, needles, random_dual, random_labels,
+    random_problem, random_rows, rng, shape, soup, with_isolated_vertices, zoo,
+};
+use crate::solve::{Solution, solve};
+use crate::solver::{DEFAULT, DESCRIPTIONS, Options};
+use crate::start::Start;
+use crate::sweep::with_threads;
+
+fn request(lambda: f64, gap: f64, solver: &str) -> Request {
+    Request {
+        lambda,
+        mass: Mass::Barycentric,
+        solver: solver.to_owned(),
+        options: Options::default(),
+        stop: Stop { relative_gap: Some(gap), iterations: Some(20_000), ..Stop::default() },
+        coarse_to_fine: true,
+    }
+}
+
+fn go(_: Option<&crate::run::Sample>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn solved(mesh: &Mesh, s: &Array2<f64>, request: &Request) -> Solution {
+    solve(mesh, s, &Start::Argmin, request, &mut go).unwrap()
+}
+
+/// Meshes with a hierarchy, from good to terrible.
+fn large() -> Vec<(&'static str, Mesh)> {
+    let sphere = shape("sphere:4");
+    let parts = [shape("sphere:3"), shape("grid:30x20").scaled(0.1), shape("torus:40x20")];
+    vec![
+        ("sphere", sphere.clone()),
+        ("grid", shape("grid:50x40")),
+        ("bumpy", bumpy(40)),
+        ("components", disjoint(parts)),
+        ("flipped", flipped(sphere.clone())),
+        ("needles", needles(30, 1e-6)),
+        ("small", bumpy(40).scaled(1e-4)),
+        ("large", sphere.clone().scaled(1e4)),
+        ("soup", soup(1200, 6000, 21)),
+        ("isolated", with_isolated_vertices(sphere)),
+    ]
+}
+
+/// <P u, f> = <u, P^T f>.
+#[test]
+fn restriction_is_the_adjoint_of_prolongation() {
+    for (name, mesh) in zoo() {
+        let level = mesh.coarsened();
+        let mut rng = rng(31);
+        let u = random_rows::<3>(level.mesh.vertices.len(), &mut rng);
+        let f = random_rows::<3>(mesh.vertices.len(), &mut rng);
+        let dot =
+            |a: &[Row<3>], b: &[Row<3>]| -> f64 { a.iter().zip(b).map(|(a, &b)| a.dot(b)).sum() };
+        let fine = dot(&prolong(&level.parents, &u), &f);
+        assert_within(dot(&u, &restrict(&level, &f)), fine, 1e-13, mesh.vertices.len() as f64);
+        let total = |f: &[Row<3>]| f.iter().fold(Row::ZERO, |sum, &f| sum + f);
+        let lost = (total(&restrict(&level, &f)) - total(&f)).max_abs();
+        assert!(lost <= 1e-13 * f.len() as f64, "{name}: {lost}");
+    }
+}
+
+/// Rows stay in the simplex of the open regions, tangents in the ball, and D(q) <= E* <= E(u).
+#[test]
+fn what_comes_up_is_feasible() {
+    for (name, mesh) in zoo() {
+        let level = mesh.coarsened();
+        if level.mesh.faces.is_empty() {
+            continue;
+        }
+        let lambda = 0.1 * mesh.area().sqrt();
+        let known = known_optimum::<12>(&mesh, 9, lambda, 1.0, 32);
+        let mut rng = rng(33);
+        let u = random_labels::<12>(level.mesh.vertices.len(), 9, &mut rng);
+        let q = random_dual::<12>(level.mesh.faces.len(), lambda, &mut rng).into_iter();
+        let open = |row: Row<12>| Row::from_fn(|p| if p < 9 { row.0[p] } else { 0.0 });
+        let q: Vec<_> = q.map(|q| Tangent(q.0.map(open))).collect();
+        let u = prolong(&level.parents, &u);
+        let q = prolong_dual(&level, &mesh, &q, lambda);
+        for row in &u {
+            assert!((row.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14 && row.min() >= 0.0, "{name}");
+            assert!(row.0[9..] == [0.0; 3], "{name}");
+        }
+        assert!(q.iter().all(|q| q.norm() <= lambda * (1.0 + 1e-14)), "{name}");
+        let slack = 1e-12 * known.problem.spread();
+        assert!(known.problem.dual_bound(&q) <= known.energy + slack, "{name}");
+        assert!(known.problem.energy(&u) >= known.energy - slack, "{name}");
+    }
+}
+
+/// One vector in space for each region, seen by every face of a flat mesh, stays that vector.
+#[test]
+fn a_constant_field_stays_constant() {
+    let mesh = flipped(shape("grid:20x14"));
+    let level = mesh.coarsened();
+    let field = [Vector3::new(0.3, 0.1, 0.0), Vector3::new(-0.2, 0.4, 0.0)];
+    let on = |mesh: &Mesh| -> Vec<Tangent<2>> {
+        let tangent = |j| Tangent(frame(mesh, j).map(|e| Row::from_fn(|p| field[p].dot(&e))));
+        (0..mesh.faces.len()).map(tangent).collect()
+    };
+    let fine = prolong_dual(&level, &mesh, &on(&level.mesh), 1.0);
+    for (q, exact) in fine.into_iter().zip(on(&mesh)) {
+        assert!((q + exact * -1.0).norm() <= 1e-14);
+    }
+}
+
+/// The frame is that of K: K u = A grad u, written in it, of the linear function with that gradient.
+#[test]
+fn the_frame_is_that_of_the_gradient() {
+    let gradient = Vector3::new(0.3, -0.7, 0.2);
+    for (name, mesh) in [("bumpy", bumpy(6)), ("flipped", flipped(shape("sphere:2")))] {
+        let k = Stencil::new(&mesh);
+        let u: Vec<Row<1>> = mesh.vertices.iter().map(|x| Row([gradient.dot(&x.coords)])).collect();
+        for j in 0..mesh.faces.len() {
+            let Tangent([a, b]) = k.at(&u, j);
+            let [e1, e2] = frame(&mesh, j).map(|e| k.area(j) * gradient.dot(&e));
+            let error = f64::max((a.0[0] - e1).abs(), (b.0[0] - e2).abs());
+            assert!(error <= 1e-13 * k.area(j).sqrt(), "{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn small_meshes_and_dust_have_no_levels() {
+    assert!(zoo().iter().all(|(_, mesh)| Hierarchy::new(mesh).levels.is_empty()));
+    let dust = disjoint((0..800).map(|_| shape("grid:1x1")));
+    let levels = Hierarchy::new(&dust).levels;
+    assert!(levels.iter().all(|level| !level.mesh.faces.is_empty()));
+    for (name, mesh) in large() {
+        let levels = Hierarchy::new(&mesh).levels;
+        assert!(!levels.is_empty(), "{name}");
+        let mut before = mesh.vertices.len();
+        for level in levels {
+            assert!(level.mesh.vertices.len() as f64 <= LARGEST_SHARE * before as f64, "{name}");
+            before = level.mesh.vertices.len();
+        }
+    }
+}
+
+/// Certified as without the hierarchy, whatever the mesh: D <= E* <= E, and the gap is reached.
+#[test]
+fn the_known_optimum_is_certified() {
+    for (name, mesh) in large() {
+        let areas =
+            Array2::from_shape_vec((mesh.vertices.len(), 1), barycentric_areas(&mesh)).unwrap();
+        // The costs of vertices without area cannot be given.
+        if areas.iter().any(|&a| a == 0.0) {
+            continue;
+        }
+        let lambda = 0.05 * mesh.area().sqrt();
+        let known = known_optimum::<3>(&mesh, 3, lambda, 1.0, 34);
+        let s = regions::array(&known.problem.f, 3) / &areas;
+        let solution = solved(&mesh, &s, &request(lambda, 1e-4, DEFAULT));
+        let summary = &solution.summary;
+        let slack = 1e-12 * known.problem.spread();
+        assert_eq!(summary.status, Status::Converged, "{name}: {summary:?}");
+        assert!(summary.dual_bound <= known.energy + slack, "{name}: {summary:?}");
+        assert!(summary.energy >= known.energy - slack, "{name}: {summary:?}");
+        let record = summary.coarse_to_fine.as_ref().unwrap();
+        assert_eq!(record.levels.len(), Hierarchy::new(&mesh).levels.len(), "{name}");
+        let spent = record.spent.as_secs_f64();
+        assert!(0.0 < spent && spent <= solution.trace[0].seconds);
+    }
+}
+
+/// Random costs on every mesh and by every solver: feasible rows, and bounds that overlap those without.
+#[test]
+fn every_solver_starts_from_below() {
+    for (name, mesh) in large() {
+        let rows = random_rows::<3>(mesh.vertices.len(), &mut rng(35));
+        let s = regions::array(&rows, 3);
+        for description in DESCRIPTIONS {
+            let with = Request {
+                stop: Stop { iterations: Some(40), ..Stop::default() },
+                ..request(0.02 * mesh.area().sqrt(), 0.0, description.name)
+            };
+            let without = Request { coarse_to_fine: false, ..with.clone() };
+            let [with, without] = [with, without].map(|request| solved(&mesh, &s, &request));
+            let slack = 1e-12 * without.summary.energy.abs();
+            let (with, without) = (with.summary, without.summary);
+            assert!(with.dual_bound <= without.energy + slack, "{name}, {}", description.name);
+            assert!(without.dual_bound <= with.energy + slack, "{name}, {}", description.name);
+            assert!(with.coarse_to_fine.is_some() && without.coarse_to_fine.is_none());
+        }
+    }
+}
+
+/// Noisy stripes on a fine mesh, smoothed over many faces, are what it is for: a fraction of the iterations.
+#[test]
+fn it_saves_iterations() {
+    let mesh = shape("torus:160x100");
+    let mut rng = rng(39);
+    let stripes = |v: usize| f64::from((30.0 * mesh.vertices[v].x).sin() > 0.0);
+    let color: Vec<f64> =
+        (0..mesh.vertices.len()).map(|v| stripes(v) + rng.random_range(-1.0..1.0)).collect();
+    let s = Array2::from_shape_fn((color.len(), 2), |(v, p)| (color[v] - p as f64).powi(2));
+    let with = request(0.02, 1e-2, DEFAULT);
+    let without = Request { coarse_to_fine: false, ..with.clone() };
+    let [with, without] =
+        [with, without].map(|request| solved(&mesh, &s, &request).summary.iterations);
+    assert!(2 * with <= without, "{with} {without}");
+}
+
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let mesh = shape("torus:90x60");
+    let problem = random_problem::<4>(&mesh, 0.02, 36);
+    let bits = |threads| {
+        with_threads(Some(threads), || {
+            let request = request(problem.lambda, 1e-4, DEFAULT);
+            let pair = start(&mesh, &problem, 4, &request, &mut go).unwrap().pair.unwrap();
+            let rows = pair.q.iter().flat_map(|q| q.0).chain(pair.u);
+            rows.flat_map(|row| row.0.map(f64::to_bits)).collect::<Vec<_>>()
+        })
+        .unwrap()
+    };
+    assert!(bits(1) == bits(3));
+}
+
+/// Time that is up and a user who breaks off end the coarse levels, too.
+#[test]
+fn it_ends_when_told_to() {
+    let mesh = shape("torus:90x60");
+    let problem = random_problem::<3>(&mesh, 0.02, 37);
+    let mut request = request(problem.lambda, 0.0, DEFAULT);
+    let most = |record: Record| record.levels.iter().map(|level| level.iterations).max().unwrap();
+    let broken = start(&mesh, &problem, 3, &request, &mut |_| ControlFlow::Break(())).unwrap();
+    assert!(broken.pair.is_some() && most(broken.record) <= 2);
+    request.stop.time = Some(Duration::ZERO);
+    let late = start(&mesh, &problem, 3, &request, &mut go).unwrap();
+    assert!(late.pair.is_some() && most(late.record) <= 1);
+}
+
+/// What is certified at once needs no levels.
+#[test]
+fn without_variation_there_is_nothing_to_do() {
+    let mesh = shape("torus:60x40");
+    let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(38)), 3);
+    let summary = solved(&mesh, &s, &request(0.0, 1e-4, DEFAULT)).summary;
+    assert!(summary.coarse_to_fine.is_none() && summary.iterations == 0);
+    assert_eq!(summary.energy, summary.dual_bound);
+}

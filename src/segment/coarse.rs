@@ -1,0 +1,112 @@
+//! The alternation on coarser meshes, where it is cheap.
+//!
+//! A coarse vertex has the weight and the mean of the data that P gives it, so that for any parameters
+//!
+//! ```text
+//! w_coarse = P^T w,   C_coarse = P^T (w C) / w_coarse
+//! w_coarse |C_coarse - mu_p|^2 = ( P^T w |C - mu_p|^2 )_coarse - the variance that was averaged away
+//! ```
+//!
+//! which is the same for every region: the restricted costs, up to a constant that no label changes.
+
+use std::time::Instant;
+
+use super::{Asked, Found, Level, State, alternate};
+use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
+use crate::data::Data;
+use crate::error::Result;
+use crate::field::Row;
+use crate::mesh::Mesh;
+use crate::mesh::coarsen::Coarsening;
+use crate::solve::Observer;
+
+/// Where the finest alternation starts, and what that took.
+pub fn start<const M: usize>(
+    finest: &Mesh,
+    data: &Data,
+    mut means: Vec<Vec<f64>>,
+    asked: &Asked<'_>,
+    observe: Observer<'_>,
+) -> Result<(Vec<Vec<f64>>, Option<Pair<M>>, Record)> {
+    let Asked { alternation, request, .. } = asked;
+    let begin = Instant::now();
+    let hierarchy = Hierarchy::new(finest);
+    let mut weighted: Vec<(Vec<f64>, Data)> = Vec::new();
+    for level in &hierarchy.levels {
+        let next = match weighted.last() {
+            Some((weights, data)) => restrict(level, weights, data),
+            None => restrict(level, &request.mass.weights(finest), data),
+        };
+        weighted.push(next);
+    }
+    let mut levels = Vec::new();
+    let pair = hierarchy.climb(request.lambda, |l, pair| {
+        let (mesh, (weights, data)) = (&hierarchy.levels[l].mesh, &weighted[l]);
+        let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
+        let level = Level { mesh, data, integrate: &integrate };
+        let spent = begin.elapsed();
+        let stop = coarse::stop(request, spent);
+        let asked = Asked { alternation, request, stop };
+        let problem = level.problem(&means, &asked)?;
+        let state = State { problem, means: means.clone(), pair };
+        let Found { mut solver, run, status, parameters, .. } =
+            alternate(&level, state, spent, &asked, &mut |_| observe(None))?;
+        means = parameters.into_iter().map(|region| region.mean).collect();
+        levels.push(LevelRecord::of(mesh, run.iterations()));
+        Ok(coarse::reached(solver.iterate(), status))
+    })?;
+    Ok((means, pair, Record { spent: begin.elapsed(), levels }))
+}
+
+/// P^T w, and the means of the data with these weights; a vertex without weight has none.
+fn restrict(level: &Coarsening, weights: &[f64], data: &Data) -> (Vec<f64>, Data) {
+    let d = data.dimension;
+    let n = level.mesh.vertices.len();
+    let (mut weight, mut sums) = (vec![0.0; n], vec![0.0; n * d]);
+    for (v, parents) in level.parents.iter().enumerate() {
+        for (&c, share) in parents.corners.iter().zip(parents.weights) {
+            let (c, w) = (c as usize, share * weights[v]);
+            weight[c] += w;
+            for (sum, x) in sums[c * d..(c + 1) * d].iter_mut().zip(data.at(v)) {
+                *sum += w * x;
+            }
+        }
+    }
+    for (mean, &w) in sums.chunks_mut(d).zip(&weight) {
+        if w > 0.0 {
+            mean.iter_mut().for_each(|x| *x /= w);
+        }
+    }
+    (weight, Data { dimension: d, values: sums })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::{DataModel, PiecewiseConstant};
+    use crate::samples::{bumpy, rng, with_isolated_vertices};
+    use rand::RngExt;
+
+    /// The costs of the means are the restricted costs, less what is the same for every region.
+    #[test]
+    fn means_have_the_restricted_costs_up_to_a_constant() {
+        let mesh = with_isolated_vertices(bumpy(12));
+        let mut rng = rng(41);
+        let n = mesh.vertices.len();
+        let data = Data::new(2, (0..2 * n).map(|_| rng.random()).collect()).unwrap();
+        let weights = crate::operator::Mass::Barycentric.weights(&mesh);
+        let level = mesh.coarsened();
+        let (coarse_weights, means) = restrict(&level, &weights, &data);
+        let mu = vec![vec![0.2, 0.9], vec![0.5, 0.1], vec![1.4, 0.3]];
+        let costs = |data: &Data, weights: &[f64]| -> Vec<Row<3>> {
+            let s = DataModel::<3>::costs(&PiecewiseConstant::new(data, mu.clone()));
+            s.iter().zip(weights).map(|(&s, &w)| s * w).collect()
+        };
+        let exact = coarse::restrict(&level, &costs(&data, &weights));
+        for (f, exact) in costs(&means, &coarse_weights).into_iter().zip(exact) {
+            let constant = exact - f;
+            assert!(constant.min() >= -1e-15);
+            assert!(constant.max() - constant.min() <= 1e-14);
+        }
+    }
+}
