@@ -27,6 +27,8 @@ pub mod error;
 pub mod evaluate;
 pub mod field;
 pub mod file;
+#[cfg(target_os = "linux")]
+pub mod memory;
 pub mod mesh;
 pub mod npy;
 pub mod operator;

@@ -42,8 +42,7 @@ pub fn write(
         let segmented =
             || io::write_labeled(&folder.join("segmented.ply"), mesh, &labels, &looks.regions);
         let (arrays, segmented) = sweep::join(arrays, segmented);
-        arrays?;
-        segmented?;
+        arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
 
         if let Some(data) = &looks.data {

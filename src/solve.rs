@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use ndarray::{Array1, Array2, Axis};
+use ndarray::{Array1, Array2};
 use serde::Serialize;
 
 use crate::coarse::{self, Pair, Record};
@@ -132,9 +132,15 @@ impl Solution {
     /// The same for the mesh as the caller knows it.
     pub(crate) fn of(mut self, mesh: &Mesh, order: &Order) -> Self {
         self.summary.faces = mesh.faces.len();
-        if let Some(place) = order.places() {
-            self.u = self.u.select(Axis(0), &place);
-            self.labels = self.labels.select(Axis(0), &place);
+        if let Some(places) = order.places() {
+            let rows = self.u.as_slice().expect("rows are contiguous");
+            let m = self.u.ncols();
+            let mut moved = Vec::with_capacity(rows.len());
+            for &v in &places {
+                moved.extend_from_slice(&rows[v as usize * m..][..m]);
+            }
+            self.u = Array2::from_shape_vec(self.u.dim(), moved).expect("V rows of m numbers");
+            self.labels = places.iter().map(|&v| self.labels[v as usize]).collect();
         }
         self
     }

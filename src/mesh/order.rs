@@ -66,7 +66,7 @@ impl Order {
     }
 
     /// Where each vertex of the mesh as it is went, if any moved.
-    pub fn places(&self) -> Option<Vec<usize>> {
+    pub fn places(&self) -> Option<Vec<u32>> {
         self.vertices.as_ref().map(|order| inverse(order))
     }
 }
@@ -88,17 +88,17 @@ fn smallest([a, b, c]: [u32; 3]) -> u32 {
 }
 
 /// The new number of each present one.
-fn inverse(order: &[u32]) -> Vec<usize> {
+fn inverse(order: &[u32]) -> Vec<u32> {
     let mut place = vec![0; order.len()];
     for (new, &present) in order.iter().enumerate() {
-        place[present as usize] = new;
+        place[present as usize] = new as u32;
     }
     place
 }
 
 fn renumbered(faces: &[[u32; 3]], order: &[u32]) -> Vec<[u32; 3]> {
     let place = inverse(order);
-    collect(faces.len(), |j| faces[j].map(|v| place[v as usize] as u32))
+    collect(faces.len(), |j| faces[j].map(|v| place[v as usize]))
 }
 
 /// The faces in the order of their smallest vertices, by counting sort.
@@ -120,7 +120,11 @@ fn by_smallest(faces: &[[u32; 3]], vertices: usize) -> Vec<u32> {
 }
 
 fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
-    let around = Incidence::new(mesh);
+    // The neighbors side by side: the faces lie anywhere in memory, to look there takes several times as long.
+    let around = Incidence::new(mesh, |j, i| {
+        let face = mesh.faces[j];
+        [face[(i + 1) % 3], face[(i + 2) % 3]]
+    });
     let mut order = Vec::with_capacity(mesh.vertices.len());
     let mut reached = vec![false; mesh.vertices.len()];
     for v in 0..mesh.vertices.len() as u32 {
@@ -128,13 +132,13 @@ fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
             continue;
         }
         let component = order.len();
-        breadth_first(mesh, &around, v, &mut order, &mut reached);
+        breadth_first(&around, v, &mut order, &mut reached);
         // What comes last is a far end to begin at.
         let end = order[order.len() - 1];
         for v in order.drain(component..) {
             reached[v as usize] = false;
         }
-        breadth_first(mesh, &around, end, &mut order, &mut reached);
+        breadth_first(&around, end, &mut order, &mut reached);
     }
     order.reverse();
     order
@@ -142,8 +146,7 @@ fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
 
 /// Appends the vertices of the component of `begin`, nearer ones first.
 fn breadth_first(
-    mesh: &Mesh,
-    around: &Incidence,
+    around: &Incidence<[u32; 2]>,
     begin: u32,
     order: &mut Vec<u32>,
     reached: &mut [bool],
@@ -154,12 +157,10 @@ fn breadth_first(
     while let Some(&v) = order.get(next) {
         next += 1;
         let news = order.len();
-        for &corner in around.at(v as usize) {
-            for neighbor in mesh.faces[corner as usize / 3] {
-                if !reached[neighbor as usize] {
-                    reached[neighbor as usize] = true;
-                    order.push(neighbor);
-                }
+        for &neighbor in around.at(v as usize).as_flattened() {
+            if !reached[neighbor as usize] {
+                reached[neighbor as usize] = true;
+                order.push(neighbor);
             }
         }
         order[news..].sort_by_key(|&v| around.at(v as usize).len());
@@ -222,7 +223,7 @@ mod tests {
         let moved = order.mesh(Cow::Borrowed(&mesh));
         let vertices = order.applied((0..mesh.vertices.len()).collect());
         let places = order.places().unwrap();
-        assert!((0..mesh.vertices.len()).all(|v| vertices[places[v]] == v));
+        assert!((0..mesh.vertices.len()).all(|v| vertices[places[v] as usize] == v));
         for (&x, &v) in moved.vertices.iter().zip(&vertices) {
             assert_eq!(x, mesh.vertices[v]);
         }

@@ -21,7 +21,8 @@ pub struct Stencil {
     corners: Vec<[u32; 3]>,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
-    around: Incidence,
+    /// The corners at each vertex: 3 j + i for corner i of face j.
+    around: Incidence<u32>,
 }
 
 impl Stencil {
@@ -35,7 +36,7 @@ impl Stencil {
                     |j| face_weights(mesh.corners(j)),
                 )
             },
-            || Incidence::new(mesh),
+            || Incidence::new(mesh, |j, i| (3 * j + i) as u32),
         );
         let has_area = |j: usize| weights[j][0] > 0.0;
         assert!(sweep::all(weights.len(), has_area), "a face has no area");

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use ndarray::Axis;
+
 use super::*;
 use crate::samples::{random_rows, rng, shape, shuffled, with_isolated_vertices};
 use crate::solver::DEFAULT;

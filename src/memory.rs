@@ -1,0 +1,131 @@
+//! Large arrays on large pages.
+//!
+//! A new array of 13 MB on pages of 4 KiB costs 3,000 page faults, more than what is then computed in it; on pages of
+//! 2 MiB it costs 7, and random reads miss the address cache less often. Linux grants large pages to whoever asks.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::ptr;
+
+const LARGE_PAGE: usize = 2 << 20;
+
+/// The system's allocator, but for arrays of a large page and more.
+pub struct LargePages;
+
+fn is_large(layout: Layout) -> bool {
+    layout.size() >= LARGE_PAGE && layout.align() <= LARGE_PAGE
+}
+
+/// What is mapped for an array: whole large pages.
+fn mapped(size: usize) -> Option<usize> {
+    size.checked_next_multiple_of(LARGE_PAGE)
+}
+
+/// Fresh memory, all zeros, at the start of a large page; null if there is none.
+fn map(size: usize) -> *mut u8 {
+    let Some(total) = mapped(size).and_then(|size| size.checked_add(LARGE_PAGE)) else {
+        return ptr::null_mut();
+    };
+    // SAFETY: an anonymous mapping at an address of the system's choice touches nothing that exists. It has one
+    // large page more than needed, of which the parts before and behind the aligned middle are given back.
+    unsafe {
+        let start = libc::mmap(
+            ptr::null_mut(),
+            total,
+            libc::PROT_READ | libc::PROT_WRITE,
+            libc::MAP_PRIVATE | libc::MAP_ANONYMOUS,
+            -1,
+            0,
+        );
+        if start == libc::MAP_FAILED {
+            return ptr::null_mut();
+        }
+        let start = start.cast::<u8>();
+        let before = start.align_offset(LARGE_PAGE);
+        let array = start.add(before);
+        if before > 0 {
+            libc::munmap(start.cast(), before);
+        }
+        let middle = total - LARGE_PAGE;
+        libc::munmap(array.add(middle).cast(), LARGE_PAGE - before);
+        // A wish: refused, the pages are small ones.
+        libc::madvise(array.cast(), middle, libc::MADV_HUGEPAGE);
+        array
+    }
+}
+
+// SAFETY: large arrays have mappings of their own, aligned to a large page; all others are the system's. Which is
+// which follows from the layout, that callers repeat when they give an array back.
+unsafe impl GlobalAlloc for LargePages {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        if is_large(layout) { map(layout.size()) } else { unsafe { System.alloc(layout) } }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        if is_large(layout) { map(layout.size()) } else { unsafe { System.alloc_zeroed(layout) } }
+    }
+
+    unsafe fn dealloc(&self, array: *mut u8, layout: Layout) {
+        match mapped(layout.size()) {
+            Some(size) if is_large(layout) => unsafe {
+                libc::munmap(array.cast(), size);
+            },
+            _ => unsafe { System.dealloc(array, layout) },
+        }
+    }
+
+    unsafe fn realloc(&self, array: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        unsafe {
+            let new = Layout::from_size_align_unchecked(size, layout.align());
+            if !is_large(layout) && !is_large(new) {
+                return System.realloc(array, layout, size);
+            }
+            if is_large(layout) && is_large(new) && mapped(layout.size()) == mapped(size) {
+                return array;
+            }
+            let moved = self.alloc(new);
+            if !moved.is_null() {
+                ptr::copy_nonoverlapping(array, moved, layout.size().min(size));
+                self.dealloc(array, layout);
+            }
+            moved
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Across the limit in both directions, an array keeps its content, and new memory is zero.
+    #[test]
+    fn arrays_keep_their_content_as_they_grow_and_shrink() {
+        for align in [1, 8, 64] {
+            let layout = |size| Layout::from_size_align(size, align).unwrap();
+            let sizes = [64, LARGE_PAGE - 1, LARGE_PAGE, LARGE_PAGE + 1, 5 * LARGE_PAGE, 64];
+            // SAFETY: every layout is the one that the array has at that time, and no byte outside it is touched.
+            unsafe {
+                let mut array = LargePages.alloc(layout(sizes[0]));
+                array.write_bytes(7, 64);
+                for pair in sizes.windows(2) {
+                    array = LargePages.realloc(array, layout(pair[0]), pair[1]);
+                    assert!(!array.is_null() && array.addr().is_multiple_of(align));
+                    assert!((0..64).all(|i| *array.add(i) == 7));
+                    array.add(pair[1] - 1).write(7);
+                }
+                LargePages.dealloc(array, layout(64));
+                for size in sizes {
+                    let array = LargePages.alloc_zeroed(layout(size));
+                    assert!((0..size).all(|i| *array.add(i) == 0));
+                    LargePages.dealloc(array, layout(size));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_exist_is_null() {
+        let layout = Layout::from_size_align(isize::MAX as usize - LARGE_PAGE, 8).unwrap();
+        // SAFETY: nothing is done with the array.
+        assert!(unsafe { LargePages.alloc(layout) }.is_null());
+    }
+}
