@@ -127,8 +127,8 @@ impl<T: Float, const M: usize> Csr<T, M> {
                 let mut sorted = v;
                 sorted.sort_unstable_by(|a, b| b.partial_cmp(a).expect("numbers"));
                 let (mut sum, mut theta) = (sorted[0] - one, sorted[0] - one);
-                for k in 1..M {
-                    sum = sum + sorted[k];
+                for (k, &entry) in sorted.iter().enumerate().skip(1) {
+                    sum = sum + entry;
                     let candidate = sum / T::of((k + 1) as f64);
                     theta = if candidate > theta { candidate } else { theta };
                 }

@@ -11,10 +11,11 @@ use meshseg::sweep::with_threads;
 use super::instance::{mesh, problem};
 use super::steps::solver;
 
-const VARIANTS: [(&str, &str); 3] = [
+const VARIANTS: [(&str, &str); 4] = [
     ("chambolle-pock", "precision=f32"),
     ("chambolle-pock", "precision=f64"),
     ("chambolle-pock", "engine=rows"),
+    ("douglas-rachford", ""),
 ];
 
 pub fn solves(criterion: &mut Criterion) {
