@@ -6,7 +6,6 @@
 
 use rayon::iter::plumbing::{Producer, ProducerCallback};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
-use rayon::slice::{ChunksMut, ParallelSliceMut};
 
 use crate::error::{Error, Result};
 
@@ -31,23 +30,30 @@ where
     columns.with_producer(Blocks { length, block, body: &body });
 }
 
-/// Consecutive parts of that length, the last one perhaps shorter, for [`sweep_parts`].
-pub fn parts<T: Send>(column: &mut [T], length: usize) -> ChunksMut<'_, T> {
-    column.par_chunks_mut(length)
-}
-
-/// Runs `body(part, (part of column_1, part of column_2, ...))` for every part: what goes in order inside a
-/// part, and in parallel from one to the next.
+/// Runs `body(first, &mut column[first..next])` for any two consecutive `first` and `next` of `cuts`, from 0 to
+/// the length: what goes in order inside a part, and in parallel from one to the next.
 #[inline]
-pub fn sweep_parts<C, B>(parts: C, body: B)
-where
-    C: IntoParallelIterator,
-    C::Iter: IndexedParallelIterator,
-    B: Fn(usize, C::Item) + Sync,
-{
-    let parts = parts.into_par_iter();
-    let length = parts.len();
-    parts.with_producer(Blocks { length, block: 1, body: &body });
+pub fn sweep_parts<T: Send>(
+    column: &mut [T],
+    cuts: &[usize],
+    body: impl Fn(usize, &mut [T]) + Sync,
+) {
+    fn split<T: Send>(column: &mut [T], cuts: &[usize], body: &(impl Fn(usize, &mut [T]) + Sync)) {
+        if cuts.len() <= 2 {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || body(cuts[0], column),
+            );
+        } else {
+            let middle = cuts.len() / 2;
+            let (left, right) = column.split_at_mut(cuts[middle] - cuts[0]);
+            rayon::join(
+                || split(left, &cuts[..=middle], body),
+                || split(right, &cuts[middle..], body),
+            );
+        }
+    }
+    split(column, cuts, &body);
 }
 
 struct Blocks<'a, B> {

@@ -87,7 +87,7 @@ enum Inner {
 }
 
 impl Inner {
-    /// x = omega M^-1 r.
+    /// x = omega M^-1 r, as read by [`at`](Self::at).
     #[inline(always)]
     fn solve<const M: usize>(&self, x: &mut [Row<M>], r: impl Fn(usize) -> Row<M> + Sync) {
         match self {
@@ -102,6 +102,15 @@ impl Inner {
             }
         }
     }
+
+    /// Row v of a solution.
+    #[inline(always)]
+    fn at<const M: usize>(&self, x: &[Row<M>], v: usize) -> Row<M> {
+        match self {
+            Inner::GaussSeidel(sweeps) => sweeps.at(x, v),
+            Inner::Cholesky(_) => x[v],
+        }
+    }
 }
 
 pub struct DouglasRachford<const M: usize> {
@@ -111,6 +120,8 @@ pub struct DouglasRachford<const M: usize> {
     q: Vec<Tangent<M>>,
     /// What u moved by.
     delta: Vec<Row<M>>,
+    /// The same, in the order of the inner solve.
+    solution: Vec<Row<M>>,
     /// The feasible pair of the last landing step.
     x: Vec<Row<M>>,
     z: Vec<Tangent<M>>,
@@ -154,6 +165,7 @@ impl<const M: usize> DouglasRachford<M> {
             z: q.clone(),
             landed: true,
             delta: vec![Row::ZERO; u.len()],
+            solution: vec![Row::ZERO; u.len()],
             u,
             u_bar,
             q,
@@ -190,20 +202,21 @@ fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
 impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
     fn step(&mut self, problem: &Problem<K, M>, land: bool) {
         let Problem { k, f, lambda } = problem;
-        let Self { u, u_bar, q, delta, x, z, d, s, inner, omega, rho, .. } = self;
+        let Self { u, u_bar, q, delta, solution, x, z, d, s, inner, omega, rho, .. } = self;
         let (omega, inverse_omega, rho) = (*omega, 1.0 / *omega, *rho);
         // delta = M^-1 ( D (u_bar - u) - K^T (q_bar + Sigma K u) )
         inner.solve(
-            delta,
+            solution,
             #[inline(always)]
             |v| (u_bar[v] - u[v]) * d[v] + k.adjoint_at(q, v) * -inverse_omega,
         );
         // u <- u + delta,   x = Proj_simplex( 2u - u_bar - tau f ),   u_bar <- u_bar + rho (x - u)
         sweep(
-            (&mut *u, &mut *u_bar, &mut *x, &*delta, &*d, f),
+            (&mut *u, &mut *u_bar, &mut *delta, &mut *x, &*d, f),
             #[inline(always)]
-            |_, (u, u_bar, x_landed, &delta, &d, &f)| {
-                *u += delta;
+            |v, (u, u_bar, delta, x_landed, &d, &f)| {
+                *delta = inner.at(solution, v);
+                *u += *delta;
                 let x = project_simplex(*u * 2.0 - *u_bar + f * -(inverse_omega / d));
                 *u_bar += (x - *u) * rho;
                 if land {
@@ -289,7 +302,8 @@ mod tests {
                 let mut column = vec![Row::<2>::ZERO; n];
                 let unit = |w: usize| if v == w { Row([1.0, 0.0]) } else { Row::ZERO };
                 solver.inner.solve(&mut column, unit);
-                inverse.set_column(v, &DVector::from_iterator(n, column.iter().map(|x| x.0[0])));
+                let column = (0..n).map(|w| solver.inner.at(&column, w).0[0]);
+                inverse.set_column(v, &DVector::from_iterator(n, column));
             }
             let t = normal_matrix(k, &solver.d, |j| solver.s[j]);
             let mut excess = inverse.try_inverse().unwrap();
