@@ -126,6 +126,7 @@ fn segment_compiled<const M: usize>(
         time: request.stop.time.map(|limit| limit.saturating_sub(begin.elapsed())),
         ..request.stop.clone()
     };
+    let mass = request.mass.on(mesh);
     let mut estimates = 0;
     let mut settled = false;
     let status = loop {
@@ -138,9 +139,9 @@ fn segment_compiled<const M: usize>(
             Status::IterationLimit => {}
             end => break end,
         }
-        let weights = request.mass.integrate(mesh, solver.iterate().u);
+        let weights = mass.integrate(solver.iterate().u);
         let change = DataModel::<M>::fit(&mut model, &weights);
-        problem.f = integrate(mesh, m, &costs(&model), request.mass);
+        problem.f = integrate(&mass, m, &costs(&model));
         solver.restart(&problem);
         run.forget();
         estimates += 1;

@@ -30,7 +30,7 @@ fn costs(vertices: usize) -> Vec<Row<M>> {
 }
 
 fn problem<K: Operator>(mesh: &Mesh, k: K) -> Problem<K, M> {
-    Problem::new(k, Mass::Barycentric.integrate(mesh, &costs(mesh.vertices.len())), LAMBDA)
+    Problem::new(k, Mass::Barycentric.on(mesh).integrate(&costs(mesh.vertices.len())), LAMBDA)
 }
 
 fn solver<'a, K: Operator + 'a>(

@@ -17,7 +17,7 @@ mod stencil;
 #[cfg(test)]
 mod tests;
 
-pub use mass::{ConsistentMass, Mass};
+pub use mass::{ConsistentMass, Mass, Quadrature};
 pub use matrix::Matrix;
 pub use stencil::Stencil;
 
