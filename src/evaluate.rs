@@ -89,7 +89,7 @@ fn evaluate_compiled<const M: usize>(
     smoothing: Option<Smoothing>,
 ) -> Result<Evaluation> {
     let m = s.ncols();
-    let f = integrate(model, m, &regions::rows::<M>(s.view()), mass);
+    let f = integrate(&mass.on(model), m, &regions::rows::<M>(s.view()));
     let problem = Problem::new(Stencil::new(model), f, lambda);
     check_range(&problem)?;
     let u: Vec<Row<M>> = regions::rows(u.view());

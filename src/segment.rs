@@ -111,7 +111,8 @@ fn segment_compiled<const M: usize>(
 ) -> Result<Segmentation> {
     let m = alternation.regions;
     let asked = Asked { alternation, request, stop: request.stop.clone() };
-    let integrate = |s: &[Row<M>]| request.mass.integrate(mesh, s);
+    let mass = request.mass.on(mesh);
+    let integrate = |s: &[Row<M>]| mass.integrate(s);
     let level = Level { mesh, data, integrate: &integrate };
     let mut first = State { problem: level.problem(&means, &asked)?, means, pair: None };
     let mut record = None;

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
-use crate::operator::{Mass, Operator, Stencil};
+use crate::operator::{Mass, Operator, Quadrature, Stencil};
 use crate::problem::{NEVER, Problem, relative_gap, rounded};
 use crate::regions::{self, with_regions};
 use crate::run::{Run, Sample, Status, Stop};
@@ -234,7 +234,7 @@ pub(crate) fn problem_of<const M: usize>(
     s: Vec<Row<M>>,
     request: &Request,
 ) -> Result<Problem<Stencil, M>> {
-    let f = integrate(model, m, &s, request.mass);
+    let f = integrate(&request.mass.on(model), m, &s);
     let problem = Problem::new(Stencil::new(model), f, request.lambda);
     check_range(&problem)?;
     Ok(problem)
@@ -265,12 +265,11 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
 
 /// f = M s.
 pub(crate) fn integrate<const M: usize>(
-    model: &Mesh,
+    mass: &Quadrature<'_>,
     m: usize,
     s: &[Row<M>],
-    mass: Mass,
 ) -> Vec<Row<M>> {
-    let mut f = mass.integrate(model, s);
+    let mut f = mass.integrate(s);
     regions::close_from(m, &mut f);
     f
 }

@@ -2,7 +2,7 @@
 //!
 //! The same bits with 1 and N threads: a sweep writes each element from its own index alone, and a sum
 //! is a binary tree whose shape depends on the length only. Nor do the instructions matter that are picked
-//! when the program runs (AVX-512, AVX2 or the baseline): none of them fuses or reorders what is written.
+//! when the program runs (AVX2 or the baseline): none of them fuses or reorders what is written.
 
 use rayon::iter::plumbing::{Producer, ProducerCallback};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
@@ -40,7 +40,7 @@ pub fn sweep_parts<T: Send>(
 ) {
     fn split<T: Send>(column: &mut [T], cuts: &[usize], body: &(impl Fn(usize, &mut [T]) + Sync)) {
         if cuts.len() <= 2 {
-            pulp::Arch::new().dispatch(
+            vectorized(
                 #[inline(always)]
                 || body(cuts[0], column),
             );
@@ -76,7 +76,7 @@ impl<B> Blocks<'_, B> {
         B: Fn(usize, P::Item) + Sync,
     {
         if length <= self.block {
-            pulp::Arch::new().dispatch(
+            vectorized(
                 #[inline(always)]
                 || {
                     for (index, columns) in (first..first + length).zip(columns.into_iter()) {
@@ -156,7 +156,7 @@ const LANES: usize = 8;
 #[inline]
 pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     let block = |from: usize, to: usize| {
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || {
                 let mut lanes = [0.0; LANES];
@@ -182,7 +182,7 @@ pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
 pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     let greater = |a: f64, b: f64| if a > b || a.is_nan() { a } else { b };
     let block = |from: usize, to: usize| {
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || (from..to).fold(0.0, |most, index| greater(most, term(index))),
         )
@@ -194,12 +194,23 @@ pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
 #[inline]
 pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
     let block = |from: usize, to: usize| {
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || (from..to).fold(true, |all, index| all & holds(index)),
         )
     };
     tree(0, n, &block, &|a, b| a && b)
+}
+
+/// Runs `work`, as far as it is inlined, with AVX2 where the machine has it. Rows of four or eight numbers gain
+/// nothing from longer vectors, and each set of instructions takes its time to compile.
+#[inline(always)]
+fn vectorized<T>(work: impl FnOnce() -> T) -> T {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = pulp::x86::V3::try_new() {
+        return avx2.vectorize(work);
+    }
+    work()
 }
 
 /// The values of blocks of [`BLOCK`] indices, united pairwise: a binary tree that depends on the length only.

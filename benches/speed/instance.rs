@@ -39,7 +39,7 @@ pub fn costs<const M: usize>(mesh: &Mesh) -> Vec<Row<M>> {
 }
 
 pub fn problem<K: Operator, const M: usize>(mesh: &Mesh, k: K, lambda: f64) -> Problem<K, M> {
-    Problem::new(k, Mass::Barycentric.integrate(mesh, &costs(mesh)), lambda)
+    Problem::new(k, Mass::Barycentric.on(mesh).integrate(&costs(mesh)), lambda)
 }
 
 /// The bytes of u and q read and written, of f, tau, sigma, c1, c2, c3 and the corners read, `real` bytes a number.

@@ -35,7 +35,7 @@ pub fn parts(criterion: &mut Criterion) {
         timed(&mut group, id("gradient as a stencil"), threads, || Stencil::new(&mesh));
         timed(&mut group, id("gradient as a matrix"), threads, || Matrix::new(&mesh));
         timed(&mut group, id("costs integrated"), threads, || {
-            Mass::Barycentric.integrate(&mesh, &s)
+            Mass::Barycentric.on(&mesh).integrate(&s)
         });
         for precision in ["f64", "f32"] {
             let option = format!("precision={precision}");

@@ -8,6 +8,7 @@
 
 use super::{Data, DataModel, RegionParameters};
 use crate::field::Row;
+use crate::sweep::{collect, sum};
 
 pub struct PiecewiseConstant<'a> {
     data: &'a Data,
@@ -28,24 +29,22 @@ impl<const M: usize> DataModel<M> for PiecewiseConstant<'_> {
         let cost = |k: usize, mu: &[f64]| -> f64 {
             self.data.at(k).iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
         };
-        (0..self.data.len())
-            .map(|k| Row::from_fn(|p| self.mu.get(p).map_or(0.0, |mu| cost(k, mu))))
-            .collect()
+        collect(self.data.len(), |k| Row::from_fn(|p| self.mu.get(p).map_or(0.0, |mu| cost(k, mu))))
     }
 
     fn fit(&mut self, weights: &[Row<M>]) -> f64 {
-        let total: f64 = weights.iter().map(|w| w.0.iter().sum::<f64>()).sum();
+        let n = weights.len();
+        let total = sum(n, |k| weights[k].0.iter().sum());
         let mut change = 0.0;
         for (p, mu) in self.mu.iter_mut().enumerate() {
-            let mass: f64 = weights.iter().map(|w| w.0[p]).sum();
+            let mass = sum(n, |k| weights[k].0[p]);
             if mass <= f64::EPSILON * total {
                 continue;
             }
             for (i, mu) in mu.iter_mut().enumerate() {
-                let sum: f64 =
-                    weights.iter().enumerate().map(|(k, w)| w.0[p] * self.data.at(k)[i]).sum();
-                change = f64::max(change, (sum / mass - *mu).abs());
-                *mu = sum / mass;
+                let mean = sum(n, |k| weights[k].0[p] * self.data.at(k)[i]) / mass;
+                change = f64::max(change, (mean - *mu).abs());
+                *mu = mean;
             }
         }
         change
@@ -86,12 +85,12 @@ mod tests {
             for mass in Mass::NAMES.map(|(_, mass)| mass) {
                 let energy = |mu: &[Vec<f64>]| -> f64 {
                     let model = PiecewiseConstant::new(&data, mu.to_vec());
-                    let f = mass.integrate(&mesh, &DataModel::<3>::costs(&model));
+                    let f = mass.on(&mesh).integrate(&DataModel::<3>::costs(&model));
                     u.iter().zip(&f).map(|(u, &f)| u.dot(f)).sum()
                 };
                 let mut model = PiecewiseConstant::new(&data, vec![vec![0.5; 2]; 3]);
                 let before = energy(&model.mu);
-                let weights = mass.integrate(&mesh, &u);
+                let weights = mass.on(&mesh).integrate(&u);
                 DataModel::<3>::fit(&mut model, &weights);
                 let least = energy(&model.mu);
                 assert!(least < before);

@@ -8,6 +8,8 @@
 
 use rand::{Rng, RngExt};
 
+use crate::sweep::collect;
+
 const SEEDINGS: usize = 8;
 const SUBSET: usize = 4096;
 const STEPS: usize = 50;
@@ -115,8 +117,8 @@ impl Weighted {
             let mut sums = vec![0.0; centers.len()];
             let mut weights = vec![0.0; regions];
             cost = 0.0;
-            for (k, &a) in self.weight.iter().enumerate() {
-                let (p, distance) = nearest(self.row(k), centers);
+            let found = collect(self.weight.len(), |k| nearest(self.row(k), centers));
+            for (k, (&a, (p, distance))) in self.weight.iter().zip(found).enumerate() {
                 changed |= assigned[k] != p;
                 assigned[k] = p;
                 cost += a * distance;

@@ -40,22 +40,12 @@ impl Mass {
         }
     }
 
-    /// f = M s, with pointwise costs s, one row per vertex.
-    pub fn integrate<const M: usize>(self, mesh: &Mesh, s: &[Row<M>]) -> Vec<Row<M>> {
+    /// The quadrature on a mesh.
+    pub fn on(self, mesh: &Mesh) -> Quadrature<'_> {
         match self {
-            Mass::Barycentric => lumped(&barycentric_areas(mesh), s),
-            Mass::Voronoi => lumped(&mixed_voronoi_areas(mesh), s),
-            Mass::Consistent => {
-                let mut f = vec![Row::ZERO; s.len()];
-                for (j, corners) in mesh.faces.iter().enumerate() {
-                    let corners = corners.map(|k| k as usize);
-                    let sum = s[corners[0]] + s[corners[1]] + s[corners[2]];
-                    for k in corners {
-                        f[k] += (sum + s[k]) * (mesh.face_area(j) / 12.0);
-                    }
-                }
-                f
-            }
+            Mass::Barycentric => Quadrature::Lumped(barycentric_areas(mesh)),
+            Mass::Voronoi => Quadrature::Lumped(mixed_voronoi_areas(mesh)),
+            Mass::Consistent => Quadrature::Consistent(mesh),
         }
     }
 
@@ -69,12 +59,36 @@ impl Mass {
     }
 }
 
-fn lumped<const M: usize>(area: &[f64], s: &[Row<M>]) -> Vec<Row<M>> {
-    collect(
-        area.len(),
-        #[inline(always)]
-        |v| s[v] * area[v],
-    )
+/// M of one mesh, ready to be applied.
+pub enum Quadrature<'a> {
+    /// Its diagonal.
+    Lumped(Vec<f64>),
+    /// Face by face.
+    Consistent(&'a Mesh),
+}
+
+impl Quadrature<'_> {
+    /// f = M s, with pointwise costs s, one row per vertex.
+    pub fn integrate<const M: usize>(&self, s: &[Row<M>]) -> Vec<Row<M>> {
+        match self {
+            Quadrature::Lumped(area) => collect(
+                area.len(),
+                #[inline(always)]
+                |v| s[v] * area[v],
+            ),
+            Quadrature::Consistent(mesh) => {
+                let mut f = vec![Row::ZERO; s.len()];
+                for (j, corners) in mesh.faces.iter().enumerate() {
+                    let corners = corners.map(|k| k as usize);
+                    let sum = s[corners[0]] + s[corners[1]] + s[corners[2]];
+                    for k in corners {
+                        f[k] += (sum + s[k]) * (mesh.face_area(j) / 12.0);
+                    }
+                }
+                f
+            }
+        }
+    }
 }
 
 /// The consistent mass matrix, V x V, symmetric; rows of unreferenced vertices are empty.

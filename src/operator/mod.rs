@@ -22,7 +22,7 @@ mod tests;
 
 pub use cholesky::Cholesky;
 pub use gauss_seidel::GaussSeidel;
-pub use mass::Mass;
+pub use mass::{Mass, Quadrature};
 pub use matrix::Matrix;
 pub use normal::normal_matrix;
 pub use stencil::Stencil;

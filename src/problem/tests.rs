@@ -207,7 +207,7 @@ fn scaling_the_mesh_is_scaling_lambda() {
     let s = random_rows::<3>(mesh.vertices.len(), &mut rng(55));
     for (_, mass) in crate::operator::Mass::NAMES {
         let energy = |mesh: &Mesh, lambda: f64| {
-            Problem::new(Stencil::new(mesh), mass.integrate(mesh, &s), lambda).energy(&u)
+            Problem::new(Stencil::new(mesh), mass.on(mesh).integrate(&s), lambda).energy(&u)
         };
         for c in [1e-4, 0.5, 1e4] {
             let expected = c * c * energy(&mesh, 0.2 / c);

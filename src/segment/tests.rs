@@ -129,7 +129,7 @@ fn the_energy_does_not_rise() {
             let energy = solution.summary.energy;
             assert!(energy <= before * (1.0 + 1e-4), "{mass:?}: {before} {energy}");
             let u = regions::rows::<3>(solution.u.view());
-            DataModel::<3>::fit(&mut model, &mass.integrate(&mesh, &u));
+            DataModel::<3>::fit(&mut model, &mass.on(&mesh).integrate(&u));
             let problem =
                 problem_of::<3>(&mesh, 3, DataModel::<3>::costs(&model), &request).unwrap();
             before = problem.energy(&u);
