@@ -4,6 +4,8 @@
 //! is a binary tree whose shape depends on the length only. Nor do the instructions matter that are picked
 //! when the program runs (AVX2 or the baseline): none of them fuses or reorders what is written.
 
+use std::sync::Mutex;
+
 use rayon::iter::plumbing::{Producer, ProducerCallback};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
@@ -26,34 +28,8 @@ where
     let length = columns.len();
     // Rayon's own `for_each` calls the body through a reference and never inlines it. Its producers
     // split and become plain iterators just as well, and this loop costs no more than one by hand.
-    let block = BLOCK.max(length.div_ceil(4 * rayon::current_num_threads()));
+    let block = BLOCK.max(length.div_ceil(4 * threads()));
     columns.with_producer(Blocks { length, block, body: &body });
-}
-
-/// Runs `body(first, &mut column[first..next])` for any two consecutive `first` and `next` of `cuts`, from 0 to
-/// the length: what goes in order inside a part, and in parallel from one to the next.
-#[inline]
-pub fn sweep_parts<T: Send>(
-    column: &mut [T],
-    cuts: &[usize],
-    body: impl Fn(usize, &mut [T]) + Sync,
-) {
-    fn split<T: Send>(column: &mut [T], cuts: &[usize], body: &(impl Fn(usize, &mut [T]) + Sync)) {
-        if cuts.len() <= 2 {
-            vectorized(
-                #[inline(always)]
-                || body(cuts[0], column),
-            );
-        } else {
-            let middle = cuts.len() / 2;
-            let (left, right) = column.split_at_mut(cuts[middle] - cuts[0]);
-            rayon::join(
-                || split(left, &cuts[..=middle], body),
-                || split(right, &cuts[middle..], body),
-            );
-        }
-    }
-    split(column, cuts, &body);
 }
 
 struct Blocks<'a, B> {
@@ -66,47 +42,75 @@ impl<T, B: Fn(usize, T) + Sync> ProducerCallback<T> for Blocks<'_, B> {
     type Output = ();
 
     fn callback<P: Producer<Item = T>>(self, columns: P) {
-        self.split(0, self.length, columns);
-    }
-}
-
-impl<B> Blocks<'_, B> {
-    fn split<P: Producer>(&self, first: usize, length: usize, columns: P)
-    where
-        B: Fn(usize, P::Item) + Sync,
-    {
-        if length <= self.block {
+        let Blocks { length, block, body } = self;
+        let work = |first: usize, columns: P| {
+            let last = length.min(first + block);
             vectorized(
                 #[inline(always)]
                 || {
-                    for (index, columns) in (first..first + length).zip(columns.into_iter()) {
-                        (self.body)(index, columns);
+                    for (index, columns) in (first..last).zip(columns.into_iter()) {
+                        body(index, columns);
                     }
                 },
             );
-        } else {
-            let half = length / 2;
-            let (left, right) = columns.split_at(half);
-            join(
-                || self.split(first, half, left),
-                || self.split(first + half, length - half, right),
-            );
+        };
+        if length <= block {
+            return work(0, columns);
         }
+        let mut pieces = Vec::with_capacity(length.div_ceil(block));
+        let mut rest = columns;
+        for first in (0..length - block).step_by(block) {
+            let (piece, behind) = rest.split_at(block);
+            pieces.push((first, piece));
+            rest = behind;
+        }
+        pieces.push((pieces.len() * block, rest));
+        each(pieces, &|(first, piece)| work(first, piece));
     }
 }
 
-/// Runs `work` on every element of a slice, or of a tuple of them, each by itself a task for a thread.
-pub fn tasks<C>(items: C, work: impl Fn(C::Item) + Sync + Send)
-where
-    C: IntoParallelIterator,
-    C::Iter: IndexedParallelIterator,
-{
-    items.into_par_iter().with_max_len(1).for_each(work);
+/// Runs `body(first, &mut column[first..next])` for any two consecutive `first` and `next` of `cuts`, from 0 to
+/// the length: what goes in order inside a part, and in parallel from one to the next.
+#[inline]
+pub fn sweep_parts<T: Send>(
+    mut column: &mut [T],
+    cuts: &[usize],
+    body: impl Fn(usize, &mut [T]) + Sync,
+) {
+    let mut pieces = Vec::with_capacity(cuts.len());
+    for pair in cuts.windows(2) {
+        let (piece, behind) = column.split_at_mut(pair[1] - pair[0]);
+        pieces.push((pair[0], piece));
+        column = behind;
+    }
+    each(pieces, &|(first, piece)| {
+        vectorized(
+            #[inline(always)]
+            || body(first, piece),
+        );
+    });
+}
+
+/// Runs `work` on every item, each by itself a task for a thread.
+pub fn each<T: Send>(items: Vec<T>, work: &(dyn Fn(T) + Sync)) {
+    let items: Vec<Mutex<Option<T>>> =
+        items.into_iter().map(|item| Mutex::new(Some(item))).collect();
+    in_parallel(items.len(), &|i| {
+        let item = items[i].lock().expect("no one else takes it").take();
+        work(item.expect("it is taken once"));
+    });
+}
+
+/// Runs `work` for 0 to n - 1. The only loop that all others come down to, and so compiled only once.
+fn in_parallel(n: usize, work: &(dyn Fn(usize) + Sync)) {
+    (0..n).into_par_iter().with_max_len(1).for_each(work);
 }
 
 /// The results of n tasks, each by itself for a thread.
-pub fn results<T: Send>(n: usize, task: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
-    (0..n).into_par_iter().with_max_len(1).map(task).collect()
+pub fn results<T: Send>(n: usize, task: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let mut results: Vec<Option<T>> = (0..n).map(|_| None).collect();
+    each(results.iter_mut().enumerate().collect(), &|(i, result)| *result = Some(task(i)));
+    results.into_iter().map(|result| result.expect("every task has ended")).collect()
 }
 
 /// How many threads take part.
@@ -174,7 +178,7 @@ pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
             },
         )
     };
-    tree(0, n, &block, &|a, b| a + b)
+    tree(&blocks(n, &block), &|a, b| a + b)
 }
 
 /// max_{0 <= index < n} term(index) for terms >= 0; NaN if one of them is.
@@ -187,7 +191,7 @@ pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
             || (from..to).fold(0.0, |most, index| greater(most, term(index))),
         )
     };
-    tree(0, n, &block, &greater)
+    tree(&blocks(n, &block), &greater)
 }
 
 /// Whether a statement holds for every index from 0 to n - 1.
@@ -196,10 +200,10 @@ pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
     let block = |from: usize, to: usize| {
         vectorized(
             #[inline(always)]
-            || (from..to).fold(true, |all, index| all & holds(index)),
+            || f64::from((from..to).fold(true, |all, index| all & holds(index))),
         )
     };
-    tree(0, n, &block, &|a, b| a && b)
+    blocks(n, &block).into_iter().all(|all| all == 1.0)
 }
 
 /// Runs `work`, as far as it is inlined, with AVX2 where the machine has it. Rows of four or eight numbers gain
@@ -213,20 +217,22 @@ fn vectorized<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The values of blocks of [`BLOCK`] indices, united pairwise: a binary tree that depends on the length only.
-fn tree<T: Send>(
-    from: usize,
-    to: usize,
-    block: &(impl Fn(usize, usize) -> T + Sync),
-    unite: &(impl Fn(T, T) -> T + Sync),
-) -> T {
-    if to - from <= BLOCK {
-        return block(from, to);
+/// The values of blocks of [`BLOCK`] indices.
+fn blocks(n: usize, block: &(dyn Fn(usize, usize) -> f64 + Sync)) -> Vec<f64> {
+    let value = |i: usize| block(i * BLOCK, n.min((i + 1) * BLOCK));
+    (0..n.div_ceil(BLOCK)).into_par_iter().map(value).collect()
+}
+
+/// The values united pairwise, nothing to begin with: a binary tree that depends on their number only.
+fn tree(values: &[f64], unite: &dyn Fn(f64, f64) -> f64) -> f64 {
+    match values {
+        [] => 0.0,
+        [value] => *value,
+        _ => {
+            let (left, right) = values.split_at(values.len().div_ceil(2));
+            unite(tree(left, unite), tree(right, unite))
+        }
     }
-    let middle = from + (to - from).div_ceil(2 * BLOCK) * BLOCK;
-    let (left, right) =
-        join(|| tree(from, middle, block, unite), || tree(middle, to, block, unite));
-    unite(left, right)
 }
 
 /// The results of two pieces of work that need nothing from each other.

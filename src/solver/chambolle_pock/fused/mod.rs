@@ -25,7 +25,7 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
 use crate::solver::{Iterate, Solver};
-use crate::sweep::{max, results, sum, sweep, tasks, threads};
+use crate::sweep::{each, max, results, sum, sweep, threads};
 
 /// A thread with fewer vertices than this spends its time at the border.
 const LEAST_VERTICES: usize = 2048;
@@ -159,7 +159,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         let (arch, rho) = (self.arch, self.method.rho);
         self.outboxes.swap(0, 1);
         let [sent, received] = &mut self.outboxes;
-        tasks((&mut self.parts, sent), |(part, outbox)| {
+        each(self.parts.iter_mut().zip(sent).collect(), &|(part, outbox)| {
             part.advance(arch, received, outbox, lambda, rho, land);
         });
         (self.u_unpacked, self.q_unpacked) = (false, false);
@@ -199,7 +199,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         self.unpack();
         self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
         let units = self.units;
-        tasks(&mut self.parts, |part| part.set_f(&problem.f, units));
+        each(self.parts.iter_mut().collect(), &|part| part.set_f(&problem.f, units));
         self.set_steps();
     }
 }
@@ -207,7 +207,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
 impl<T: Real, const M: usize> Fused<T, M> {
     fn set_steps(&mut self) {
         let Self { parts, units, method, .. } = self;
-        tasks(parts, |part| part.set_steps(&method.steps, *units));
+        each(parts.iter_mut().collect(), &|part| part.set_steps(&method.steps, *units));
     }
 
     /// u in the order of the mesh, feasible in double precision too.
