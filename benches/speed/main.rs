@@ -12,7 +12,16 @@ mod solves;
 mod steps;
 mod triad;
 
-use criterion::{criterion_group, criterion_main};
+use std::time::Duration;
 
-criterion_group!(benches, triad::triads, steps::steps, parts::parts, solves::solves);
+use criterion::{Criterion, criterion_group, criterion_main};
+
+// All of it within ten minutes.
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .warm_up_time(Duration::from_millis(700))
+        .measurement_time(Duration::from_millis(1500));
+    targets = triad::triads, steps::steps, parts::parts, solves::solves
+}
 criterion_main!(benches);
