@@ -37,8 +37,8 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     writeln!(page, "Written by `make bench-report`; not to be edited. {}\n", machine::sentence())?;
     writeln!(
         page,
-        "torus:400x250, 200,000 faces, noisy palette, lambda = 0.005. Medians; the quartile range of each median \
-         is that of criterion's bootstrap (95 %). All ratios are of figures of this one run.\n"
+        "torus:400x250, 200,000 faces, noisy palette, lambda = 0.005. Medians, with \
+         95 % intervals of criterion's bootstrap. All ratios are of figures of this one run.\n"
     )?;
     writeln!(page, "## Memory\n")?;
     writeln!(page, "A triad, a <- b + 3 c, on as many bytes as one step must move at least.\n")?;
