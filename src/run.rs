@@ -27,8 +27,8 @@ pub struct Stop {
     /// The paper's |U^t - U^{t-1}|_inf <= delta, looked at where samples are taken. It certifies nothing; an
     /// over-relaxed U^{t-1} counts as it is, outside the simplex or not.
     pub change: Option<f64>,
-    /// Steps between samples; `None` starts with [`FIRST_INTERVAL`] and keeps it at about 4 % of the
-    /// iterations so far.
+    /// Steps between samples; `None` starts with [`FIRST_INTERVAL`], keeps it at about 4 % of the iterations so
+    /// far, and goes up to 25 % where the last two samples foretell that the gap needs as many.
     pub interval: Option<u64>,
 }
 
@@ -181,7 +181,7 @@ impl<const M: usize> Run<M> {
             let land = end.is_some()
                 || self.iteration + 1 >= next_sample
                 || stop.iterations.is_some_and(|n| self.iteration + 1 - first >= n);
-            if land {
+            if land && solver.change().is_none() {
                 let u = solver.labels();
                 if previous.is_empty() {
                     previous = sweep::copy(u);
@@ -195,12 +195,14 @@ impl<const M: usize> Run<M> {
             self.iteration += 1;
             let mut sample = None;
             if land {
-                let u = solver.labels();
-                let change = sweep::max(
-                    u.len(),
-                    #[inline(always)]
-                    |v| (u[v] - previous[v]).max_abs(),
-                );
+                let change = solver.change().unwrap_or_else(|| {
+                    let u = solver.labels();
+                    sweep::max(
+                        u.len(),
+                        #[inline(always)]
+                        |v| (u[v] - previous[v]).max_abs(),
+                    )
+                });
                 if let Some(status) = self.sample(solver, problem, scale, Some(change), stop) {
                     return status;
                 }
@@ -222,10 +224,20 @@ impl<const M: usize> Run<M> {
 
     fn next_sample(&self, stop: &Stop) -> u64 {
         let interval = stop.interval.unwrap_or_else(|| {
-            let share = self.iteration / 25;
-            FIRST_INTERVAL.max(share - share % FIRST_INTERVAL)
+            let foretold = stop.relative_gap.and_then(|tolerance| self.foretold(tolerance));
+            let wanted = foretold.unwrap_or(0).min(self.iteration / 4).max(self.iteration / 25);
+            FIRST_INTERVAL.max(wanted - wanted % FIRST_INTERVAL)
         });
         self.iteration + interval.max(1)
+    }
+
+    /// Steps to the tolerance at the rate of the last two samples. Rates fall, so that it is rarely too much.
+    fn foretold(&self, tolerance: f64) -> Option<u64> {
+        let [.., before, now] = &self.trace[..] else { return None };
+        let steps = (now.iteration - before.iteration) as f64;
+        let rate = (before.relative_gap / now.relative_gap).ln() / steps;
+        let needed = (now.relative_gap / tolerance).ln() / rate;
+        (rate > 0.0).then_some(needed as u64)
     }
 
     /// Evaluates the current iterate; says how the run ends if it does.

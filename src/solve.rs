@@ -234,8 +234,8 @@ pub(crate) fn problem_of<const M: usize>(
     s: Vec<Row<M>>,
     request: &Request,
 ) -> Result<Problem<Stencil, M>> {
-    let f = integrate(&request.mass.on(model), m, &s);
-    let problem = Problem::new(Stencil::new(model), f, request.lambda);
+    let (f, k) = sweep::join(|| integrate(&request.mass.on(model), m, &s), || Stencil::new(model));
+    let problem = Problem::new(k, f, request.lambda);
     check_range(&problem)?;
     Ok(problem)
 }

@@ -152,6 +152,33 @@ pub fn copy_over<T: Copy + Send + Sync>(target: &mut [T], values: &[T]) {
     );
 }
 
+/// The sums over all (index, share) of n terms, in the order of the terms whatever the number of threads: each
+/// goes through all terms and takes what falls into its range of the sums.
+pub fn scatter<const N: usize>(
+    length: usize,
+    n: usize,
+    terms: impl Fn(usize) -> [(usize, f64); N] + Sync,
+) -> Vec<f64> {
+    let mut sums = vec![0.0; length];
+    sweep_parts(&mut sums, &ranges(length), |first, sums| {
+        for term in 0..n {
+            for (index, share) in terms(term) {
+                // Below the range the difference wraps around.
+                if let Some(sum) = sums.get_mut(index.wrapping_sub(first)) {
+                    *sum += share;
+                }
+            }
+        }
+    });
+    sums
+}
+
+/// Where the ranges of equal length begin that the threads own, and the end.
+pub fn ranges(length: usize) -> Vec<usize> {
+    let count = threads().min(length.div_ceil(BLOCK)).max(1);
+    (0..=count).map(|k| length * k / count).collect()
+}
+
 /// Partial sums of a block run side by side, since an addition has to wait for the one before.
 const LANES: usize = 8;
 
@@ -274,6 +301,24 @@ mod tests {
             assert!(all(n, |i| i < n));
             assert!((0..n).all(|odd| !all(n, |i| i != odd)));
         }
+    }
+
+    #[test]
+    fn scattered_terms_arrive_in_their_order() {
+        let n = 30_011;
+        let term = |i: usize| {
+            let share = ((i * 7919) as f64).sin();
+            [(i * i % 5003, share), (i * 31 % 5003, 1e3 * share)]
+        };
+        let mut plain = vec![0.0; 5003];
+        for (index, share) in (0..n).flat_map(term) {
+            plain[index] += share;
+        }
+        for threads in [1, 2, 3, 8] {
+            let sums = with_threads(Some(threads), || scatter(5003, n, term)).unwrap();
+            assert_eq!(sums, plain);
+        }
+        assert!(scatter(0, 0, term).is_empty());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Which faces meet at a vertex.
 
 use super::Mesh;
+use crate::sweep;
 
 /// Something about each face at each vertex, in the order of the faces.
 pub struct Incidence<T> {
@@ -9,29 +10,47 @@ pub struct Incidence<T> {
     values: Vec<T>,
 }
 
-impl<T: Copy + Default> Incidence<T> {
+impl<T: Copy + Default + Send> Incidence<T> {
     /// By counting sort; `value(j, i)` is told to the vertex at corner i of face j. Panics if there are 2^32
     /// corners or more.
-    pub fn new(mesh: &Mesh, value: impl Fn(usize, usize) -> T) -> Self {
+    pub fn new(mesh: &Mesh, value: impl Fn(usize, usize) -> T + Sync) -> Self {
         let corners = 3 * mesh.faces.len();
         assert!(u32::try_from(corners).is_ok(), "too many faces");
-        // One place behind its own, so that placing the values moves every start to where it belongs.
-        let mut start = vec![0; mesh.vertices.len() + 2];
-        for &v in mesh.faces.as_flattened() {
-            start[v as usize + 2] += 1;
-        }
-        for v in 2..start.len() {
-            start[v] += start[v - 1];
-        }
-        let mut values = vec![T::default(); corners];
-        for (j, face) in mesh.faces.iter().enumerate() {
-            for (i, &v) in face.iter().enumerate() {
-                let place = &mut start[v as usize + 1];
-                values[*place as usize] = value(j, i);
-                *place += 1;
+        // Every thread goes through all faces and takes the corners at its range of the vertices.
+        let ranges = sweep::ranges(mesh.vertices.len());
+        let mut count = vec![0_u32; mesh.vertices.len()];
+        sweep::sweep_parts(&mut count, &ranges, |first, count| {
+            for &v in mesh.faces.as_flattened() {
+                if let Some(count) = count.get_mut((v as usize).wrapping_sub(first)) {
+                    *count += 1;
+                }
             }
-        }
-        start.pop();
+        });
+        let mut start = Vec::with_capacity(count.len() + 1);
+        let mut sum = 0;
+        start.push(0);
+        start.extend(count.iter().map(|count| {
+            sum += count;
+            sum
+        }));
+        let mut values = vec![T::default(); corners];
+        let cuts: Vec<usize> = ranges.iter().map(|&v| start[v] as usize).collect();
+        sweep::sweep_parts(&mut values, &cuts, |first, values| {
+            if values.is_empty() {
+                return;
+            }
+            let k = cuts.partition_point(|&cut| cut <= first) - 1;
+            let range = ranges[k]..ranges[k + 1];
+            let mut next = start[range.clone()].to_vec();
+            for (j, face) in mesh.faces.iter().enumerate() {
+                for (i, &v) in face.iter().enumerate() {
+                    if let Some(next) = next.get_mut((v as usize).wrapping_sub(range.start)) {
+                        values[*next as usize - first] = value(j, i);
+                        *next += 1;
+                    }
+                }
+            }
+        });
         Incidence { start, values }
     }
 }
@@ -50,11 +69,33 @@ impl<T> Incidence<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::zoo;
+    use nalgebra::Point3;
+
+    use crate::samples::{disjoint, shape, zoo};
+    use crate::sweep::with_threads;
 
     #[test]
     fn every_corner_is_at_its_vertex() {
-        for (name, mesh) in zoo() {
+        // Long stretches without a face, at the ends and inside, for several threads.
+        let mut sparse = disjoint([shape("grid:40x40"), shape("grid:3x3"), shape("torus:70x50")]);
+        for (shift, at) in [(3000, 0), (5000, 3000 + 41 * 41)] {
+            let none = vec![Point3::origin(); shift as usize];
+            sparse.vertices.splice(at..at, none);
+            sparse
+                .faces
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|v| *v += if *v as usize >= at { shift } else { 0 });
+        }
+        sparse.vertices.extend(vec![Point3::origin(); 9000]);
+        for threads in [1, 2, 3, 7] {
+            let sparse = ("sparse", sparse.clone());
+            with_threads(Some(threads), || check(zoo().into_iter().chain([sparse]))).unwrap();
+        }
+    }
+
+    fn check(meshes: impl Iterator<Item = (&'static str, Mesh)>) {
+        for (name, mesh) in meshes {
             let around = Incidence::new(&mesh, |j, i| (j, i));
             assert_eq!(around.vertices(), mesh.vertices.len());
             let mut count = 0;

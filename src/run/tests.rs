@@ -81,6 +81,29 @@ fn samples_thin_out() {
     assert!(at.len() < 120, "{}", at.len());
 }
 
+/// On the way to a gap samples are as far apart as the gap needs, but not much farther than a fifth of the way.
+#[test]
+fn samples_are_where_the_gap_is_expected() {
+    let mesh = bumpy(12);
+    let problem = random_problem::<3>(&mesh, 0.5, 108);
+    let solve = |interval| {
+        let mut run = Run::new(&uniform(&mesh));
+        let stop = Stop { relative_gap: Some(1e-6), interval, ..Stop::default() };
+        let status =
+            run.advance(&mut *solver("chambolle-pock", &mesh, &problem), &problem, &stop, &mut go);
+        assert_eq!(status, Status::Converged);
+        run
+    };
+    let (every, some) = (solve(Some(4)), solve(None));
+    assert!(every.iterations() > 100, "{}", every.iterations());
+    assert!(some.trace.len() < every.trace.len() / 2, "{}", some.trace.len());
+    assert!(some.iterations() <= every.iterations() * 5 / 4, "{}", some.iterations());
+    let far = |pair: &[Sample]| {
+        pair[1].iteration - pair[0].iteration <= FIRST_INTERVAL.max(pair[0].iteration / 4)
+    };
+    assert!(some.trace.windows(2).all(far));
+}
+
 #[test]
 fn best_bounds_only_improve() {
     let mesh = bumpy(8);

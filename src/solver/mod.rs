@@ -48,6 +48,12 @@ pub trait Solver<K, const M: usize> {
         problem.dual_bound(self.iterate().q)
     }
 
+    /// max |u^n - u^{n-1}| of the last step, if it has landed, for methods that see it on their way; `None`, always,
+    /// for those that do not, whose U is then compared from outside.
+    fn change(&mut self) -> Option<f64> {
+        None
+    }
+
     /// f or lambda changed to those of `problem`, and no step may come before this: drop momentum, fit the
     /// steps, keep the iterate.
     fn restart(&mut self, _problem: &Problem<K, M>) {}

@@ -71,7 +71,7 @@ pub const DESCRIPTION: Description = Description {
             key: "precision",
             values: "f64|f32",
             default: "f64",
-            help: "of the iterates; f32 takes half the time and reaches gaps down to about 1e-6; certificates are f64",
+            help: "of the iterates; f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are f64",
         },
     ],
 };

@@ -44,6 +44,9 @@ pub trait Real: Pod + Send + Sync {
     fn interleave<S: Simd>(simd: S, lanes: [V<Self, S>; 4]) -> [V<Self, S>; 4];
 }
 
+/// As many lanes as any vector has.
+pub const WIDEST: usize = 16;
+
 /// How many lanes a vector has.
 pub const fn width<T: Real, S: Simd>() -> usize {
     size_of::<T::Vector<S>>() / size_of::<T>()

@@ -5,6 +5,7 @@
 //! neither. In single precision the problem is scaled by powers of two to numbers near 1; what is looked at is
 //! made feasible in double precision.
 
+mod bound;
 mod buffer;
 mod lanes;
 mod part;
@@ -15,6 +16,7 @@ mod tests;
 
 use pulp::Arch;
 
+use bound::{Bounds, Scratch};
 use lanes::{Real, lane_order};
 use part::{Outbox, Part, Units, connect};
 
@@ -38,15 +40,19 @@ pub struct Fused<T, const M: usize> {
     outboxes: [Vec<Outbox<T>>; 2],
     units: Units,
     method: Method<M>,
-    /// The part of each face, and its number there.
+    /// The part of each face, and its number there; empty until q is looked at.
     home: Vec<(u32, u32)>,
     /// What was looked at last, in the order of the mesh; q is empty until then.
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
+    /// D(q) vertex by vertex, and what the parts need for it; empty until then.
+    bounds: Vec<f64>,
+    scratch: Vec<Scratch<M>>,
     u_unpacked: bool,
     q_unpacked: bool,
     /// Whether the last step landed; if not, u is infeasible and stays so.
     landed: bool,
+    faces: usize,
     /// As of the last step.
     lambda: f64,
 }
@@ -76,12 +82,6 @@ impl<T: Real, const M: usize> Fused<T, M> {
             part
         });
         connect(&mut parts);
-        let mut home = vec![(0, 0); stencil.corners().len()];
-        for (k, part) in parts.iter().enumerate() {
-            for (i, &j) in part.faces().iter().enumerate() {
-                home[j as usize] = (k as u32, i as u32);
-            }
-        }
         let outboxes = [0, 1].map(|_| {
             let post = |part: &Part<T, M>| {
                 let mut outbox = Outbox::new();
@@ -97,12 +97,15 @@ impl<T: Real, const M: usize> Fused<T, M> {
             outboxes,
             units,
             method,
-            home,
+            home: Vec::new(),
             u,
             q,
+            bounds: Vec::new(),
+            scratch: Vec::new(),
             u_unpacked: false,
             q_unpacked: false,
             landed: true,
+            faces: stencil.corners().len(),
             lambda: problem.lambda,
         }
     }
@@ -190,8 +193,32 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
                 |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min(),
             )
         } else {
-            problem.dual_bound(self.unpack().q)
+            let stencil = problem.k.stencil().expect("the engine was built from it");
+            let Self { arch, parts, units, bounds, scratch, u, .. } = self;
+            let (arch, units) = (*arch, *units);
+            bounds.resize(u.len(), 0.0);
+            scratch.resize_with(parts.len(), Scratch::default);
+            let mut rest = &mut bounds[..];
+            let mut tasks = Vec::with_capacity(parts.len());
+            for (part, scratch) in parts.iter().zip(scratch) {
+                let (own, behind) = rest.split_at_mut(part.range.len());
+                tasks.push((part, scratch, own));
+                rest = behind;
+            }
+            each(tasks, &|(part, scratch, bounds)| {
+                arch.dispatch(Bounds { part, problem, stencil, units, scratch, bounds });
+            });
+            sum(
+                bounds.len(),
+                #[inline(always)]
+                |v| bounds[v],
+            )
         }
+    }
+
+    fn change(&mut self) -> Option<f64> {
+        let changes = self.parts.iter().map(|part| part.change);
+        Some(changes.fold(0.0, |most, change| if change > most { change } else { most }))
     }
 
     fn restart(&mut self, problem: &Problem<K, M>) {
@@ -233,6 +260,14 @@ impl<T: Real, const M: usize> Fused<T, M> {
             return;
         }
         let Self { parts, units, home, q, lambda, .. } = self;
+        if home.is_empty() {
+            home.resize(self.faces, (0, 0));
+            for (k, part) in parts.iter().enumerate() {
+                for (i, &j) in part.faces().iter().enumerate() {
+                    home[j as usize] = (k as u32, i as u32);
+                }
+            }
+        }
         q.resize(home.len(), Tangent::ZERO);
         sweep(
             (&mut *q, &*home),

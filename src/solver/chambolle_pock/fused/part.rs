@@ -33,14 +33,44 @@ pub const fn groups(m: usize) -> usize {
 /// K^T q at the vertices that other parts want to know.
 pub type Outbox<T> = Vec<[T; 4]>;
 
+/// The lane of each row in a block; how many there are is a power of two.
+struct Lanes {
+    order: Vec<usize>,
+    shift: u32,
+}
+
+impl Lanes {
+    fn new(order: &[usize]) -> Self {
+        assert!(order.len().is_power_of_two());
+        Lanes { order: order.to_vec(), shift: order.len().trailing_zeros() }
+    }
+
+    fn width(&self) -> usize {
+        self.order.len()
+    }
+
+    /// The block of the i-th row, and its number there.
+    #[inline(always)]
+    fn block(&self, i: usize) -> (usize, usize) {
+        (i >> self.shift, i & (self.order.len() - 1))
+    }
+
+    /// Where the first entry of the i-th row lies, if rows have `entries`; the next ones follow at a distance of
+    /// the width.
+    #[inline(always)]
+    fn first(&self, i: usize, entries: usize) -> usize {
+        let (block, row) = self.block(i);
+        ((block * entries) << self.shift) + self.order[row]
+    }
+}
+
 pub struct Part<T, const M: usize> {
     pub range: Range<usize>,
     /// Vertices of other parts, ascending; they come before the own ones, in blocks of their own.
     ghosts: Vec<u32>,
     /// Ascending by their largest vertex.
     faces: Vec<u32>,
-    /// The lane of each row in a block.
-    order: Vec<usize>,
+    lanes: Lanes,
     pub rows: Vec<RowPair<T>>,
     pub u: Buffer<T>,
     pub f: Buffer<T>,
@@ -56,6 +86,8 @@ pub struct Part<T, const M: usize> {
     sent: Vec<u32>,
     /// For each ghost the part that owns it, and where in its outbox it lies.
     sources: Vec<(u32, u32)>,
+    /// max |x - u| of the last step.
+    pub change: f64,
 }
 
 /// Powers of two that bring the numbers of a problem near 1: q, K and so f and the steps are scaled by them.
@@ -121,7 +153,8 @@ impl<T: Real, const M: usize> Part<T, M> {
             faces_due,
             sent: Vec::new(),
             sources: Vec::new(),
-            order: order.to_vec(),
+            change: 0.0,
+            lanes: Lanes::new(order),
             range,
             ghosts,
             faces,
@@ -130,34 +163,41 @@ impl<T: Real, const M: usize> Part<T, M> {
 }
 
 impl<T: Real, const M: usize> Part<T, M> {
-    /// The place of each vertex: ghosts first, then a block begins.
+    /// The place of the first own vertex: ghosts come first, then a block begins.
+    pub fn own_from(&self) -> usize {
+        self.ghosts.len().next_multiple_of(self.lanes.width())
+    }
+
+    /// The place of each vertex.
     fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<T, M> {
-        let own_from = self.ghosts.len().next_multiple_of(self.order.len());
+        let own_from = self.own_from();
         let ghosts: Vec<u32> = self.ghosts.clone();
         let own = self.range.clone().enumerate().map(move |(i, v)| (own_from + i, v));
         ghosts.into_iter().enumerate().map(|(i, v)| (i, v as usize)).chain(own)
     }
 
     pub fn set_u(&mut self, u: &[Row<M>]) {
-        for (place, v) in self.places() {
-            put(&mut self.u, &self.order, place, u[v].0);
+        // What fills up a block stays where it is in every step, and so in the corner of the simplex.
+        for place in 0..self.tau.len() {
+            put(&mut self.u, &self.lanes, place, Row::<M>::one_hot(0).0);
         }
+        self.places().for_each(|(place, v)| put(&mut self.u, &self.lanes, place, u[v].0));
     }
 
     pub fn set_f(&mut self, f: &[Row<M>], units: Units) {
-        for (place, v) in self.places() {
-            put(&mut self.f, &self.order, place, (f[v] * (units.q * units.k)).0);
-        }
+        self.places().for_each(|(place, v)| {
+            put(&mut self.f, &self.lanes, place, (f[v] * (units.q * units.k)).0);
+        });
     }
 
     /// sigma and tau.
     pub fn set_steps(&mut self, steps: &Steps, units: Units) {
-        for (place, v) in self.places() {
-            put(&mut self.tau, &self.order, place, [steps.tau[v] / (units.q * units.k)]);
-        }
-        let width = self.order.len();
+        self.places().for_each(|(place, v)| {
+            put(&mut self.tau, &self.lanes, place, [steps.tau[v] / (units.q * units.k)]);
+        });
+        let width = self.lanes.width();
         for (i, &j) in self.faces.iter().enumerate() {
-            self.weights[(i / width * 4 + 3) * width + self.order[i % width]] =
+            self.weights[self.lanes.first(i, 4) + 3 * width] =
                 T::from_f64(steps.sigma[j as usize] * (units.q / units.k));
         }
     }
@@ -166,18 +206,18 @@ impl<T: Real, const M: usize> Part<T, M> {
     pub fn set_weights(&mut self, weights: &[[f64; 3]], units: Units) {
         for (i, &j) in self.faces.iter().enumerate() {
             let [c1, c2, c3] = weights[j as usize].map(|c| c * units.k);
-            put(&mut self.weights, &self.order, i, [c1, c2, c3, 0.0]);
+            put(&mut self.weights, &self.lanes, i, [c1, c2, c3, 0.0]);
         }
     }
 
     /// q, and K^T q at every vertex.
     pub fn set_q(&mut self, q: &[Tangent<M>], kq: impl Fn(usize) -> Row<M>, units: Units) {
-        let width = self.order.len();
+        let width = self.lanes.width();
         for (i, &j) in self.faces.iter().enumerate() {
+            let first = self.lanes.first(i, 2 * M);
             for (axis, row) in (q[j as usize] * units.q).0.into_iter().enumerate() {
                 for (p, &entry) in row.0.iter().enumerate() {
-                    let at = (i / width * 2 + axis) * M + p;
-                    self.q[at * width + self.order[i % width]] = T::from_f64(entry);
+                    self.q[first + (axis * M + p) * width] = T::from_f64(entry);
                 }
             }
         }
@@ -189,29 +229,36 @@ impl<T: Real, const M: usize> Part<T, M> {
     }
 
     /// u of an own vertex.
+    #[inline(always)]
     pub fn u(&self, v: usize) -> Row<M> {
-        let width = self.order.len();
-        let place = self.ghosts.len().next_multiple_of(width) + v - self.range.start;
-        let first = place / width * M * width + self.order[place % width];
-        Row::from_fn(|p| self.u[first + p * width].to_f64())
+        let first = self.lanes.first(self.own_from() + v - self.range.start, M);
+        Row::from_fn(|p| self.u[first + p * self.lanes.width()].to_f64())
     }
 
     /// K^T q of an own vertex.
+    #[inline(always)]
     pub fn kq(&self, v: usize) -> Row<M> {
-        let place = self.ghosts.len().next_multiple_of(self.order.len()) + v - self.range.start;
+        let place = self.own_from() + v - self.range.start;
         Row::from_fn(|p| self.rows[place * groups(M) + p / 4].kq[p % 4].to_f64())
     }
 
     /// q of the i-th face.
+    #[inline(always)]
     pub fn q(&self, i: usize, units: Units) -> Tangent<M> {
-        let width = self.order.len();
-        let first = i / width * 2 * M * width + self.order[i % width];
+        let (first, width) = (self.lanes.first(i, 2 * M), self.lanes.width());
         let row = |axis: usize| Row::from_fn(|p| self.q[first + (axis * M + p) * width].to_f64());
         Tangent([row(0), row(1)]) * (1.0 / units.q)
     }
 
+    /// Ascending by their largest vertex.
     pub fn faces(&self) -> &[u32] {
         &self.faces
+    }
+
+    /// The lane of a row in a block.
+    #[inline(always)]
+    pub fn lane(&self, row: usize) -> usize {
+        self.lanes.order[row]
     }
 
     /// One iteration, with K^T q of the ghosts as their owners sent it.
@@ -253,7 +300,7 @@ pub fn connect<T: Real, const M: usize>(parts: &mut [Part<T, M>]) {
             parts.iter().flat_map(|part| &part.ghosts).copied().filter(is_own).collect();
         wanted.sort_unstable();
         wanted.dedup();
-        let own_from = parts[owner].ghosts.len().next_multiple_of(parts[owner].order.len());
+        let own_from = parts[owner].own_from();
         let place = |&v: &u32| (own_from + v as usize - range.start) as u32;
         parts[owner].sent = wanted.iter().map(place).collect();
         for part in &mut *parts {
@@ -268,9 +315,9 @@ pub fn connect<T: Real, const M: usize>(parts: &mut [Part<T, M>]) {
 }
 
 /// The entries of the i-th of many, a block after the other.
-fn put<T: Real, const N: usize>(buffer: &mut [T], order: &[usize], i: usize, entries: [f64; N]) {
-    let width = order.len();
-    let first = i / width * N * width + order[i % width];
+#[inline(always)]
+fn put<T: Real, const N: usize>(buffer: &mut [T], lanes: &Lanes, i: usize, entries: [f64; N]) {
+    let (first, width) = (lanes.first(i, N), lanes.width());
     for (p, &entry) in entries.iter().enumerate() {
         buffer[first + p * width] = T::from_f64(entry);
     }

@@ -37,6 +37,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         let tau = cast_slice::<T, T::Vector<S>>(tau);
         let weights = cast_slice::<T, [T::Vector<S>; 4]>(weights);
         let q = cast_slice_mut::<T, T::Vector<S>>(q).as_chunks_mut::<M>().0.as_chunks_mut::<2>().0;
+        let mut change = T::splat(simd, 0.0);
         let step = Step::<T, S> {
             simd,
             zero: T::splat(simd, 0.0),
@@ -49,7 +50,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         let mut done = 0;
         for (block, &due) in faces_due.iter().enumerate() {
             let own = &mut rows[block * vertex_rows..][..vertex_rows];
-            step.vertices::<M>(own, &mut u[block], &f[block], tau[block]);
+            change = step.vertices::<M>(own, &mut u[block], &f[block], tau[block], change);
             let due = due as usize;
             let faces = corners[3 * width * done..3 * width * due]
                 .chunks_exact(3 * width)
@@ -60,6 +61,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             }
             done = due;
         }
+        self.part.change = T::largest(simd, change);
     }
 }
 
@@ -81,6 +83,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         if self.land { x } else { T::add(simd, u, T::mul(simd, T::sub(simd, x, u), self.rho)) }
     }
 
+    /// Returns max |x - u|, or `change` if that is more.
     #[inline(always)]
     fn vertices<const M: usize>(
         &self,
@@ -88,7 +91,8 @@ impl<T: Real, S: Simd> Step<T, S> {
         u: &mut [T::Vector<S>; M],
         f: &[T::Vector<S>; M],
         tau: T::Vector<S>,
-    ) {
+        mut change: T::Vector<S>,
+    ) -> T::Vector<S> {
         let simd = self.simd;
         let mut v = [self.zero; M];
         for g in 0..groups(M) {
@@ -104,6 +108,10 @@ impl<T: Real, S: Simd> Step<T, S> {
         for g in 0..groups(M) {
             let mut u_bar = [self.zero; 4];
             for p in 4 * g..M.min(4 * g + 4) {
+                if self.land {
+                    let (forth, back) = (T::sub(simd, x[p], u[p]), T::sub(simd, u[p], x[p]));
+                    change = T::max(simd, T::max(simd, forth, back), change);
+                }
                 u_bar[p % 4] = T::sub(simd, T::add(simd, x[p], x[p]), u[p]);
                 u[p] = self.relax(u[p], x[p]);
             }
@@ -112,6 +120,7 @@ impl<T: Real, S: Simd> Step<T, S> {
                 rows[o * groups(M) + g] = RowPair { u_bar, kq: [T::ZERO; 4] };
             }
         }
+        change
     }
 
     #[inline(always)]

@@ -12,7 +12,8 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::regions::close_from;
 use crate::samples::{
-    bumpy, random_dual, random_labels, random_problem, rng, shape, with_isolated_vertices, zoo,
+    assert_within, bumpy, random_dual, random_labels, random_problem, rng, shape,
+    with_isolated_vertices, zoo,
 };
 use crate::solver::balance::Balance;
 use crate::solver::{Options, Solver};
@@ -111,6 +112,53 @@ fn any_number_of_regions_fits() {
     check_iterates::<16>("bumpy", &mesh);
     check_iterates::<32>("bumpy", &mesh);
     check_iterates::<64>("bumpy", &mesh);
+}
+
+/// What the engine says of itself after a landing step is what its fields say.
+fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
+    let mesh = &*mesh.without_degenerate_faces().0;
+    let mut problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 118);
+    close_from(M - 1, &mut problem.f);
+    let mut start = start(&problem, 119);
+    start.0.fill(Row::one_hot(0));
+    let mut bits = Vec::new();
+    for threads in [1, 2, 3] {
+        with_threads(Some(threads), || {
+            let mut solver: Box<dyn Solver<Stencil, M>> =
+                Box::new(fused::<T, M>(&problem, &start, Arch::new()));
+            let mut said = Vec::new();
+            for n in 1..=24 {
+                let land = n % 6 == 0;
+                let before = land.then(|| solver.labels().to_vec());
+                solver.step(&problem, land);
+                let Some(before) = before else { continue };
+                let (bound, change) = (solver.dual_bound(&problem), solver.change().unwrap());
+                let now = solver.iterate();
+                let differences =
+                    now.u.iter().zip(before).map(|(&u, before)| (u - before).max_abs());
+                let (expected, rounding) =
+                    (problem.dual_bound(now.q), if T::DOUBLE { 0.0 } else { 1e-6 });
+                assert_within(bound, expected, 1e-12, problem.spread());
+                assert_within(change, differences.fold(0.0, f64::max), rounding, 1.0);
+                said.push((bound.to_bits(), change.to_bits()));
+            }
+            bits.push(said);
+        })
+        .unwrap();
+    }
+    assert!(bits[0] == bits[1] && bits[0] == bits[2], "{name}, m = {M}: threads matter");
+}
+
+#[test]
+fn bound_and_change_are_those_of_the_fields() {
+    for (name, mesh) in zoo() {
+        check_numbers::<f64, 3>(name, &mesh);
+        check_numbers::<f32, 3>(name, &mesh);
+    }
+    for (name, mesh) in [("torus", shape("torus:90x90")), ("bumpy", bumpy(90))] {
+        check_numbers::<f64, 5>(name, &mesh);
+        check_numbers::<f32, 5>(name, &mesh);
+    }
 }
 
 /// AVX-512, AVX2 and no vectors at all, as far as this machine has them.
