@@ -7,6 +7,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::experiment::Misfit;
+
 pub type Result<T> = std::result::Result<T, Error>;
 
 #[derive(Debug, thiserror::Error)]
@@ -23,6 +25,9 @@ pub enum Error {
     /// Well-formed input that does not fit what was asked.
     #[error("{0}")]
     Unsuitable(String),
+    /// An experiment file that asks for what is not there.
+    #[error(transparent)]
+    Misfit(#[from] Box<Misfit>),
 }
 
 impl Error {
@@ -40,6 +45,14 @@ impl Error {
 
     pub fn unsuitable(message: impl Into<String>) -> Self {
         Error::Unsuitable(message.into())
+    }
+
+    /// Puts the name of the file in front of what is wrong with its content.
+    pub fn of_file(self, path: &Path) -> Self {
+        match self {
+            Error::Unsuitable(message) => Error::malformed(path, message),
+            other => other,
+        }
     }
 }
 

@@ -25,6 +25,7 @@ pub mod coarse;
 pub mod data;
 pub mod error;
 pub mod evaluate;
+pub mod experiment;
 pub mod field;
 pub mod file;
 #[cfg(target_os = "linux")]

@@ -183,6 +183,20 @@ fn parse<A: ReadableElement, D: Dimension>(
         .map_err(|error| Error::malformed(path, error.to_string().replace(['\n', '\r'], " ")))
 }
 
+/// Refuses an array from a file whose rows are not the vertices of a mesh.
+///
+/// # Errors
+/// The file and both numbers.
+pub fn check_rows(path: &Path, array: &Array2<f64>, vertices: usize) -> Result<()> {
+    let rows = array.nrows();
+    if rows == vertices {
+        return Ok(());
+    }
+    let message =
+        format!("has {rows} rows, the mesh {vertices} vertices; one row per vertex is needed");
+    Err(Error::malformed(path, message))
+}
+
 #[cfg(test)]
 mod tests {
     use ndarray::{Array, ShapeBuilder, array};

@@ -69,7 +69,7 @@ pub fn write(
     }
 }
 
-fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
+pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
     let smoothed = trace.iter().any(|sample| sample.smoothed_energy.is_some());
     file::write(path, |out| {
         let mut csv = csv::Writer::from_writer(out);

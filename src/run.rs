@@ -7,7 +7,7 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::field::Row;
 use crate::operator::Operator;
@@ -43,7 +43,7 @@ impl Stop {
 pub const FIRST_INTERVAL: u64 = 4;
 
 /// How a run ended. None of these is an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
     /// The certified gap was reached.

@@ -4,21 +4,13 @@ use std::path::Path;
 
 use meshseg::mesh::{Mesh, source};
 use meshseg::solve::model_mesh;
-use meshseg::{Error, Result, npy, regions, sweep};
+use meshseg::{Result, npy, regions, sweep};
 use ndarray::Array2;
-
-/// Puts the name of the file in front of what is wrong with its content.
-pub fn blame<T>(path: &Path, result: Result<T>) -> Result<T> {
-    result.map_err(|error| match error {
-        Error::Unsuitable(message) => Error::malformed(path, message),
-        other => other,
-    })
-}
 
 /// The mesh of the argument MESH; at least one of its faces has an area.
 fn mesh_with_area(path: &Path) -> Result<Mesh> {
     let mesh = source(path)?;
-    blame(path, model_mesh(&mesh))?;
+    model_mesh(&mesh).map_err(|error| error.of_file(path))?;
     Ok(mesh)
 }
 
@@ -26,17 +18,7 @@ fn mesh_with_area(path: &Path) -> Result<Mesh> {
 pub fn mesh_with_costs(mesh: &Path, path: &Path) -> Result<(Mesh, Array2<f64>)> {
     let (mesh, costs) = sweep::join(|| mesh_with_area(mesh), || npy::read_matrix(path));
     let (mesh, costs) = (mesh?, costs?);
-    check_rows(path, &costs, &mesh)?;
-    blame(path, regions::check(costs.ncols()))?;
+    npy::check_rows(path, &costs, mesh.vertices.len())?;
+    regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
     Ok((mesh, costs))
-}
-
-pub fn check_rows(path: &Path, array: &Array2<f64>, mesh: &Mesh) -> Result<()> {
-    let (rows, vertices) = (array.nrows(), mesh.vertices.len());
-    if rows == vertices {
-        return Ok(());
-    }
-    let message =
-        format!("has {rows} rows, the mesh {vertices} vertices; one row per vertex is needed");
-    Err(Error::malformed(path, message))
 }

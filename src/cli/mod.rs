@@ -4,6 +4,7 @@
 
 mod completions;
 mod evaluate;
+mod experiment;
 mod inputs;
 mod mesh;
 mod operators;
@@ -47,6 +48,8 @@ enum Verb {
     Operators(operators::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Verb),
+    #[command(subcommand)]
+    Experiment(experiment::Verb),
     Solvers(solvers::Arguments),
     Completions(completions::Arguments),
 }
@@ -89,6 +92,7 @@ pub fn main() -> ExitCode {
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Operators(arguments) => operators::run(&arguments),
         Verb::Mesh(verb) => mesh::run(&verb),
+        Verb::Experiment(verb) => experiment::run(&verb),
         Verb::Solvers(arguments) => solvers::run(&arguments),
         Verb::Completions(arguments) => completions::run(&arguments),
     };
@@ -96,6 +100,9 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(error)) => {
             note(&format!("error: {}", one_line(&error.to_string())));
+            if let Error::Misfit(misfit) = &error {
+                experiment::draw(misfit);
+            }
             ExitCode::from(1)
         }
         // The reader of a pipe has seen enough.

@@ -9,7 +9,6 @@ use meshseg::solve::model_mesh;
 use meshseg::{Result, file, npy};
 use sprs::CsMat;
 
-use super::inputs::blame;
 use super::{Outcome, print, table, warn};
 
 /// Write K, the mass matrices and the Laplacian as MatrixMarket (.mtx) and SciPy (.npz) files.
@@ -34,7 +33,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     file::check_folder(&arguments.out)?;
     let mesh = source(&arguments.mesh)?;
-    let (mesh, warnings) = blame(&arguments.mesh, model_mesh(&mesh))?;
+    let (mesh, warnings) = model_mesh(&mesh).map_err(|error| error.of_file(&arguments.mesh))?;
     warn(&warnings);
     let k = Matrix::new(&mesh);
     let matrices = [

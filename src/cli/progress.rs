@@ -25,6 +25,8 @@ pub struct Progress {
     begin: Instant,
     shown: Instant,
     tolerance: f64,
+    /// What the lines begin with.
+    title: String,
     /// Time and gap of the first sample of the current costs: where the remaining time is judged from.
     origin: Option<(f64, f64)>,
 }
@@ -47,7 +49,25 @@ impl Progress {
             ProgressBar::new_spinner().with_style(style)
         });
         let now = Instant::now();
-        Progress { line, interrupted, begin: now, shown: now, tolerance, origin: None }
+        Progress {
+            line,
+            interrupted,
+            begin: now,
+            shown: now,
+            tolerance,
+            title: String::new(),
+            origin: None,
+        }
+    }
+
+    /// Another run begins.
+    pub fn title(&mut self, title: String) {
+        (self.begin, self.origin) = (Instant::now(), None);
+        if let Some(line) = &self.line {
+            line.set_message(title.clone());
+            line.tick();
+        }
+        self.title = title + ": ";
     }
 
     /// For [`meshseg::run::Run::advance`].
@@ -97,8 +117,8 @@ impl Progress {
             String::new()
         };
         format!(
-            "iteration {}, energy {:.6}, gap {gap:.1e} (to {:.0e}), {elapsed:.0} s{left}",
-            sample.iteration, sample.energy, self.tolerance
+            "{}iteration {}, energy {:.6}, gap {gap:.1e} (to {:.0e}), {elapsed:.0} s{left}",
+            self.title, sample.iteration, sample.energy, self.tolerance
         )
     }
 }

@@ -1,22 +1,17 @@
 //! `meshseg segment`: the data of a mesh into regions.
 
-use std::path::{Path, PathBuf};
-use std::str::FromStr;
+use std::path::PathBuf;
 
-use meshseg::data::range::robust_unit_range;
-use meshseg::data::texture::{Texture, colors_at_vertices};
+use meshseg::data::seen::{self, DataSource, Seen};
 use meshseg::data::{Data, RegionParameters};
-use meshseg::mesh::curvature::mean_curvature;
+use meshseg::mesh::Source;
 use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::mesh::{Mesh, Source};
 use meshseg::outcome::{self, Looks};
-use meshseg::render::colormap::sequential;
 use meshseg::segment::{Alternation, Initial, Segmentation, segment};
 use meshseg::solve::{Summary, model_mesh};
-use meshseg::{Error, Result, npy, sweep};
+use meshseg::{Error, sweep};
 use serde::Serialize;
 
-use super::inputs::{blame, check_rows};
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, named, note, print, table, warn};
@@ -76,30 +71,6 @@ Examples:
   meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
   meshseg segment model.obj --data texture:atlas.png --regions 5 --out results/model";
 
-#[derive(Clone)]
-enum DataSource {
-    Colors,
-    Texture(PathBuf),
-    Curvature,
-    File(PathBuf),
-}
-
-impl FromStr for DataSource {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match (text, text.split_once(':')) {
-            ("colors", _) => Ok(DataSource::Colors),
-            ("curvature", _) => Ok(DataSource::Curvature),
-            (_, Some(("texture", image))) if !image.is_empty() => {
-                Ok(DataSource::Texture(image.into()))
-            }
-            (file, _) if file.ends_with(".npy") => Ok(DataSource::File(file.into())),
-            _ => Err("must be colors, texture:IMAGE, curvature or FILE.npy".into()),
-        }
-    }
-}
-
 #[derive(Clone, Copy)]
 enum Model {
     Constant,
@@ -127,15 +98,6 @@ impl Normalize {
         [("area", Normalize::Area), ("none", Normalize::None)];
 }
 
-/// The data, how it looks, and what to call it.
-struct Seen {
-    data: Data,
-    looks: Vec<[f64; 3]>,
-    name: String,
-    /// What 0 and 1 stand for, if the data was mapped.
-    unit_range: Option<[f64; 2]>,
-}
-
 pub fn run(arguments: &Arguments) -> Outcome {
     sweep::with_threads(arguments.solving.threads(), || run_here(arguments))?
 }
@@ -151,8 +113,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
         Normalize::Area | Normalize::None => 1.0,
     };
     let scaled = mesh.clone().scaled(scale);
-    blame(&arguments.mesh, model_mesh(&scaled))?;
-    let seen = arguments.see(&source, &scaled)?;
+    model_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
+    let seen = seen::see(&source, &scaled, arguments.data.as_ref())?;
 
     let cells = barycentric_areas(&scaled);
     if arguments.lambda.is_none() {
@@ -205,62 +167,6 @@ fn run_here(arguments: &Arguments) -> Outcome {
     lines.push(("written to", solving.out.display().to_string()));
     let printed = print(&(table::pairs(&lines) + "\n" + &regions_table(&regions)));
     exit(solution.summary.status, printed)
-}
-
-impl Arguments {
-    fn see(&self, source: &Source, mesh: &Mesh) -> Result<Seen> {
-        match (&self.data, source.texture(), &mesh.colors) {
-            (Some(DataSource::Texture(image)), ..) => {
-                let texture = Texture::open(image)?;
-                colored(
-                    blame(&self.mesh, colors_at_vertices(mesh, &texture))?,
-                    format!("texture {}", image.display()),
-                )
-            }
-            (Some(DataSource::Curvature), ..) => {
-                let area = barycentric_areas(mesh);
-                let (unit, range) = robust_unit_range(&mean_curvature(mesh), &area);
-                Ok(Seen {
-                    looks: unit.iter().map(|&t| sequential(t)).collect(),
-                    data: Data::new(1, unit)?,
-                    name: "mean curvature".into(),
-                    unit_range: Some(range),
-                })
-            }
-            (Some(DataSource::File(path)), ..) => numbers(mesh, path),
-            (None, Some(bytes), _) => {
-                let texture = Texture::decode(bytes, &self.mesh)?;
-                colored(blame(&self.mesh, colors_at_vertices(mesh, &texture))?, "texture".into())
-            }
-            (Some(DataSource::Colors) | None, _, Some(colors)) => {
-                colored(colors.clone(), "colors".into())
-            }
-            (Some(DataSource::Colors) | None, _, None) => Err(Error::unsuitable(format!(
-                "{}: has no vertex colors; choose --data texture:IMAGE, --data curvature or --data FILE.npy",
-                self.mesh.display()
-            ))),
-        }
-    }
-}
-
-fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
-    let data = Data::new(3, colors.iter().flatten().copied().collect())?;
-    Ok(Seen { data, looks: colors, name, unit_range: None })
-}
-
-/// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
-/// column.
-fn numbers(mesh: &Mesh, path: &Path) -> Result<Seen> {
-    let array = npy::read_data(path)?;
-    check_rows(path, &array, mesh)?;
-    let looks = if array.ncols() == 3 && array.iter().all(|x| (0.0..=1.0).contains(x)) {
-        array.outer_iter().map(|row| [row[0], row[1], row[2]]).collect()
-    } else {
-        let (unit, _) = robust_unit_range(&array.column(0).to_vec(), &barycentric_areas(mesh));
-        unit.into_iter().map(sequential).collect()
-    };
-    let data = Data::new(array.ncols(), array.iter().copied().collect())?;
-    Ok(Seen { data, looks, name: path.display().to_string(), unit_range: None })
 }
 
 /// Cuts weigh as much as a mistake of one standard deviation within a fiftieth of the mesh's length.

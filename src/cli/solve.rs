@@ -9,7 +9,7 @@ use meshseg::start::Start;
 use meshseg::{Result, npy, solve, sweep};
 use ndarray::{Array2, ArrayView1};
 
-use super::inputs::{blame, mesh_with_costs};
+use super::inputs::mesh_with_costs;
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, print, table, warn};
@@ -83,7 +83,7 @@ impl Arguments {
             Init::Argmin => Start::Argmin,
             Init::File(path) => {
                 let start = Start::Given(npy::read_matrix(path)?);
-                blame(path, start.check(costs.dim()))?;
+                start.check(costs.dim()).map_err(|error| error.of_file(path))?;
                 start
             }
         })

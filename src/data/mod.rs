@@ -4,6 +4,8 @@
 pub mod constant;
 pub mod kmeans;
 pub mod range;
+pub mod seen;
+pub mod synthetic;
 pub mod texture;
 
 pub use constant::PiecewiseConstant;

@@ -1,0 +1,228 @@
+//! An instance as it is solved: mesh, pointwise costs, and what it looks like.
+//!
+//! Costs are s_p(x) = |C(x) - mu_p|^2 with fixed means: the palette of synthetic data, else area-weighted
+//! k-means. So every solver has the same convex problem.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use ndarray::Array2;
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64;
+use sha2::{Digest, Sha256};
+
+use super::spec::InstanceCell;
+use crate::data::Data;
+use crate::data::kmeans::kmeans;
+use crate::data::seen::{self, DataSource};
+use crate::data::synthetic::waves;
+use crate::error::Error;
+use crate::file;
+use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::{Mesh, Source};
+use crate::npy;
+use crate::regions;
+use crate::render::colormap::categorical;
+use crate::solve::model_mesh;
+
+/// The key `data` of an instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DataChoice {
+    /// Synthetic: see [`waves`].
+    Waves,
+    /// What comes with the mesh: its texture or its colors.
+    Own,
+    Seen(DataSource),
+    /// Pointwise costs, V x m.
+    Costs(PathBuf),
+}
+
+impl FromStr for DataChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.split_once(':')) {
+            ("waves", _) => Ok(DataChoice::Waves),
+            ("own", _) => Ok(DataChoice::Own),
+            (_, Some(("costs", file))) if file.ends_with(".npy") => {
+                Ok(DataChoice::Costs(file.into()))
+            }
+            _ => text.parse().map(DataChoice::Seen).map_err(|_| {
+                "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \
+                 \"texture:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
+                    .into()
+            }),
+        }
+    }
+}
+
+impl fmt::Display for DataChoice {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            DataChoice::Waves => f.write_str("waves"),
+            DataChoice::Own => f.write_str("own"),
+            DataChoice::Seen(source) => source.fmt(f),
+            DataChoice::Costs(path) => write!(f, "costs:{}", path.display()),
+        }
+    }
+}
+
+/// Where files are looked for.
+pub struct Places {
+    /// The folder of the experiment file, which relative paths start from.
+    pub folder: PathBuf,
+    /// What `data:` stands for.
+    pub data: Option<PathBuf>,
+}
+
+/// Why an instance cannot run.
+pub enum Missing {
+    /// It needs the folder of data that may not be redistributed; `--data-dir` was not given.
+    DataFolder,
+    Error(Error),
+}
+
+impl From<Error> for Missing {
+    fn from(error: Error) -> Self {
+        Missing::Error(error)
+    }
+}
+
+impl Places {
+    fn path(&self, name: &str) -> std::result::Result<PathBuf, Missing> {
+        match (name.strip_prefix("data:"), &self.data) {
+            (Some(name), Some(data)) => Ok(data.join(name)),
+            (Some(_), None) => Err(Missing::DataFolder),
+            (None, _) => Ok(self.folder.join(name)),
+        }
+    }
+
+    fn mesh(&self, name: &str) -> std::result::Result<Source, Missing> {
+        let path = self.path(name)?;
+        Ok(if path.exists() || name.starts_with("data:") {
+            Source::File(path)
+        } else {
+            match Source::parse(name)? {
+                Source::File(_) => Source::File(path),
+                other => other,
+            }
+        })
+    }
+
+    fn data(&self, choice: &DataChoice) -> std::result::Result<DataChoice, Missing> {
+        let at = |path: &Path| self.path(&path.to_string_lossy());
+        Ok(match choice {
+            DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
+            DataChoice::Seen(DataSource::Texture(path)) => {
+                DataChoice::Seen(DataSource::Texture(at(path)?))
+            }
+            DataChoice::Seen(DataSource::File(path)) => {
+                DataChoice::Seen(DataSource::File(at(path)?))
+            }
+            other => other.clone(),
+        })
+    }
+
+    /// A hash of the files that an instance is made from; generated things are known by their names.
+    ///
+    /// # Errors
+    /// A file that is missing or cannot be read.
+    pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, Missing> {
+        let mut hash = Sha256::new();
+        if let Source::File(path) = self.mesh(&cell.mesh)? {
+            hash.update(file::read(&path)?);
+        }
+        if let DataChoice::Costs(path)
+        | DataChoice::Seen(DataSource::Texture(path) | DataSource::File(path)) =
+            self.data(&cell.data)?
+        {
+            hash.update(file::read(&path)?);
+        }
+        Ok(hex(&hash.finalize()))
+    }
+
+    /// Makes the instance.
+    ///
+    /// # Errors
+    /// Files that cannot be read, or that do not fit each other.
+    pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, Missing> {
+        let source = self.mesh(&cell.mesh)?;
+        let mut mesh = source.mesh()?;
+        let named = |error: Error| error.of_file(Path::new(&cell.mesh));
+        let area = mesh.area();
+        if cell.normalize && area > 0.0 && area.is_finite() {
+            mesh = mesh.scaled(1.0 / area.sqrt());
+        }
+        model_mesh(&mesh).map_err(named)?;
+        let choice = self.data(&cell.data)?;
+        let noise = |data: &mut Data| {
+            let mut rng = Pcg64::seed_from_u64(cell.seed);
+            let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
+            data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
+        };
+        let (costs, looks, palette) = match &choice {
+            DataChoice::Waves => {
+                let waves = waves(&mesh, cell.regions, cell.noise, cell.seed);
+                let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
+                let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
+                (distances(&waves.data, &mu), looks, waves.palette)
+            }
+            DataChoice::Costs(path) => {
+                let costs = npy::read_matrix(path)?;
+                npy::check_rows(path, &costs, mesh.vertices.len())?;
+                regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
+                let cheapest = |s: ndarray::ArrayView1<f64>| {
+                    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
+                };
+                let looks = costs.outer_iter().map(|s| categorical(cheapest(s))).collect();
+                let palette = (0..costs.ncols()).map(categorical).collect();
+                (costs, looks, palette)
+            }
+            DataChoice::Own | DataChoice::Seen(_) => {
+                let choice = match &choice {
+                    DataChoice::Seen(choice) => Some(choice),
+                    _ => None,
+                };
+                let mut seen = seen::see(&source, &mesh, choice)?;
+                noise(&mut seen.data);
+                let mut rng = Pcg64::seed_from_u64(cell.seed);
+                let (values, d) = (&seen.data.values, seen.data.dimension);
+                let mu = kmeans(values, d, &barycentric_areas(&mesh), cell.regions, &mut rng);
+                let palette = match d {
+                    3 => mu.iter().map(|mu| color(mu)).collect(),
+                    _ => (0..cell.regions).map(categorical).collect(),
+                };
+                (distances(&seen.data, &mu), seen.looks, palette)
+            }
+        };
+        Ok(Instance { mesh, costs, looks, palette })
+    }
+}
+
+/// What every solver gets.
+pub struct Instance {
+    pub mesh: Mesh,
+    /// V x m.
+    pub costs: Array2<f64>,
+    /// The data as a color per vertex.
+    pub looks: Vec<[f64; 3]>,
+    /// A color per region.
+    pub palette: Vec<[f64; 3]>,
+}
+
+/// s_p(x_k) = |C(x_k) - mu_p|^2.
+fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
+    Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| {
+        data.at(k).iter().zip(&mu[p]).map(|(c, mu)| (c - mu).powi(2)).sum()
+    })
+}
+
+fn color(values: &[f64]) -> [f64; 3] {
+    [0, 1, 2].map(|i| values[i].clamp(0.0, 1.0))
+}
+
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,290 @@
+//! A TOML file whose every value knows its place, so that what is wrong with it is shown where it stands.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What is wrong with an experiment file, and where.
+#[derive(Debug)]
+pub struct Misfit {
+    pub path: PathBuf,
+    pub text: String,
+    /// Bytes of `text`.
+    pub place: Range<usize>,
+    pub message: String,
+}
+
+impl Misfit {
+    /// Line and column, counted from 1.
+    pub fn position(&self) -> (usize, usize) {
+        let before = &self.text[..self.place.start];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
+        (line, column)
+    }
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (line, column) = self.position();
+        write!(f, "{}, line {line}, column {column}: {}", self.path.display(), self.message)
+    }
+}
+
+impl std::error::Error for Misfit {}
+
+/// A message and the bytes it is about; [`Document::misfit`] makes it whole.
+#[derive(Debug)]
+pub struct Wrong {
+    pub place: Range<usize>,
+    pub message: String,
+}
+
+impl Wrong {
+    pub fn at(place: &Range<usize>, message: impl Into<String>) -> Self {
+        Wrong { place: place.clone(), message: message.into() }
+    }
+}
+
+pub type Fits<T> = Result<T, Wrong>;
+
+/// A number, a text or a truth: what a list is swept over.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scalar {
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    Truth(bool),
+}
+
+impl Scalar {
+    /// As a solver option takes it, and as people read it.
+    pub fn text(&self) -> String {
+        match self {
+            Scalar::Integer(x) => x.to_string(),
+            Scalar::Float(x) if *x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) => format!("{x:e}"),
+            Scalar::Float(x) => x.to_string(),
+            Scalar::Text(x) => x.clone(),
+            Scalar::Truth(x) => x.to_string(),
+        }
+    }
+
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Scalar::Integer(x) => Some(*x as f64),
+            Scalar::Float(x) => Some(*x),
+            Scalar::Text(_) | Scalar::Truth(_) => None,
+        }
+    }
+
+    /// As it would stand in a TOML file.
+    pub fn toml(&self) -> toml::Value {
+        match self {
+            Scalar::Integer(x) => toml::Value::Integer(*x),
+            Scalar::Float(x) => toml::Value::Float(*x),
+            Scalar::Text(x) => toml::Value::String(x.clone()),
+            Scalar::Truth(x) => toml::Value::Boolean(*x),
+        }
+    }
+}
+
+/// A value and its place.
+#[derive(Clone, Debug)]
+pub struct Placed<T> {
+    pub value: T,
+    pub place: Range<usize>,
+}
+
+/// A table of the file. Keys are taken out one by one; what is left in the end is unknown.
+pub struct Section<'a> {
+    /// For messages: `[[solver]]`.
+    pub name: Cow<'static, str>,
+    pub place: Range<usize>,
+    entries: Vec<(String, Range<usize>, Spanned<DeValue<'a>>)>,
+    known: Vec<&'static str>,
+}
+
+impl<'a> Section<'a> {
+    fn new(name: impl Into<Cow<'static, str>>, place: Range<usize>, table: DeTable<'a>) -> Self {
+        let entries = table
+            .into_iter()
+            .map(|(key, value)| (key.get_ref().to_string(), key.span(), value))
+            .collect();
+        Section { name: name.into(), place, entries, known: Vec::new() }
+    }
+
+    fn take(&mut self, key: &'static str) -> Option<Spanned<DeValue<'a>>> {
+        self.known.push(key);
+        let i = self.entries.iter().position(|(name, ..)| name == key)?;
+        Some(self.entries.remove(i).2)
+    }
+
+    /// One value, or several in a list that is not empty.
+    pub fn list(&mut self, key: &'static str) -> Fits<Option<Vec<Placed<Scalar>>>> {
+        self.take(key).map(|value| scalars(key, value)).transpose()
+    }
+
+    /// A list of texts, or one.
+    pub fn texts(&mut self, key: &'static str) -> Fits<Vec<Placed<String>>> {
+        let list = self.list(key)?.unwrap_or_default();
+        list.into_iter().map(|scalar| text(key, scalar)).collect()
+    }
+
+    pub fn text(&mut self, key: &'static str) -> Fits<Option<Placed<String>>> {
+        self.scalar(key)?.map(|scalar| text(key, scalar)).transpose()
+    }
+
+    pub fn number(&mut self, key: &'static str) -> Fits<Option<Placed<f64>>> {
+        self.scalar(key)?
+            .map(|Placed { value, place }| match value.number() {
+                Some(value) => Ok(Placed { value, place }),
+                None => Err(Wrong::at(&place, format!("{key} must be a number"))),
+            })
+            .transpose()
+    }
+
+    /// A whole number from `least`.
+    pub fn count(&mut self, key: &'static str, least: u64) -> Fits<Option<Placed<u64>>> {
+        self.scalar(key)?
+            .map(|Placed { value, place }| match value {
+                Scalar::Integer(x) if u64::try_from(x).is_ok_and(|x| x >= least) => {
+                    Ok(Placed { value: x as u64, place })
+                }
+                _ => Err(Wrong::at(&place, format!("{key} must be a whole number from {least}"))),
+            })
+            .transpose()
+    }
+
+    pub fn truth(&mut self, key: &'static str) -> Fits<Option<bool>> {
+        self.scalar(key)?
+            .map(|Placed { value, place }| match value {
+                Scalar::Truth(value) => Ok(value),
+                _ => Err(Wrong::at(&place, format!("{key} must be true or false"))),
+            })
+            .transpose()
+    }
+
+    fn scalar(&mut self, key: &'static str) -> Fits<Option<Placed<Scalar>>> {
+        self.take(key).map(|value| scalar(key, value)).transpose()
+    }
+
+    /// A table `[key]` or `key = { ... }`.
+    pub fn section(&mut self, key: &'static str) -> Fits<Option<Section<'a>>> {
+        let Some(value) = self.take(key) else { return Ok(None) };
+        let place = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => Ok(Some(Section::new(format!("[{key}]"), place, table))),
+            _ => Err(Wrong::at(&place, format!("{key} must be a table"))),
+        }
+    }
+
+    /// Tables `[[key]]`, in their order.
+    pub fn sections(&mut self, key: &'static str) -> Fits<Vec<Section<'a>>> {
+        let Some(value) = self.take(key) else { return Ok(Vec::new()) };
+        let place = value.span();
+        let wrong =
+            |place: &Range<usize>| Wrong::at(place, format!("{key} must be tables: [[{key}]]"));
+        let DeValue::Array(array) = value.into_inner() else { return Err(wrong(&place)) };
+        array
+            .into_iter()
+            .map(|value| {
+                let place = value.span();
+                match value.into_inner() {
+                    DeValue::Table(table) => Ok(Section::new(format!("[[{key}]]"), place, table)),
+                    _ => Err(wrong(&place)),
+                }
+            })
+            .collect()
+    }
+
+    /// All that is left, whatever its name: values or lists of them.
+    pub fn rest(&mut self) -> Fits<Vec<(Placed<String>, Vec<Placed<Scalar>>)>> {
+        let entries = std::mem::take(&mut self.entries);
+        entries
+            .into_iter()
+            .map(|(key, place, value)| {
+                let values = scalars(&key, value)?;
+                Ok((Placed { value: key, place }, values))
+            })
+            .collect()
+    }
+
+    /// Refuses what nobody asked for.
+    pub fn end(self) -> Fits<()> {
+        match self.entries.first() {
+            None => Ok(()),
+            Some((key, place, _)) => {
+                let name = if self.name.is_empty() { "the file".into() } else { self.name };
+                Err(Wrong::at(
+                    place,
+                    format!("{key:?} is no key of {name}; it has {}", self.known.join(", ")),
+                ))
+            }
+        }
+    }
+}
+
+fn scalars(key: &str, value: Spanned<DeValue<'_>>) -> Fits<Vec<Placed<Scalar>>> {
+    if !value.get_ref().is_array() {
+        return Ok(vec![scalar(key, value)?]);
+    }
+    let place = value.span();
+    let DeValue::Array(array) = value.into_inner() else { unreachable!("it is an array") };
+    if array.is_empty() {
+        return Err(Wrong::at(&place, format!("{key} is an empty list: nothing would run")));
+    }
+    array.into_iter().map(|value| scalar(key, value)).collect()
+}
+
+fn scalar(key: &str, value: Spanned<DeValue<'_>>) -> Fits<Placed<Scalar>> {
+    let place = value.span();
+    let wrong = |what: &str| Err(Wrong::at(&place, format!("{key} {what}")));
+    let value = match value.into_inner() {
+        DeValue::String(text) => Scalar::Text(text.into_owned()),
+        DeValue::Boolean(truth) => Scalar::Truth(truth),
+        DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
+            Ok(x) => Scalar::Integer(x),
+            Err(_) => return wrong("is too large a whole number"),
+        },
+        DeValue::Float(float) => match float.as_str().parse::<f64>() {
+            Ok(x) if x.is_finite() => Scalar::Float(x),
+            _ => return wrong("must be a finite number"),
+        },
+        DeValue::Datetime(_) => return wrong("must not be a date"),
+        DeValue::Array(_) => return wrong("must not be a list of lists"),
+        DeValue::Table(_) => return wrong("must not be a table"),
+    };
+    Ok(Placed { value, place })
+}
+
+fn text(key: &str, Placed { value, place }: Placed<Scalar>) -> Fits<Placed<String>> {
+    match value {
+        Scalar::Text(value) => Ok(Placed { value, place }),
+        _ => Err(Wrong::at(&place, format!("{key} must be a text in quotes"))),
+    }
+}
+
+/// Reads a document with `read`, which takes what it knows; the rest is refused.
+pub fn read<T>(
+    path: &Path,
+    text: &str,
+    read: impl FnOnce(&mut Section<'_>) -> Fits<T>,
+) -> Result<T, Misfit> {
+    let misfit = |place: Range<usize>, message: String| {
+        let end = text.len();
+        let place = place.start.min(end)..place.end.min(end);
+        Misfit { path: path.to_owned(), text: text.to_owned(), place, message }
+    };
+    let table = DeTable::parse(text).map_err(|error| {
+        misfit(error.span().unwrap_or(0..0), error.message().trim().replace('\n', ", "))
+    })?;
+    let place = table.span();
+    let mut section = Section::new("", place, table.into_inner());
+    read(&mut section)
+        .and_then(|value| section.end().map(|()| value))
+        .map_err(|Wrong { place, message }| misfit(place, message))
+}

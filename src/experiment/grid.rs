@@ -1,0 +1,104 @@
+//! From lists to cells: every list is swept, those that are zipped together, and what is excluded falls away.
+
+use super::document::{Fits, Placed, Scalar, Section, Wrong};
+
+/// The values of one cell by key, in the order of the file.
+pub type Keys = Vec<(String, Scalar)>;
+
+/// One `[[instance]]` or `[[solver]]`: keys with one value or several.
+pub struct Group {
+    pub keys: Vec<(String, Vec<Placed<Scalar>>)>,
+    /// Keys that go through their lists together.
+    pub zip: Vec<Vec<String>>,
+}
+
+impl Group {
+    /// Takes `zip = ["a", "b"]`, or a list of such lists written as `"a, b"`; the keys are there already.
+    pub fn zipped(&mut self, section: &mut Section<'_>) -> Fits<()> {
+        let texts = section.texts("zip")?;
+        let Some(first) = texts.first() else { return Ok(()) };
+        let lists: Vec<Vec<Placed<String>>> = if texts.iter().any(|text| text.value.contains(',')) {
+            let names = |text: &Placed<String>| {
+                let parts = text.value.split(',').map(|name| name.trim().to_owned());
+                parts.map(|value| Placed { value, place: text.place.clone() }).collect()
+            };
+            texts.iter().map(names).collect()
+        } else {
+            vec![texts.clone()]
+        };
+        for list in lists {
+            let mut lengths = Vec::new();
+            for name in &list {
+                let found = self.keys.iter().find(|(key, _)| *key == name.value);
+                let Some((_, values)) = found else {
+                    let keys: Vec<&str> = self.keys.iter().map(|(key, _)| key.as_str()).collect();
+                    let message =
+                        format!("zip: {:?} is not among the keys {}", name.value, keys.join(", "));
+                    return Err(Wrong::at(&name.place, message));
+                };
+                lengths.push(values.len());
+            }
+            if lengths.windows(2).any(|pair| pair[0] != pair[1]) {
+                let lengths: Vec<String> = lengths.iter().map(usize::to_string).collect();
+                let message = format!("zip: the lists have {} values", lengths.join(" and "));
+                return Err(Wrong::at(&first.place, message));
+            }
+            self.zip.push(list.into_iter().map(|name| name.value).collect());
+        }
+        Ok(())
+    }
+
+    /// The cells, the last key changing fastest; each value with its place.
+    pub fn cells(&self) -> Vec<Vec<(String, Placed<Scalar>)>> {
+        let leader = |key: &str| {
+            let zip = self.zip.iter().find(|zip| zip.iter().any(|name| name == key));
+            self.keys.iter().position(|(name, _)| match zip {
+                Some(zip) => zip.contains(name),
+                None => name == key,
+            })
+        };
+        let leaders: Vec<usize> =
+            self.keys.iter().map(|(key, _)| leader(key).expect("the key is there")).collect();
+        let mut choices: Vec<Vec<usize>> = vec![Vec::new()];
+        for (i, (_, values)) in self.keys.iter().enumerate() {
+            choices = choices
+                .into_iter()
+                .flat_map(|choice| {
+                    let range = if leaders[i] == i {
+                        0..values.len()
+                    } else {
+                        choice[leaders[i]]..choice[leaders[i]] + 1
+                    };
+                    range.map(move |at| choice.iter().copied().chain([at]).collect())
+                })
+                .collect();
+        }
+        let cell = |choice: Vec<usize>| {
+            let at = |((key, values), i): (&(String, Vec<Placed<Scalar>>), usize)| {
+                (key.clone(), values[i].clone())
+            };
+            self.keys.iter().zip(choice).map(at).collect()
+        };
+        choices.into_iter().map(cell).collect()
+    }
+
+    /// Whether a key has several values.
+    pub fn varies(&self, key: &str) -> bool {
+        self.keys.iter().any(|(name, values)| name == key && values.len() > 1)
+    }
+}
+
+/// One `[[exclude]]`: a cell falls away if each of these keys has one of these values in it.
+pub struct Exclusion(pub Vec<(Placed<String>, Vec<Placed<Scalar>>)>);
+
+impl Exclusion {
+    pub fn covers(&self, value: impl Fn(&str) -> Option<Scalar>) -> bool {
+        self.0.iter().all(|(key, values)| {
+            let Some(is) = value(&key.value) else { return false };
+            values.iter().any(|placed| match (placed.value.number(), is.number()) {
+                (Some(a), Some(b)) => a == b,
+                _ => placed.value == is,
+            })
+        })
+    }
+}

@@ -1,0 +1,25 @@
+//! Reproducible experiments: one file asks one question of instances and solvers; runs are made once and kept;
+//! figures, tables and pages are drawn from what is on disk.
+//!
+//! `spec` is the file, `plan` its runs, `runner` makes what is missing in the `store`; everything else reads
+//! results from disk.
+
+mod data;
+mod document;
+mod figures;
+mod grid;
+mod machine;
+mod plan;
+mod results;
+mod runner;
+mod spec;
+mod store;
+
+pub use data::Places;
+pub use document::Misfit;
+pub use machine::{LoadWatch, Machine, Program};
+pub use plan::{Plan, Planned};
+pub use results::Done;
+pub use runner::{Event, Manifest, Tally, run};
+pub use spec::{InstanceCell, SolverCell, Spec};
+pub use store::Store;

@@ -1,0 +1,125 @@
+//! The runs that a file asks for: cells, each with an identity that its results are stored under.
+//!
+//! A run is known by a hash of its own specification, the content of the files it reads, its repetition, and the
+//! version of the program: whatever changes a result changes the name.
+
+use sha2::{Digest, Sha256};
+use toml::{Table, Value};
+
+use super::data::{Missing, Places, hex};
+use super::grid::Keys;
+use super::spec::{InstanceCell, SolverCell, Spec};
+use crate::error::Result;
+
+/// The runs of a file in the order in which they are made: instance by instance, and in each the repetitions,
+/// in each all solvers, so that what slows the machine down for a while slows all of them.
+pub struct Plan<'a> {
+    pub spec: &'a Spec,
+    pub runs: Vec<Planned<'a>>,
+    /// Instances that need the folder of data, by their labels.
+    pub skipped: Vec<&'a str>,
+}
+
+pub struct Planned<'a> {
+    pub id: String,
+    pub instance: &'a InstanceCell,
+    /// Of the content that the instance is made from, and its keys.
+    pub instance_id: String,
+    pub solver: &'a SolverCell,
+    pub repetition: u64,
+    /// An experiment file of this one run.
+    pub toml: String,
+}
+
+impl<'a> Plan<'a> {
+    /// # Errors
+    /// Files of instances that are missing or cannot be read.
+    pub fn of(spec: &'a Spec, places: &Places, version: &str) -> Result<Self> {
+        let (mut runs, mut skipped) = (Vec::new(), Vec::new());
+        for instance in &spec.instances {
+            let content = match places.content(instance) {
+                Ok(content) => content,
+                Err(Missing::DataFolder) => {
+                    skipped.push(instance.label.as_str());
+                    continue;
+                }
+                Err(Missing::Error(error)) => return Err(error),
+            };
+            let instance_id = identity(&[&instance_toml(instance), &content]);
+            for repetition in 0..spec.repetitions {
+                for solver in &spec.solvers {
+                    if spec.includes(instance, solver) {
+                        let toml = run_toml(spec, instance, solver);
+                        let id = identity(&[&toml, &content, &repetition.to_string(), version]);
+                        let instance_id = instance_id.clone();
+                        runs.push(Planned { id, instance, instance_id, solver, repetition, toml });
+                    }
+                }
+            }
+        }
+        Ok(Plan { spec, runs, skipped })
+    }
+
+    /// Every N-th run from the i-th on, i counted from 1.
+    pub fn shard(&mut self, (i, n): (usize, usize)) {
+        let mut index = 0;
+        self.runs.retain(|_| {
+            index += 1;
+            (index - 1) % n == i - 1
+        });
+    }
+}
+
+/// 64 bits of a hash, as hexadecimal digits.
+fn identity(parts: &[&str]) -> String {
+    let mut hash = Sha256::new();
+    for part in parts {
+        hash.update(part.len().to_le_bytes());
+        hash.update(part);
+    }
+    hex(&hash.finalize()[..8])
+}
+
+fn table(keys: &Keys) -> Table {
+    keys.iter()
+        .filter(|(key, _)| !key.starts_with("options.") && key != "solver")
+        .map(|(key, value)| (key.clone(), value.toml()))
+        .collect()
+}
+
+fn instance_toml(instance: &InstanceCell) -> String {
+    table(&instance.keys).to_string()
+}
+
+fn run_toml(spec: &Spec, instance: &InstanceCell, solver: &SolverCell) -> String {
+    let mut stop = Table::new();
+    let float = |x: f64| Value::Float(x);
+    let count = |x: u64| Value::Integer(i64::try_from(x).unwrap_or(i64::MAX));
+    let entries = [
+        ("gap", spec.stop.relative_gap.map(float)),
+        ("max-iterations", spec.stop.iterations.map(count)),
+        ("time-limit", spec.stop.time.map(|limit| float(limit.as_secs_f64()))),
+        ("check-every", spec.stop.interval.map(count)),
+    ];
+    for (key, value) in entries {
+        if let Some(value) = value {
+            stop.insert(key.into(), value);
+        }
+    }
+    let mut one = Table::new();
+    one.insert("name".into(), Value::String(solver.name.clone()));
+    one.extend(table(&solver.keys));
+    let options: Table = solver
+        .keys
+        .iter()
+        .filter_map(|(key, value)| Some((key.strip_prefix("options.")?.to_owned(), value.toml())))
+        .collect();
+    if !options.is_empty() {
+        one.insert("options".into(), Value::Table(options));
+    }
+    let mut all = Table::new();
+    all.insert("stop".into(), Value::Table(stop));
+    all.insert("instance".into(), Value::Array(vec![Value::Table(table(&instance.keys))]));
+    all.insert("solver".into(), Value::Array(vec![Value::Table(one)]));
+    all.to_string()
+}

@@ -1,0 +1,118 @@
+//! Runs as they lie on disk.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+use super::runner::Manifest;
+use super::store::Store;
+use crate::error::{Error, Result};
+use crate::file;
+use crate::run::Status;
+
+/// One finished run.
+pub struct Done {
+    pub folder: PathBuf,
+    pub spec: toml::Table,
+    pub manifest: Manifest,
+    pub summary: Recorded,
+    pub trace: Vec<Point>,
+}
+
+/// What is read of `summary.json`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Recorded {
+    pub status: Status,
+    pub iterations: u64,
+    pub seconds: f64,
+    pub energy: f64,
+    pub dual_bound: f64,
+    pub relative_gap: f64,
+    pub rounded_energy: f64,
+    pub rounded_relative_gap: f64,
+    pub vertices: usize,
+    pub faces: usize,
+    pub regions: usize,
+    pub lambda: f64,
+    pub mass: String,
+}
+
+/// A row of `trace.csv`.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Point {
+    pub iteration: u64,
+    pub seconds: f64,
+    pub energy: f64,
+    pub dual_bound: f64,
+    pub relative_gap: f64,
+    #[serde(default)]
+    pub smoothed_energy: Option<f64>,
+}
+
+impl Done {
+    /// # Errors
+    /// A run whose files are missing or damaged.
+    pub fn read(folder: &Path) -> Result<Self> {
+        let path = folder.join("spec.toml");
+        let text = String::from_utf8(file::read(&path)?)
+            .map_err(|error| Error::malformed(&path, error.to_string()))?;
+        let spec = text
+            .parse()
+            .map_err(|error: toml::de::Error| Error::malformed(&path, error.message()))?;
+        let path = folder.join("trace.csv");
+        let bytes = file::read(&path)?;
+        let trace = csv::Reader::from_reader(&bytes[..])
+            .deserialize()
+            .collect::<std::result::Result<Vec<Point>, _>>()
+            .map_err(|error| Error::malformed(&path, error.to_string()))?;
+        Ok(Done {
+            spec,
+            trace,
+            manifest: json(&folder.join("manifest.json"))?,
+            summary: json(&folder.join("summary.json"))?,
+            folder: folder.to_owned(),
+        })
+    }
+
+    /// All runs of a store, by the time they were made.
+    ///
+    /// # Errors
+    /// A folder or a run that cannot be read.
+    pub fn all(store: &Store) -> Result<Vec<Self>> {
+        let runs = store.folder.join("runs");
+        let io = |error| Error::io(&runs, error);
+        let mut all = Vec::new();
+        for entry in fs::read_dir(&runs).map_err(io)? {
+            let entry = entry.map_err(io)?;
+            // Hidden ones are under way.
+            if !entry.file_name().to_string_lossy().starts_with('.') && entry.path().is_dir() {
+                all.push(Done::read(&entry.path())?);
+            }
+        }
+        let key = |done: &Done| (done.manifest.start.clone(), done.manifest.id.clone());
+        all.sort_by_key(key);
+        Ok(all)
+    }
+
+    /// The first sample within a certified gap.
+    pub fn reach(&self, gap: f64) -> Option<&Point> {
+        self.trace.iter().find(|point| point.relative_gap <= gap)
+    }
+
+    /// A value of the cell: `lambda`, `options.epsilon`, `solver`.
+    pub fn key(&self, key: &str) -> Option<&toml::Value> {
+        let first = |name: &str| self.spec.get(name)?.as_array()?.first()?.as_table();
+        match key.strip_prefix("options.") {
+            Some(option) => first("solver")?.get("options")?.as_table()?.get(option),
+            None if key == "solver" => first("solver")?.get("name"),
+            None => first("instance")?.get(key).or_else(|| first("solver")?.get(key)),
+        }
+    }
+}
+
+fn json<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    serde_json::from_slice(&file::read(path)?)
+        .map_err(|error| Error::malformed(path, error.to_string()))
+}

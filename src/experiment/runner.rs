@@ -1,0 +1,235 @@
+//! Makes the runs that are missing.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::{Instant, SystemTime};
+
+use ndarray::Array1;
+use serde::{Deserialize, Serialize};
+
+use super::data::{Instance, Missing, Places};
+use super::machine::{LOADED, LoadWatch, Machine, Program};
+use super::plan::{Plan, Planned};
+use super::spec::InstanceCell;
+use super::store::Store;
+use crate::error::{Error, Result};
+use crate::mesh::io;
+use crate::outcome::write_trace;
+use crate::run::{Sample, Status, Stop};
+use crate::solve::{Request, Solution, solve};
+use crate::start::Start;
+use crate::{file, npy, sweep};
+
+/// `manifest.json`: everything about a run but its result.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Manifest {
+    pub id: String,
+    pub experiment: String,
+    pub instance: String,
+    pub instance_id: String,
+    pub solver: String,
+    pub repetition: u64,
+    pub program: Program,
+    pub machine: Machine,
+    pub threads: usize,
+    /// Of the last minute, before the run.
+    pub load_average: f64,
+    /// Cores that other processes kept busy.
+    pub others: f64,
+    /// Whether they were too many for the timing to be trusted.
+    pub loaded: bool,
+    pub seed: u64,
+    /// What the seed was for.
+    pub generator: String,
+    /// UTC.
+    pub start: String,
+    pub end: String,
+    /// From the mesh in memory to the last label, the certificates included; `seconds` of the summary is the steps
+    /// alone.
+    pub wall_seconds: f64,
+    pub exit: String,
+}
+
+/// What happens on the way.
+pub enum Event<'a> {
+    /// An instance needs the folder of data.
+    Skipped(&'a str),
+    /// Run `index` of `all` begins.
+    Begins {
+        index: usize,
+        all: usize,
+        run: &'a Planned<'a>,
+    },
+    /// A step was made, with a sample where one was taken.
+    Step(Option<&'a Sample>),
+    Ended {
+        run: &'a Planned<'a>,
+        solution: &'a Solution,
+    },
+    /// Another process is at it.
+    Elsewhere(&'a Planned<'a>),
+}
+
+/// How a call ended.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    pub made: usize,
+    pub there: usize,
+    pub elsewhere: usize,
+    pub interrupted: bool,
+}
+
+/// Up to so many vertices labels and surfaces are kept for the page.
+const SHOWN: usize = 60_000;
+
+/// Steps before the clock starts, once for each instance.
+const WARM_UP: u64 = 5;
+
+/// Makes what is missing of a plan, or everything if `again`. `observe` may break it off: the run under way is lost,
+/// the others stay.
+///
+/// # Errors
+/// Instances that cannot be made, results that cannot be written. Runs that are made stay.
+pub fn run(
+    plan: &Plan<'_>,
+    places: &Places,
+    store: &Store,
+    program: &Program,
+    again: bool,
+    observe: &mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + Send),
+) -> Result<Tally> {
+    let machine = Machine::this();
+    let mut load = LoadWatch::new();
+    let mut tally = Tally::default();
+    for label in &plan.skipped {
+        if observe(Event::Skipped(label)).is_break() {
+            return Ok(Tally { interrupted: true, ..tally });
+        }
+    }
+    let mut present: Option<(&str, Instance)> = None;
+    for (index, run) in plan.runs.iter().enumerate() {
+        if store.has(&run.id) && !again {
+            tally.there += 1;
+            continue;
+        }
+        let Some(claim) = store.claim(&run.id, again)? else {
+            tally.elsewhere += usize::from(!store.has(&run.id));
+            tally.there += usize::from(store.has(&run.id));
+            if !store.has(&run.id) && observe(Event::Elsewhere(run)).is_break() {
+                return Ok(Tally { interrupted: true, ..tally });
+            }
+            continue;
+        };
+        let fresh = present.as_ref().is_none_or(|(id, _)| *id != run.instance_id);
+        if fresh {
+            // The last one goes before the next one comes.
+            drop(present.take());
+            let instance = places.instance(run.instance).map_err(|missing| match missing {
+                Missing::Error(error) => error,
+                Missing::DataFolder => unreachable!("such instances are not planned"),
+            })?;
+            show(store, run, &instance)?;
+            present = Some((&run.instance_id, instance));
+        }
+        let (_, instance) = present.as_ref().expect("it was just made");
+        if observe(Event::Begins { index, all: plan.runs.len(), run }).is_break() {
+            return Ok(Tally { interrupted: true, ..tally });
+        }
+        if fresh {
+            let warm = Stop { iterations: Some(WARM_UP), ..Stop::default() };
+            attempt(run, instance, warm, &mut |_| ControlFlow::Continue(()))?;
+        }
+        let (start, begin, others) = (SystemTime::now(), Instant::now(), load.others());
+        let average = LoadWatch::average();
+        let solution = attempt(run, instance, plan.spec.stop.clone(), &mut |sample| {
+            observe(Event::Step(sample))
+        })?;
+        let wall_seconds = begin.elapsed().as_secs_f64();
+        if solution.summary.status == Status::Interrupted {
+            return Ok(Tally { interrupted: true, ..tally });
+        }
+        let others = f64::max(others, load.others());
+        let manifest = Manifest {
+            id: run.id.clone(),
+            experiment: plan.spec.name.clone(),
+            instance: run.instance.label.clone(),
+            instance_id: run.instance_id.clone(),
+            solver: run.solver.label.clone(),
+            repetition: run.repetition,
+            program: program.clone(),
+            machine: machine.clone(),
+            threads: run.solver.threads.unwrap_or(machine.cores),
+            load_average: average,
+            others,
+            loaded: others > LOADED,
+            seed: run.instance.seed,
+            generator: "rand_pcg::Pcg64".into(),
+            start: humantime::format_rfc3339_millis(start).to_string(),
+            end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+            wall_seconds,
+            exit: solution.summary.status_sentence.into(),
+        };
+        write(claim.folder(), run, &solution, &manifest)?;
+        claim.finish()?;
+        tally.made += 1;
+        if observe(Event::Ended { run, solution: &solution }).is_break() {
+            return Ok(Tally { interrupted: true, ..tally });
+        }
+    }
+    Ok(tally)
+}
+
+fn attempt(
+    run: &Planned<'_>,
+    instance: &Instance,
+    stop: Stop,
+    observe: &mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send),
+) -> Result<Solution> {
+    let InstanceCell { lambda, mass, .. } = *run.instance;
+    let request = Request {
+        lambda,
+        mass,
+        solver: run.solver.name.clone(),
+        options: run.solver.options.clone(),
+        stop,
+        coarse_to_fine: run.solver.coarse_to_fine,
+    };
+    let solve = || solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe);
+    sweep::with_threads(run.solver.threads, solve)?
+        .map_err(|error| Error::unsuitable(format!("{}: {error}", run.solver.label)))
+}
+
+fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manifest) -> Result<()> {
+    let json = |name: &str, value: &dyn Fn(&mut dyn std::io::Write) -> serde_json::Result<()>| {
+        file::write(&folder.join(name), |out| {
+            value(out)?;
+            out.write_all(b"\n")
+        })
+    };
+    file::write(&folder.join("spec.toml"), |out| out.write_all(run.toml.as_bytes()))?;
+    write_trace(&folder.join("trace.csv"), &solution.trace)?;
+    json("summary.json", &|out| serde_json::to_writer_pretty(out, &solution.summary))?;
+    if run.repetition == 0 && solution.labels.len() <= SHOWN {
+        let labels: Array1<u8> = solution.labels.iter().map(|&label| label as u8).collect();
+        let certainty: Array1<u8> = (solution.u.outer_iter())
+            .map(|u| (255.0 * u.iter().fold(0.0, |a: f64, &b| a.max(b))).round() as u8)
+            .collect();
+        npy::write(&folder.join("labels.npy"), &labels)?;
+        npy::write(&folder.join("certainty.npy"), &certainty)?;
+    }
+    json("manifest.json", &|out| serde_json::to_writer_pretty(out, manifest))
+}
+
+/// The surface and its data, once.
+fn show(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
+    let folder = store.folder.join("instances");
+    let path = folder.join(format!("{}.ply", run.instance_id));
+    if instance.mesh.vertices.len() > SHOWN || path.exists() {
+        return Ok(());
+    }
+    fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
+    let mesh =
+        crate::Mesh { colors: Some(instance.looks.clone()), uv: None, ..instance.mesh.clone() };
+    io::write(&path, &mesh)
+}
