@@ -3,6 +3,7 @@
 # Every test the project has. Release, because the mathematics is slow without it.
 test:
 	cargo test --release --locked
+	./assets/report/test/page
 
 lint:
 	cargo fmt --all --check

@@ -27,6 +27,7 @@ pub mod error;
 pub mod evaluate;
 pub mod experiment;
 pub mod field;
+pub mod figure;
 pub mod file;
 #[cfg(target_os = "linux")]
 pub mod memory;

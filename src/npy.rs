@@ -54,6 +54,14 @@ pub fn read_data(path: &Path) -> Result<Array2<f64>> {
     finite(path, data)
 }
 
+/// One uint8 per vertex.
+///
+/// # Errors
+/// As [`read_matrix`].
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    Ok(parse::<u8, Ix1>(path, &file::read(path)?)?.to_vec())
+}
+
 /// Writes one array; the file appears whole.
 pub fn write<A: WritableElement, D: Dimension>(
     path: &Path,

@@ -6,11 +6,13 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use meshseg::Result;
-use meshseg::experiment::{self, Done, Event, Places, Plan, Planned, Program, Spec, Store};
+use meshseg::experiment::{
+    self, Cluster, Command, Done, Event, Places, Plan, Planned, Program, Spec, Store,
+};
 use sha2::{Digest, Sha256};
 
 use super::progress::Progress;
-use super::{Failure, Outcome, note, print, table};
+use super::{Failure, Outcome, named, note, print, table};
 
 /// Reproducible runs of solvers on instances, with figures, tables and a page.
 ///
@@ -22,13 +24,20 @@ pub enum Verb {
     Run(Run),
     /// Show the runs: what is done, what is missing, how long that may take
     List(Selection),
+    /// Draw figures, tables and a page from the runs on disk
+    Report(Report),
+    /// Tell which runs, commits and commands the numbers of a figure or a table come from
+    Why(WhyArguments),
 }
 
 const EXAMPLES: &str = "\
 Examples:
   meshseg experiment run experiments/quickstart.toml
   meshseg experiment list experiments/profile.toml
-  meshseg experiment run experiments/profile.toml --shard 1/4";
+  meshseg experiment run experiments/profile.toml --shard 1/4
+  meshseg experiment run experiments/profile.toml --emit snakemake > Snakefile
+  meshseg experiment report results/quickstart
+  meshseg experiment why results/quickstart/figures/decay.svg";
 
 #[derive(clap::Args)]
 pub struct Selection {
@@ -56,6 +65,26 @@ pub struct Run {
     /// Make the runs again that are there already
     #[arg(long)]
     force: bool,
+
+    /// Run nothing: print the script that makes all runs on a cluster and collects them
+    #[arg(long, value_name = "CLUSTER", value_parser = named(&Cluster::NAMES), conflicts_with_all = ["shard", "force"])]
+    emit: Option<Cluster>,
+
+    /// Jobs that --emit divides the runs among [default: one each, 100 at most]
+    #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    jobs: Option<u32>,
+}
+
+#[derive(clap::Args)]
+pub struct Report {
+    /// Folder of the results of one experiment
+    folder: PathBuf,
+}
+
+#[derive(clap::Args)]
+pub struct WhyArguments {
+    /// Figure or table of a report, such as results/NAME/figures/decay.svg
+    file: PathBuf,
 }
 
 fn shard(text: &str) -> std::result::Result<(usize, usize), String> {
@@ -70,6 +99,8 @@ pub fn run(verb: &Verb) -> Outcome {
     match verb {
         Verb::Run(arguments) => make(arguments),
         Verb::List(selection) => list(selection),
+        Verb::Report(arguments) => report(&arguments.folder),
+        Verb::Why(arguments) => why(&arguments.file),
     }
 }
 
@@ -111,15 +142,34 @@ impl Selection {
         Ok(plan)
     }
 
+    /// How a job calls the program: as it was called here.
+    fn command(&self, folder: &Path) -> Command {
+        let mut run = vec![self.file.display().to_string()];
+        run.extend(["--results".to_owned(), self.results.display().to_string()]);
+        if let Some(data) = self.places().data {
+            run.extend(["--data-dir".to_owned(), data.display().to_string()]);
+        }
+        Command {
+            program: std::env::args().next().unwrap_or_else(|| "meshseg".into()),
+            run,
+            report: folder.display().to_string(),
+        }
+    }
+
     fn store(&self, spec: &Spec) -> PathBuf {
         self.results.join(&spec.name)
     }
 }
 
-fn make(Run { selection, force }: &Run) -> Outcome {
+fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
     let spec = selection.spec()?;
     let plan = selection.plan(&spec)?;
     let folder = selection.store(&spec);
+    if let Some(cluster) = emit {
+        let command = selection.command(&folder);
+        let jobs = jobs.map(|n| n as usize);
+        return Ok(print(&experiment::emit(*cluster, &plan, &command, jobs))?);
+    }
     meshseg::file::check_folder(&folder)?;
     let store = Store::open(folder)?;
     store.keep(&spec)?;
@@ -216,6 +266,35 @@ fn list(selection: &Selection) -> Outcome {
         lines.push(("skipped", format!("{label}: needs --data-dir or MESHSEG_DATA")));
     }
     Ok(print(&(table::columns(&rows) + "\n" + &table::pairs(&lines)))?)
+}
+
+fn report(folder: &Path) -> Outcome {
+    let report = experiment::report(folder, env!("CARGO_PKG_VERSION"))?;
+    let mut lines = vec![("runs", format!("{}, {} missing", report.runs, report.missing))];
+    let paths =
+        |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
+    lines.extend(paths(&report.figures).into_iter().map(|path| ("figure", path)));
+    lines.extend(paths(&report.tables).into_iter().map(|path| ("table", path)));
+    lines.push(("page", report.page.display().to_string()));
+    Ok(print(&table::pairs(&lines))?)
+}
+
+fn why(file: &Path) -> Outcome {
+    let mut rows = vec![
+        ["run", "instance", "solver", "repetition", "commit", "made by"].map(String::from).to_vec(),
+    ];
+    rows.extend(experiment::why(file)?.into_iter().map(|why| {
+        let commit = why.commit.get(..12).unwrap_or(&why.commit).to_owned();
+        vec![
+            why.id,
+            why.instance,
+            why.solver,
+            (why.repetition + 1).to_string(),
+            if why.dirty { commit + " and changes" } else { commit },
+            why.command,
+        ]
+    }));
+    Ok(print(&table::columns(&rows))?)
 }
 
 /// How long the missing runs may take, judged by those that are done.

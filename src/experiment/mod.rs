@@ -6,10 +6,12 @@
 
 mod data;
 mod document;
+mod emit;
 mod figures;
 mod grid;
 mod machine;
 mod plan;
+mod report;
 mod results;
 mod runner;
 mod spec;
@@ -17,8 +19,10 @@ mod store;
 
 pub use data::Places;
 pub use document::Misfit;
+pub use emit::{Cluster, Command, emit};
 pub use machine::{LoadWatch, Machine, Program};
 pub use plan::{Plan, Planned};
+pub use report::{Report, Why, report, why};
 pub use results::Done;
 pub use runner::{Event, Manifest, Tally, run};
 pub use spec::{InstanceCell, SolverCell, Spec};

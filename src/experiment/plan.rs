@@ -91,7 +91,8 @@ fn instance_toml(instance: &InstanceCell) -> String {
     table(&instance.keys).to_string()
 }
 
-fn run_toml(spec: &Spec, instance: &InstanceCell, solver: &SolverCell) -> String {
+/// An experiment file of one run.
+pub fn run_toml(spec: &Spec, instance: &InstanceCell, solver: &SolverCell) -> String {
     let mut stop = Table::new();
     let float = |x: f64| Value::Float(x);
     let count = |x: u64| Value::Integer(i64::try_from(x).unwrap_or(i64::MAX));

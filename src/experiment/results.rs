@@ -10,6 +10,7 @@ use super::runner::Manifest;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::file;
+use crate::npy;
 use crate::run::Status;
 
 /// One finished run.
@@ -19,6 +20,9 @@ pub struct Done {
     pub manifest: Manifest,
     pub summary: Recorded,
     pub trace: Vec<Point>,
+    /// Label and 255 max_p u_p of each vertex, where they were kept.
+    pub labels: Option<Vec<u8>>,
+    pub certainty: Option<Vec<u8>>,
 }
 
 /// What is read of `summary.json`.
@@ -72,6 +76,8 @@ impl Done {
             trace,
             manifest: json(&folder.join("manifest.json"))?,
             summary: json(&folder.join("summary.json"))?,
+            labels: kept(&folder.join("labels.npy"))?,
+            certainty: kept(&folder.join("certainty.npy"))?,
             folder: folder.to_owned(),
         })
     }
@@ -115,4 +121,8 @@ impl Done {
 fn json<T: DeserializeOwned>(path: &Path) -> Result<T> {
     serde_json::from_slice(&file::read(path)?)
         .map_err(|error| Error::malformed(path, error.to_string()))
+}
+
+fn kept(path: &Path) -> Result<Option<Vec<u8>>> {
+    if path.exists() { npy::read_bytes(path).map(Some) } else { Ok(None) }
 }

@@ -76,6 +76,9 @@ pub struct InstanceCell {
 #[derive(Clone, Debug)]
 pub struct SolverCell {
     pub label: String,
+    /// The label without the values by which it differs from others of its table, and those values.
+    pub base: String,
+    pub varied: Keys,
     pub keys: Keys,
     pub name: String,
     pub options: Options,
@@ -415,8 +418,15 @@ fn read_solvers(mut section: Section<'_>) -> Fits<Vec<SolverCell>> {
             let options: String = texts.iter().map(|option| format!(", {option}")).collect();
             format!("{name}{options}{threads}{coarse}")
         };
+        let varied = cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect();
+        let base = match &label {
+            Some(label) => label.clone(),
+            None => name.to_owned(),
+        };
         Ok(SolverCell {
             label: label_of(label.as_deref(), plain, &cell, &group),
+            base,
+            varied,
             keys: cell.keys(),
             name: name.to_owned(),
             options: all,

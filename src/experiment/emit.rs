@@ -1,0 +1,113 @@
+//! Scripts that make all runs of an experiment on a cluster, and collect them.
+//!
+//! Each job makes a shard: every N-th run. Shards write to one folder; that two of them meet does no harm.
+
+use super::plan::Plan;
+
+/// What runs the jobs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cluster {
+    Slurm,
+    Snakemake,
+}
+
+impl Cluster {
+    pub const NAMES: [(&'static str, Cluster); 2] =
+        [("slurm", Cluster::Slurm), ("snakemake", Cluster::Snakemake)];
+}
+
+/// Jobs at the most, unless another number is asked for.
+const MOST_JOBS: usize = 100;
+
+/// The script. `command` is the program with the arguments of `experiment run`, `folder` that of the results of all
+/// experiments; `jobs` is limited by the number of runs.
+pub fn emit(cluster: Cluster, plan: &Plan<'_>, command: &Command, jobs: Option<usize>) -> String {
+    let jobs = jobs.unwrap_or(MOST_JOBS).clamp(1, plan.runs.len().max(1));
+    let threads = plan.runs.iter().filter_map(|run| run.solver.threads).max();
+    match cluster {
+        Cluster::Slurm => slurm(&plan.spec.name, command, jobs, threads),
+        Cluster::Snakemake => snakemake(&plan.spec.name, command, jobs, threads),
+    }
+}
+
+/// How the program is called.
+pub struct Command {
+    /// Its name or path.
+    pub program: String,
+    /// Of `experiment run`: the file and options.
+    pub run: Vec<String>,
+    /// The folder that the report is made of.
+    pub report: String,
+}
+
+fn slurm(name: &str, command: &Command, jobs: usize, threads: Option<usize>) -> String {
+    let Command { program, run, report } = command;
+    let run: Vec<String> = run.iter().map(|word| quoted(word)).collect();
+    let (program, run, report) = (quoted(program), run.join(" "), quoted(report));
+    let cpus = threads.map_or(String::new(), |n| format!("#SBATCH --cpus-per-task={n}\n"));
+    format!(
+        "#!/usr/bin/env bash\n\
+         # All runs of the experiment {name} in {jobs} jobs, and then the report: sbatch THIS_FILE\n\
+         #SBATCH --job-name=meshseg-{name}\n\
+         #SBATCH --array=1-{jobs}\n\
+         #SBATCH --exclusive\n\
+         {cpus}\
+         set -euo pipefail\n\
+         if [ \"$SLURM_ARRAY_TASK_ID\" = 1 ]; then\n\
+         \x20   sbatch --dependency=\"afterok:$SLURM_ARRAY_JOB_ID\" --job-name=meshseg-{name}-report \\\n\
+         \x20       --wrap={wrap}\n\
+         fi\n\
+         {program} experiment run {run} --shard \"$SLURM_ARRAY_TASK_ID/{jobs}\"\n",
+        wrap = quoted(&format!("{program} experiment report {report}")),
+    )
+}
+
+fn snakemake(name: &str, command: &Command, jobs: usize, threads: Option<usize>) -> String {
+    let Command { program, run, report } = command;
+    let run: Vec<String> = run.iter().map(|word| braced(&quoted(word))).collect();
+    let threads = threads.map_or("workflow.cores".to_owned(), |n| n.to_string());
+    let run = python(&format!(
+        "{} experiment run {} --shard {{wildcards.i}}/{jobs}",
+        braced(&quoted(program)),
+        run.join(" ")
+    ));
+    let collect = python(&format!(
+        "{} experiment report {}",
+        braced(&quoted(program)),
+        braced(&quoted(report))
+    ));
+    let done = python(&format!("{}/shards/{{i}}-of-{jobs}", braced(report)));
+    let page = python(&format!("{}/report.html", braced(report)));
+    format!(
+        "# All runs of the experiment {name} in {jobs} jobs, and then the report: snakemake --cores 1 -s THIS_FILE\n\
+         rule report:\n\
+         \x20   input: expand({done}, i=range(1, {jobs} + 1))\n\
+         \x20   output: {page}\n\
+         \x20   shell: {collect}\n\
+         \n\
+         rule shard:\n\
+         \x20   output: touch({done})\n\
+         \x20   threads: {threads}\n\
+         \x20   shell: {run}\n"
+    )
+}
+
+/// For a shell.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:=+,".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// Braces as themselves where Snakemake fills in wildcards.
+fn braced(text: &str) -> String {
+    text.replace('{', "{{").replace('}', "}}")
+}
+
+/// A text of Python, which escapes as JSON does.
+fn python(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}

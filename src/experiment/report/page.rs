@@ -1,0 +1,191 @@
+//! `report.html`: the data of an experiment put into the page that shows them, one file that needs no network.
+
+use std::collections::BTreeMap;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::{Value, json};
+
+use super::super::results::Done;
+use super::super::store::Store;
+use super::draw::Drawn;
+use super::pool::Pool;
+use super::table::{Entry, Table};
+use crate::error::Result;
+use crate::mesh::io;
+
+/// The page without data; see assets/report/README.md.
+const TEMPLATE: &str = include_str!("../../../assets/report/dist/template.html");
+/// Where they go.
+const PLACE: &str = "/*REPORT_DATA*/";
+
+/// Rows of a trace that are shown: more than a screen has points.
+const SHOWN_POINTS: usize = 600;
+
+pub struct Shown<'a> {
+    pub figures: Vec<(String, String, &'a str)>,
+    pub tables: &'a [Table<'a>],
+    pub version: &'a str,
+    pub written: String,
+}
+
+/// The page as a text. `shown.figures` are titles, SVG texts and stems.
+///
+/// # Errors
+/// A surface that cannot be read.
+pub fn page(pool: &Pool<'_>, store: &Store, shown: &Shown<'_>) -> Result<String> {
+    let (mut machines, mut scenes) = (Vec::<Value>::new(), BTreeMap::new());
+    let mut hosts: Vec<&str> = Vec::new();
+    for run in pool.runs() {
+        let machine = &run.manifest.machine;
+        if !hosts.contains(&machine.host.as_str()) {
+            machines.push(json!({
+                "id": format!("m{}", hosts.len()), "cpu": machine.cpu, "cores": machine.cores,
+                "memory_gib": machine.memory_gib, "first": machine.host == pool.host,
+            }));
+            hosts.push(&machine.host);
+        }
+    }
+    let mut instances = Vec::new();
+    for (i, instance) in pool.spec.instances.iter().enumerate() {
+        let Some(run) = pool.of_instance(i).next() else { continue };
+        let scene = scene(pool, store, i, run)?;
+        let id = format!("g{i}");
+        instances.push(json!({
+            "id": format!("i{i}"), "label": instance.label, "mesh": instance.mesh,
+            "vertices": run.summary.vertices, "faces": run.summary.faces, "regions": run.summary.regions,
+            "lambda": instance.lambda, "mass": run.summary.mass,
+            "best_bound": pool.bound(i), "best_energy": pool.energy(i), "scene": scene.is_some().then_some(&id),
+        }));
+        if let Some(scene) = scene {
+            scenes.insert(id, scene);
+        }
+    }
+    let solvers: Vec<Value> = pool
+        .spec
+        .solvers
+        .iter()
+        .enumerate()
+        .map(|(s, solver)| json!({ "id": format!("s{s}"), "label": solver.label, "style": s }))
+        .collect();
+    let mut runs = Vec::new();
+    for cell in &pool.cells {
+        for run in &cell.runs {
+            let host = hosts.iter().position(|host| *host == run.manifest.machine.host);
+            let step = run.trace.len().div_ceil(SHOWN_POINTS).max(1);
+            let last = run.trace.len().saturating_sub(1);
+            let points: Vec<_> = run
+                .trace
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| i % step == 0 || *i == last)
+                .map(|(_, point)| point)
+                .collect();
+            let column = |value: &dyn Fn(&super::super::results::Point) -> f64| -> Vec<f64> {
+                points.iter().map(|point| value(point)).collect()
+            };
+            runs.push(json!({
+                "id": run.manifest.id, "instance": format!("i{}", cell.instance), "solver": format!("s{}", cell.solver),
+                "repetition": run.manifest.repetition, "machine": host.map(|host| format!("m{host}")),
+                "loaded": run.manifest.loaded, "status": run.summary.status,
+                "iterations": run.summary.iterations, "seconds": run.summary.seconds,
+                "energy": run.summary.energy, "dual_bound": run.summary.dual_bound,
+                "relative_gap": run.summary.relative_gap, "manifest": flat(run),
+                "trace": {
+                    "iteration": column(&|point| point.iteration as f64), "seconds": column(&|point| point.seconds),
+                    "energy": column(&|point| point.energy), "relative_gap": column(&|point| point.relative_gap),
+                    "suboptimality": column(&|point| pool.suboptimality(cell.instance, point.energy)),
+                },
+            }));
+        }
+    }
+    let tables: Vec<Value> = shown.tables.iter().map(|table| json!({
+        "title": table.title,
+        "columns": table.columns.iter().enumerate()
+            .map(|(i, label)| json!({ "label": label, "numeric": table.is_numeric(i) })).collect::<Vec<_>>(),
+        "rows": table.rows.iter().map(|row| row.iter().map(|entry| match entry {
+            Entry::Number(x) => json!(x),
+            Entry::Nothing => Value::Null,
+            entry => json!(entry.text()),
+        }).collect::<Vec<_>>()).collect::<Vec<_>>(),
+    })).collect();
+    let figures: Vec<Value> = shown
+        .figures
+        .iter()
+        .map(|(title, svg, stem)| json!({ "title": title, "svg": svg, "stem": stem }))
+        .collect();
+    let data = json!({
+        "name": pool.spec.name, "question": pool.spec.question, "program": format!("meshseg {}", shown.version),
+        "written": shown.written, "machines": machines, "solvers": solvers, "instances": instances, "runs": runs,
+        "tables": tables, "figures": figures, "scenes": scenes,
+    });
+    let text = data
+        .to_string()
+        .replace("</", "<\\/")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029");
+    Ok(TEMPLATE.replacen(PLACE, &text, 1))
+}
+
+/// The manifest with one level of keys.
+fn flat(run: &Done) -> Value {
+    let manifest = serde_json::to_value(&run.manifest).expect("it came from JSON");
+    let mut all = serde_json::Map::new();
+    for (key, value) in manifest.as_object().expect("a table of keys") {
+        match value.as_object() {
+            Some(inner) => all
+                .extend(inner.iter().map(|(name, value)| (format!("{key}.{name}"), value.clone()))),
+            None => drop(all.insert(key.clone(), value.clone())),
+        }
+    }
+    Value::Object(all)
+}
+
+/// The surface of an instance, its data, and the labels of its solvers, where they were kept.
+fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<Option<Value>> {
+    let path = store.folder.join("instances").join(format!("{}.ply", run.manifest.instance_id));
+    if !path.exists() {
+        return Ok(None);
+    }
+    let mesh = io::read(&path)?;
+    let Some(colors) = &mesh.colors else { return Ok(None) };
+    let encode = |bytes: &[u8]| BASE64_STANDARD.encode(bytes);
+    let mut solutions = serde_json::Map::new();
+    for cell in pool.cells.iter().filter(|cell| cell.instance == instance) {
+        let kept = cell.runs.iter().find_map(|run| run.labels.as_ref().zip(run.certainty.as_ref()));
+        if let Some((labels, certainty)) = kept {
+            solutions.insert(
+                format!("s{}", cell.solver),
+                json!({ "labels": encode(labels), "certainty": encode(certainty) }),
+            );
+        }
+    }
+    if solutions.is_empty() {
+        return Ok(None);
+    }
+    let positions: Vec<u8> = mesh
+        .vertices
+        .iter()
+        .flat_map(|x| [x.x, x.y, x.z])
+        .flat_map(|x| (x as f32).to_le_bytes())
+        .collect();
+    let faces: Vec<u8> = mesh.faces.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
+    let data: Vec<u8> = colors.iter().flatten().map(|c| (255.0 * c).round() as u8).collect();
+    let palette: Vec<[f64; 3]> =
+        (0..run.summary.regions).map(crate::render::colormap::categorical).collect();
+    Ok(Some(json!({
+        "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),
+        "palette": palette, "solutions": solutions,
+    })))
+}
+
+impl<'a> Shown<'a> {
+    /// The figures as the page shows them.
+    pub fn figure(
+        title: Option<&str>,
+        drawn: &Drawn<'_>,
+        stem: &'a str,
+    ) -> Result<(String, String, &'a str)> {
+        Ok((title.unwrap_or(stem).to_owned(), crate::figure::svg(&drawn.figure)?, stem))
+    }
+}

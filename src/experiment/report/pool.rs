@@ -1,0 +1,213 @@
+//! The runs of an experiment, gathered by cell: what figures and tables are drawn from.
+
+use std::cmp::Ordering;
+
+use super::super::document::Scalar;
+use super::super::figures::Clock;
+use super::super::plan::run_toml;
+use super::super::results::{Done, Point};
+use super::super::spec::{InstanceCell, SolverCell, Spec};
+
+/// All repetitions of one solver on one instance.
+pub struct Cell<'a> {
+    /// Numbers in the file.
+    pub instance: usize,
+    pub solver: usize,
+    pub runs: Vec<&'a Done>,
+}
+
+pub struct Pool<'a> {
+    pub spec: &'a Spec,
+    pub cells: Vec<Cell<'a>>,
+    /// The host of the first run: times of others are not comparable.
+    pub host: String,
+}
+
+/// Median and quartiles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    pub low: f64,
+    pub median: f64,
+    pub high: f64,
+}
+
+impl Spread {
+    /// Of numbers that are not NaN, at least one; linear between neighbors.
+    pub fn of(mut values: Vec<f64>) -> Self {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = share * (values.len() - 1) as f64;
+            let (below, above) = (values[place.floor() as usize], values[place.ceil() as usize]);
+            // Between two infinities there is no number.
+            if below == above { below } else { below + (above - below) * place.fract() }
+        };
+        Spread { low: at(0.25), median: at(0.5), high: at(0.75) }
+    }
+}
+
+impl<'a> Pool<'a> {
+    /// The runs that the file asks for now; others in the folder are of former versions of it.
+    pub fn of(spec: &'a Spec, done: &'a [Done]) -> Self {
+        let mut cells = Vec::new();
+        for (i, instance) in spec.instances.iter().enumerate() {
+            for (s, solver) in spec.solvers.iter().enumerate() {
+                if !spec.includes(instance, solver) {
+                    continue;
+                }
+                let toml = run_toml(spec, instance, solver);
+                let wanted: toml::Table = toml.parse().expect("the program wrote it");
+                let mut runs: Vec<&Done> = done.iter().filter(|done| done.spec == wanted).collect();
+                // The newest of each repetition.
+                runs.reverse();
+                let mut seen = Vec::new();
+                runs.retain(|run| {
+                    let new = !seen.contains(&run.manifest.repetition);
+                    seen.push(run.manifest.repetition);
+                    new
+                });
+                runs.sort_by_key(|run| run.manifest.repetition);
+                cells.push(Cell { instance: i, solver: s, runs });
+            }
+        }
+        let first = cells.iter().flat_map(|cell| &cell.runs).min_by_key(|run| &run.manifest.start);
+        let host = first.map_or(String::new(), |run| run.manifest.machine.host.clone());
+        Pool { spec, cells, host }
+    }
+
+    pub fn instance(&self, cell: &Cell<'_>) -> &'a InstanceCell {
+        &self.spec.instances[cell.instance]
+    }
+
+    pub fn solver(&self, cell: &Cell<'_>) -> &'a SolverCell {
+        &self.spec.solvers[cell.solver]
+    }
+
+    /// All runs.
+    pub fn runs(&self) -> impl Iterator<Item = &'a Done> {
+        self.cells.iter().flat_map(|cell| cell.runs.iter().copied())
+    }
+
+    /// Runs whose times count.
+    pub fn timed(&self, cell: &Cell<'a>) -> impl Iterator<Item = &'a Done> {
+        let host = self.host.clone();
+        cell.runs.clone().into_iter().filter(move |run| run.manifest.machine.host == host)
+    }
+
+    /// The greatest bound of an instance by any solver.
+    pub fn bound(&self, instance: usize) -> f64 {
+        self.of_instance(instance)
+            .map(|run| run.summary.dual_bound)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The least energy of an instance by any solver.
+    pub fn energy(&self, instance: usize) -> f64 {
+        self.of_instance(instance).map(|run| run.summary.energy).fold(f64::INFINITY, f64::min)
+    }
+
+    pub fn of_instance(&self, instance: usize) -> impl Iterator<Item = &'a Done> {
+        self.cells
+            .iter()
+            .filter(move |cell| cell.instance == instance)
+            .flat_map(|cell| cell.runs.iter().copied())
+    }
+
+    /// (E - D*) / |D*|, D* the best bound of all solvers.
+    pub fn suboptimality(&self, instance: usize, energy: f64) -> f64 {
+        let bound = self.bound(instance);
+        (energy - bound) / bound.abs()
+    }
+
+    /// Iterations or seconds until a certified gap, infinite for runs that end before; `None` without runs.
+    pub fn time_to(&self, cell: &Cell<'a>, clock: Clock, gap: f64) -> Option<Spread> {
+        let at = |point: Option<&Point>| point.map_or(f64::INFINITY, |point| clock.of(point));
+        let times: Vec<f64> = match clock {
+            Clock::Iterations => cell.runs.iter().map(|run| at(run.reach(gap))).collect(),
+            Clock::Seconds => self.timed(cell).map(|run| at(run.reach(gap))).collect(),
+        };
+        (!times.is_empty()).then(|| Spread::of(times))
+    }
+
+    /// Samples with the median seconds over the repetitions: a solver samples at the same iterations each time.
+    pub fn trace(&self, cell: &Cell<'a>, timed: bool) -> Vec<Point> {
+        let all: Vec<&Done> = if timed { self.timed(cell).collect() } else { cell.runs.clone() };
+        let Some(first) = all.first() else { return Vec::new() };
+        let length = all.iter().map(|run| run.trace.len()).min().unwrap_or(0);
+        (0..length)
+            .map(|i| {
+                let seconds = all.iter().map(|run| run.trace[i].seconds).collect();
+                Point { seconds: Spread::of(seconds).median, ..first.trace[i] }
+            })
+            .collect()
+    }
+
+    /// What the pictures of times must say.
+    pub fn note(&self, timed: bool) -> Option<String> {
+        if !timed {
+            return None;
+        }
+        let mut notes = Vec::new();
+        let all = self.runs().count();
+        let elsewhere = self.runs().filter(|run| run.manifest.machine.host != self.host).count();
+        let loaded = self.runs().filter(|run| run.manifest.loaded).count();
+        if elsewhere > 0 {
+            notes.push(format!("{elsewhere} of {all} runs are of another machine and left out"));
+        }
+        if loaded > 0 {
+            notes.push(format!("{loaded} of {all} runs were made while others used the machine"));
+        }
+        (!notes.is_empty()).then(|| notes.join("; ") + ".")
+    }
+
+    /// Keys of the instances that take several values.
+    pub fn varying(&self) -> Vec<&'a str> {
+        let all = &self.spec.instances;
+        let mut keys: Vec<&str> = Vec::new();
+        for (key, _) in all.iter().flat_map(|instance| &instance.keys) {
+            let values = |instance: &InstanceCell| value(&instance.keys, key);
+            let varies = all.windows(2).any(|pair| values(&pair[0]) != values(&pair[1]));
+            if varies && !keys.contains(&key.as_str()) {
+                keys.push(key);
+            }
+        }
+        keys
+    }
+}
+
+impl Clock {
+    pub fn of(self, point: &Point) -> f64 {
+        match self {
+            Clock::Iterations => point.iteration as f64,
+            Clock::Seconds => point.seconds,
+        }
+    }
+
+    pub fn label(self) -> &'static str {
+        match self {
+            Clock::Iterations => "iterations",
+            Clock::Seconds => "seconds",
+        }
+    }
+}
+
+pub fn value(keys: &[(String, Scalar)], key: &str) -> Option<Scalar> {
+    keys.iter().find(|(name, _)| name == key).map(|(_, value)| value.clone())
+}
+
+/// How a given number is written: 1e-3, 0.25, 40.
+pub fn given(x: f64) -> String {
+    if x != 0.0 && (x.abs() < 0.1 || x.abs() >= 1e6) { format!("{x:e}") } else { x.to_string() }
+}
+
+/// How a measured number is written in tables and texts: three digits.
+pub fn number(x: f64) -> String {
+    let size = x.abs();
+    if x == x.trunc() && size < 1e7 {
+        format!("{x:.0}")
+    } else if size.partial_cmp(&1e-3) == Some(Ordering::Less) || size >= 1e6 {
+        format!("{x:.2e}")
+    } else {
+        let digits = (3 - 1 - size.log10().floor() as i32).max(0) as usize;
+        format!("{x:.digits$}")
+    }
+}

@@ -1,0 +1,90 @@
+//! Small truths about the numbers of a report.
+
+use super::draw::power;
+use super::pool::{Spread, given, number};
+use super::table::{Entry, Table, latex};
+
+#[test]
+fn quartiles_are_those_of_the_sorted_values() {
+    let spread = |values: &[f64]| {
+        let Spread { low, median, high } = Spread::of(values.to_vec());
+        (low, median, high)
+    };
+    assert_eq!(spread(&[3.0]), (3.0, 3.0, 3.0));
+    assert_eq!(spread(&[5.0, 1.0, 3.0, 2.0, 4.0]), (2.0, 3.0, 4.0));
+    assert_eq!(spread(&[4.0, 1.0]), (1.75, 2.5, 3.25));
+    // Runs that never arrive push the median up, and make no NaN.
+    assert_eq!(
+        spread(&[f64::INFINITY, 1.0, f64::INFINITY]),
+        (f64::INFINITY, f64::INFINITY, f64::INFINITY)
+    );
+    assert_eq!(spread(&[f64::INFINITY, 1.0, 2.0]).1, 2.0);
+}
+
+#[test]
+fn powers_are_fitted_exactly() {
+    let points: Vec<[f64; 2]> =
+        [1.0, 10.0, 100.0, 7.0].map(|x: f64| [x, 3.0 * x.powf(1.25)]).to_vec();
+    let (exponent, factor) = power(&points).unwrap();
+    assert!((exponent - 1.25).abs() < 1e-12 && (factor - 3.0).abs() < 1e-11);
+    assert!(power(&points[..1]).is_none());
+    assert!(power(&[[2.0, 1.0], [2.0, 3.0]]).is_none());
+    assert!(power(&[[1.0, f64::INFINITY], [2.0, 0.0], [3.0, 1.0]]).is_none());
+}
+
+#[test]
+fn numbers_are_short_and_keep_three_digits() {
+    for (x, text) in [
+        (0.0, "0"),
+        (36.0, "36"),
+        (0.0123456, "0.0123"),
+        (12.3456, "12.3"),
+        (1234.56, "1235"),
+        (4.2e-5, "4.20e-5"),
+        (-0.5, "-0.500"),
+        (f64::INFINITY, "inf"),
+    ] {
+        assert_eq!(number(x), text);
+    }
+    for (x, text) in [(1e-3, "1e-3"), (0.02, "2e-2"), (0.25, "0.25"), (40.0, "40"), (2e6, "2e6")] {
+        assert_eq!(given(x), text);
+    }
+}
+
+fn table() -> Table<'static> {
+    let entry = |text: &str| Entry::Text(text.into());
+    Table {
+        name: "t".into(),
+        title: "Title".into(),
+        columns: ["instance", "solver", "x", "y"].map(String::from).to_vec(),
+        rows: vec![
+            vec![entry("a|b"), entry("s_1"), Entry::Number(0.5), Entry::Censored("> 3".into())],
+            vec![entry("c"), entry("s_2"), Entry::Number(1.0 / 3.0), Entry::Nothing],
+        ],
+        sources: Vec::new(),
+    }
+}
+
+#[test]
+fn tables_have_their_forms() {
+    let table = table();
+    assert!(table.is_numeric(2) && !table.is_numeric(0) && !table.is_numeric(3));
+    let markdown = table.markdown();
+    assert!(markdown.contains("| a\\|b | s_1 | 0.500 | > 3 |\n"), "{markdown}");
+    assert!(markdown.contains("| --- | --- | ---: | --- |\n"), "{markdown}");
+    let folder = tempfile::tempdir().unwrap();
+    table.write(folder.path()).unwrap();
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    assert!(read("t.csv").contains("c,s_2,0.3333333333333333,\n"));
+    assert!(read("t.tex").contains("a|b & s\\_1 & 0.500 & \\textgreater{} 3 \\\\\n"));
+    let numbers: Vec<(String, f64)> = table.numbers().collect();
+    assert_eq!(numbers, [("t/a|b/s_1/x".to_owned(), 0.5), ("t/c/s_2/x".to_owned(), 1.0 / 3.0)]);
+}
+
+#[test]
+fn commands_of_latex_are_escaped() {
+    assert_eq!(
+        latex("50 % of a_b & {c} #1 ~ \\x ^2"),
+        "50 \\% of a\\_b \\& \\{c\\} \\#1 \\textasciitilde{} \\textbackslash{}x \\textasciicircum{}2"
+    );
+}

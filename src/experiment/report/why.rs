@@ -1,0 +1,60 @@
+//! Where the numbers of a figure or a table come from.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::super::results::Done;
+use crate::error::{Error, Result};
+use crate::file;
+
+/// One run behind a figure.
+pub struct Why {
+    pub id: String,
+    pub instance: String,
+    pub solver: String,
+    pub repetition: u64,
+    pub commit: String,
+    pub dirty: bool,
+    /// What makes the run again.
+    pub command: String,
+}
+
+#[derive(Deserialize)]
+struct Sources {
+    runs: Vec<String>,
+}
+
+/// The runs behind `results/NAME/figures/X.svg`, or any other file of that stem.
+///
+/// # Errors
+/// A file that is not part of a report, and runs that are not there any more.
+pub fn why(path: &Path) -> Result<Vec<Why>> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = stem.strip_suffix(".runs").unwrap_or(&stem);
+    let sources = path.with_file_name(format!("{stem}.runs.json"));
+    if !sources.is_file() {
+        return Err(Error::malformed(
+            path,
+            "is no figure or table of a report: there is no .runs.json beside it",
+        ));
+    }
+    let parsed: Sources = serde_json::from_slice(&file::read(&sources)?)
+        .map_err(|error| Error::malformed(&sources, error.to_string()))?;
+    let folder = path.parent().and_then(Path::parent).unwrap_or(Path::new("."));
+    let run = |id: String| {
+        let folder = folder.join("runs").join(&id);
+        let run = Done::read(&folder)?;
+        let manifest = run.manifest;
+        Ok(Why {
+            command: format!("meshseg experiment run {}", folder.join("spec.toml").display()),
+            id,
+            instance: manifest.instance,
+            solver: manifest.solver,
+            repetition: manifest.repetition,
+            commit: manifest.program.commit,
+            dirty: manifest.program.dirty,
+        })
+    };
+    parsed.runs.into_iter().map(run).collect()
+}

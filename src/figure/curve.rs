@@ -1,0 +1,135 @@
+//! What of a series can be drawn on the axes of its panel.
+
+use super::layout::Frame;
+use super::{Scale, Series, Shape};
+
+/// About so many marks are on a line.
+const MARKS: f64 = 8.0;
+/// A vertex of a line that is this close in print to the one before it says nothing.
+const CLOSE: f64 = 0.1;
+/// A shorter line would not be seen, and has a mark.
+const DOT: f64 = 1.5;
+/// What a line does within this distance in print does not make it longer.
+const NOISE: f64 = 6.0;
+/// Marks on a short line are this far apart, and fewer.
+const CROWDED: f64 = 13.0;
+
+/// All in the numbers of the data.
+#[derive(Debug, Default)]
+pub struct Curve {
+    /// Closed outlines.
+    pub areas: Vec<Vec<[f64; 2]>>,
+    pub lines: Vec<Vec<[f64; 2]>>,
+    /// x, low, high.
+    pub bars: Vec<[f64; 3]>,
+    pub marks: Vec<[f64; 2]>,
+}
+
+impl Curve {
+    pub fn new(series: &Series, frame: &Frame) -> Self {
+        let has_place = |scale: Scale, value: f64| scale.place(value).is_some();
+        let (x, y) = (frame.x.scale, frame.y.scale);
+        let points = runs(&series.points, |p| has_place(x, p[0]) && has_place(y, p[1]));
+        let bands =
+            runs(&series.band, |b| has_place(x, b[0]) && b[1..].iter().all(|&b| has_place(y, b)));
+        if series.shape == Shape::Marks {
+            return Curve { bars: bands.concat(), marks: points.concat(), ..Curve::default() };
+        }
+        let mut curve = Curve::default();
+        for band in bands {
+            if let [alone] = band[..] {
+                curve.bars.push(alone);
+                continue;
+            }
+            let side = |i: usize| {
+                let side: Vec<[f64; 2]> = band.iter().map(|b| [b[0], b[i]]).collect();
+                path(series.shape, thinned(&side, CLOSE, frame))
+            };
+            let mut outline = side(1);
+            outline.extend(side(2).into_iter().rev());
+            curve.areas.push(outline);
+        }
+        for run in points {
+            let run = thinned(&run, CLOSE, frame);
+            if series.shape == Shape::LineMarks {
+                curve.marks.extend(some(&run, series.style, frame));
+            } else if series.shape != Shape::Reference && spaced(&run, DOT, frame).len() == 1 {
+                curve.marks.push(run[0]);
+            }
+            curve.lines.push(path(series.shape, run));
+        }
+        curve
+    }
+}
+
+/// As much of a line as so many points can show.
+pub fn at_most(count: usize, line: &[[f64; 2]], frame: &Frame) -> Vec<[f64; 2]> {
+    let mut thin = line.to_vec();
+    let mut apart = CLOSE;
+    while thin.len() > count {
+        apart *= 2.0;
+        thin = thinned(line, apart, frame);
+    }
+    thin
+}
+
+/// The stretches of drawable points.
+fn runs<const N: usize>(
+    points: &[[f64; N]],
+    drawable: impl Fn(&[f64; N]) -> bool,
+) -> Vec<Vec<[f64; N]>> {
+    points
+        .split(|point| !drawable(point))
+        .filter(|run| !run.is_empty())
+        .map(<[_]>::to_vec)
+        .collect()
+}
+
+fn path(shape: Shape, points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    if shape != Shape::Steps {
+        return points;
+    }
+    let corners = points.windows(2).flat_map(|pair| [pair[0], [pair[1][0], pair[0][1]]]);
+    corners.chain(points.last().copied()).collect()
+}
+
+fn distance(a: [f64; 2], b: [f64; 2], frame: &Frame) -> f64 {
+    let (a, b) = (frame.at(a), frame.at(b));
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// Without the points that are closer in print than this to the one before them.
+fn spaced(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
+    let mut kept: Vec<[f64; 2]> = Vec::new();
+    for &point in run {
+        if kept.last().is_none_or(|&before| distance(before, point, frame) >= apart) {
+            kept.push(point);
+        }
+    }
+    kept
+}
+
+/// The same, but both ends stay.
+fn thinned(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
+    let mut kept = spaced(run, apart, frame);
+    if kept.last() != run.last() {
+        kept.extend(run.last());
+    }
+    kept
+}
+
+/// Points at equal distances in print, which begin elsewhere for each style, so that the marks of lines that
+/// run together do not hide each other.
+fn some(run: &[[f64; 2]], style: usize, frame: &Frame) -> Vec<[f64; 2]> {
+    if run.len() as f64 <= 1.5 * MARKS {
+        return run.to_vec();
+    }
+    // A noisy line is as long as one that passes through the noise.
+    let coarse = spaced(run, NOISE, frame);
+    let length: f64 = coarse.windows(2).map(|pair| distance(pair[0], pair[1], frame)).sum();
+    let apart = (length / MARKS).max(CROWDED);
+    // Multiples of the golden ratio are spread evenly, however many there are.
+    let begin = apart * (0.1 + style as f64 * 0.618_034).fract();
+    let first = run.iter().position(|&point| distance(run[0], point, frame) >= begin);
+    spaced(&run[first.unwrap_or(0)..], apart, frame)
+}

@@ -1,0 +1,90 @@
+//! One legend for all panels: its entries in columns, row by row.
+
+use super::text::{self, LABEL, LINE};
+use super::{Panel, Series, Shape};
+
+/// The drawn sample, if it has a line and if it has none.
+const SAMPLE: f64 = 23.0;
+const MARK: f64 = 8.0;
+/// Between the sample and its text.
+const GAP: f64 = 4.0;
+/// The room between columns.
+const APART: f64 = 13.0;
+
+pub struct Entry<'a> {
+    pub series: &'a Series,
+    pub lines: Vec<String>,
+    /// Of the widest line.
+    pub width: f64,
+    /// Both ends of the sample.
+    pub sample: [f64; 2],
+    /// The beginning of the first line.
+    pub at: [f64; 2],
+}
+
+pub struct Legend<'a> {
+    pub entries: Vec<Entry<'a>>,
+    pub columns: usize,
+    pub height: f64,
+}
+
+impl<'a> Legend<'a> {
+    /// In the middle of a page of this width, from the top of the page on.
+    pub fn new(panels: &'a [Panel], left: f64, width: f64) -> Self {
+        let mut labeled: Vec<&Series> = Vec::new();
+        for series in panels.iter().flat_map(|panel| &panel.series) {
+            let is_new = labeled.iter().all(|other| other.label != series.label);
+            if is_new && !series.label.trim().is_empty() {
+                labeled.push(series);
+            }
+        }
+        let mut entries: Vec<Entry> = labeled
+            .into_iter()
+            .map(|series| {
+                let lines = text::wrap(&series.label, LABEL, width - SAMPLE - GAP);
+                let widths = lines.iter().map(|line| text::width(line, LABEL));
+                let width = widths.fold(0.0, f64::max);
+                Entry { series, lines, width, sample: [0.0; 2], at: [0.0; 2] }
+            })
+            .collect();
+        let columns = columns(&entries, width);
+        let widths = widths(&entries, columns);
+        let mut y = 0.0;
+        for row in entries.chunks_mut(columns) {
+            let mut x = left + (width - total(&widths)) / 2.0;
+            for (entry, [sample, text]) in row.iter_mut().zip(&widths) {
+                entry.sample = [x, x + sample];
+                entry.at = [x + sample + GAP, y + text::ASCENT * LABEL];
+                x += sample + GAP + text + APART;
+            }
+            let lines = row.iter().map(|entry| entry.lines.len()).max().unwrap_or(0);
+            y += LINE * LABEL * lines as f64;
+        }
+        Legend { entries, columns, height: y }
+    }
+}
+
+/// As few rows as fit, and no more columns than these rows need.
+fn columns(entries: &[Entry], width: f64) -> usize {
+    let fits = |columns: &usize| total(&widths(entries, *columns)) <= width;
+    let count = entries.len();
+    let most = (1..=count).rev().find(fits).unwrap_or(1);
+    let rows = count.div_ceil(most);
+    (count.div_ceil(rows.max(1)).max(1)..most).find(fits).unwrap_or(most)
+}
+
+/// Of samples and texts in the columns, each as wide as its widest entry.
+fn widths(entries: &[Entry], columns: usize) -> Vec<[f64; 2]> {
+    let mut widths = vec![[0.0f64; 2]; columns.min(entries.len())];
+    for (i, entry) in entries.iter().enumerate() {
+        let sample = if entry.series.shape == Shape::Marks { MARK } else { SAMPLE };
+        let column = &mut widths[i % columns];
+        *column = [column[0].max(sample), column[1].max(entry.width)];
+    }
+    widths
+}
+
+fn total(widths: &[[f64; 2]]) -> f64 {
+    let columns: f64 = widths.iter().map(|[sample, text]| sample + GAP + text).sum();
+    columns + APART * widths.len().saturating_sub(1) as f64
+}

@@ -1,0 +1,397 @@
+//! The figure for LaTeX: a picture that typesets its own text, and the table of what it draws.
+//!
+//! The table has a pair of columns for each line, set of marks or area; shorter ones end in `nan`, and a row of
+//! `nan` breaks a line. pgfplots reads it once. TeX has neither the memory nor the time for all points of a long
+//! trace, so lines are thinned as far as that needs, and numbers rounded.
+
+use std::fmt::Write as _;
+
+use super::curve::{self, Curve};
+use super::layout::{Frame, Layout, Placed};
+use super::range::Range;
+use super::style::{self, Outline, Style};
+use super::text::{LABEL, LINE, SMALL};
+use super::ticks::{Decimal, Label, MINUS, Ticks};
+use super::{Scale, Series, Shape};
+
+/// pgfplots puts the labels of x this much lower than here.
+const BELOW_LABEL: f64 = 5.0;
+/// So many lengths of a logarithmic axis may be between its end and 1.
+const FARTHEST: f64 = 25.0;
+
+/// Points of a line at most. TeX draws thirty such lines in about five seconds.
+const POINTS: usize = 300;
+
+/// The contents of `stem.tex` and `stem.dat`.
+pub fn draw(layout: &Layout, stem: &str) -> (String, String) {
+    let mut table = Table::default();
+    let mut tex = head(layout, stem);
+    for (i, placed) in layout.panels.iter().enumerate() {
+        let legend = if i == 0 { legend(layout) } else { String::new() };
+        let _ = write!(tex, "\\nextgroupplot[{}]\n{legend}", axes(placed, i == 0, stem));
+        if !placed.has_data {
+            let font = font(LABEL);
+            let _ = writeln!(tex, "\\node[{font}] at (rel axis cs:0.5,0.5) {{no data}};");
+            continue;
+        }
+        for (k, series) in placed.panel.series.iter().enumerate() {
+            let name = format!("p{}s{}", i + 1, k + 1);
+            tex.push_str(&plots(series, &placed.frame, &name, &mut table));
+        }
+    }
+    tex.push_str("\\end{groupplot}\n");
+    tex.push_str(&around(layout, stem));
+    tex.push_str("\\end{tikzpicture}\n");
+    (tex, table.text())
+}
+
+fn head(layout: &Layout, stem: &str) -> String {
+    let mut tex = format!(
+        "% \\input{{{stem}.tex}} in a document with \\usepackage{{pgfplots, pgfplotstable}}, \
+         \\pgfplotsset{{compat=1.16}} and \\usepgfplotslibrary{{groupplots}}.\n\
+         % Run LaTeX twice for the legend. {stem}.dat is looked for in \\figurefolder.\n\
+         \\providecommand\\figurefolder{{.}}\n\
+         \\begin{{tikzpicture}}\n\
+         \\pgfplotstableread{{\\figurefolder/{stem}.dat}}\\figuretable\n"
+    );
+    let mut colors: Vec<&str> = layout
+        .panels
+        .iter()
+        .flat_map(|placed| &placed.panel.series)
+        .map(|series| Style::of(series).color)
+        .chain([style::INK, style::GRID_INK, style::WHITE])
+        .collect();
+    colors.sort_unstable();
+    colors.dedup();
+    for color in colors {
+        let _ = writeln!(tex, "\\definecolor{{figure{color}}}{{HTML}}{{{color}}}");
+    }
+    let Some(Placed { frame, .. }) = layout.panels.first() else { return tex };
+    let rows = layout.panels.len().div_ceil(layout.columns);
+    let _ = write!(
+        tex,
+        "\\begin{{groupplot}}[\n\
+         group style={{group size={} by {rows}, horizontal sep={:.2}bp, vertical sep={:.2}bp}},\n\
+         scale only axis, width={:.2}bp, height={:.2}bp,\n\
+         unbounded coords=jump, clip=false, scaled ticks=false, grid=major, tick align=outside,\n\
+         tick pos=left, major tick length=2.6bp, minor tick length=1.5bp,\n\
+         axis line style={{figure{ink}, line width={frame}bp}}, every tick/.style={{figure{ink}, line width={frame}bp}},\n\
+         grid style={{figure{grid}, line width={thin}bp}},\n\
+         title style={{{label}, yshift=-3bp, align=center}},\n\
+         label style={{{label}, align=center}}, tick label style={{{small}}},\n\
+         legend columns={}, legend cell align=left,\n\
+         legend style={{draw=none, {label}, /tikz/every even column/.append style={{column sep=8bp}}}},\n\
+         ]\n",
+        layout.columns,
+        layout.gaps[0],
+        layout.gaps[1] + BELOW_LABEL,
+        frame.width,
+        frame.height,
+        layout.legend.columns,
+        ink = style::INK,
+        grid = style::GRID_INK,
+        frame = style::FRAME,
+        thin = style::GRID,
+        label = font(LABEL),
+        small = font(SMALL),
+    );
+    tex
+}
+
+fn font(size: f64) -> String {
+    format!("font=\\fontsize{{{size}}}{{{:.1}}}\\selectfont", LINE * size)
+}
+
+/// The options of a panel; the first one collects the legend.
+fn axes(placed: &Placed, is_first: bool, stem: &str) -> String {
+    let mut options = String::new();
+    let lines =
+        |lines: &[String]| lines.iter().map(|line| escaped(line)).collect::<Vec<_>>().join(r" \\ ");
+    for (key, text) in
+        [("title", &placed.title), ("xlabel", &placed.x_label), ("ylabel", &placed.y_label)]
+    {
+        if !text.is_empty() {
+            let _ = writeln!(options, "{key}={{{}}},", lines(text));
+        }
+    }
+    let ranges = [('x', &placed.frame.x, &placed.x_ticks), ('y', &placed.frame.y, &placed.y_ticks)];
+    for (axis, range, ticks) in ranges {
+        axis_options(&mut options, axis, range, ticks);
+    }
+    if is_first {
+        let _ = writeln!(options, "legend to name={{figure-{}}},", name(stem));
+    }
+    options.insert(0, '\n');
+    options
+}
+
+fn axis_options(options: &mut String, axis: char, range: &Range, ticks: &Ticks) {
+    let mode = if is_logarithmic(range) { "log" } else { "linear" };
+    let decimal = |number: Decimal| format!("{}e{}", number.digits, number.exponent);
+    let _ = writeln!(
+        options,
+        "{axis}mode={mode}, {axis}min={}, {axis}max={},",
+        end(range, range.low),
+        end(range, range.high)
+    );
+    // Where nothing is said, pgfplots chooses.
+    if ticks.major.is_empty() {
+        let _ = writeln!(options, "{axis}tick=\\empty,");
+    } else {
+        let at: Vec<String> = ticks.major.iter().map(|tick| decimal(tick.number)).collect();
+        let labels: Vec<String> =
+            ticks.major.iter().map(|tick| format!("{{{}}}", tick_label(&tick.label))).collect();
+        let (at, labels) = (at.join(","), labels.join(","));
+        let _ = writeln!(options, "{axis}tick={{{at}}}, {axis}ticklabels={{{labels}}},");
+    }
+    if ticks.minor.is_empty() {
+        let _ = writeln!(options, "{axis}minorticks=false,");
+    } else {
+        let at: Vec<String> = ticks.minor.iter().map(|&number| decimal(number)).collect();
+        let _ = writeln!(options, "minor {axis}tick={{{}}},", at.join(","));
+    }
+}
+
+/// pgfplots measures a logarithmic axis from 1 on, and TeX knows no length above 5.7 m. A stretch so far from 1
+/// and so short is as good as straight.
+fn is_logarithmic(range: &Range) -> bool {
+    let far = range.low.abs().max(range.high.abs());
+    range.scale == Scale::Log && far < FARTHEST * (range.high - range.low)
+}
+
+/// The end of a range as a number, which may be too large or small for a double.
+fn end(range: &Range, place: f64) -> String {
+    match range.scale {
+        Scale::Linear => format!("{place:e}"),
+        Scale::Log => format!("{}e{}", 10f64.powf(place - place.floor()), place.floor()),
+    }
+}
+
+fn tick_label(label: &Label) -> String {
+    let text = label.text.replace(MINUS, "-").replace('\u{d7}', "\\times ");
+    let exponent = label.exponent.as_ref();
+    let exponent = exponent.map_or(String::new(), |e| format!("^{{{}}}", e.replace(MINUS, "-")));
+    format!("${text}{exponent}$")
+}
+
+fn legend(layout: &Layout) -> String {
+    let mut tex = String::new();
+    for entry in &layout.legend.entries {
+        let style = Style::of(entry.series);
+        let look = match entry.series.shape {
+            Shape::Marks => format!("only marks, {}", marks(&style)),
+            Shape::LineMarks => format!("{}, {}", line(&style), marks(&style)),
+            Shape::Line | Shape::Steps | Shape::Reference => format!("{}, mark=none", line(&style)),
+        };
+        let _ = writeln!(
+            tex,
+            "\\addlegendimage{{{look}}}\\addlegendentry{{{}}}",
+            escaped(&entry.series.label)
+        );
+    }
+    tex
+}
+
+/// The legend above and the note below the panels.
+fn around(layout: &Layout, stem: &str) -> String {
+    let mut tex = String::new();
+    let (Some(first), Some(last)) = (layout.panels.first(), layout.panels.last()) else {
+        return tex;
+    };
+    if !layout.legend.entries.is_empty() {
+        let above = first.frame.top - layout.legend.height;
+        let _ = writeln!(
+            tex,
+            "\\path (group c1r1.north west) -- node[anchor=south, yshift={above:.2}bp] \
+             {{\\pgfplotslegendfromname{{figure-{}}}}} (group c{}r1.north east);",
+            name(stem),
+            layout.columns
+        );
+    }
+    if !layout.note.is_empty() {
+        let rows = layout.panels.len().div_ceil(layout.columns);
+        let below = layout.note_at[1] - last.frame.bottom() + BELOW_LABEL;
+        let note: Vec<String> = layout.note.iter().map(|line| escaped(line)).collect();
+        let _ = writeln!(
+            tex,
+            "\\node[anchor=base west, inner sep=0, align=left, xshift=-{:.2}bp, yshift=-{below:.2}bp, \
+             {}] at (group c1r{rows}.south west) {{{}}};",
+            first.frame.left - layout.note_at[0],
+            font(SMALL),
+            note.join(r" \\ ")
+        );
+    }
+    tex
+}
+
+fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> String {
+    let curve = Curve::new(series, frame);
+    let thin = |lines: &[Vec<[f64; 2]>]| -> Vec<Vec<[f64; 2]>> {
+        lines.iter().map(|line| curve::at_most(POINTS, line, frame)).collect()
+    };
+    let style = Style::of(series);
+    let color = style.color;
+    let mut tex = String::new();
+    let mut plot = |look: String, suffix: &str, paths: &[Vec<[f64; 2]>]| {
+        if paths.is_empty() {
+            return;
+        }
+        let [x, y] = table.add(&format!("{name}{suffix}"), paths);
+        let _ =
+            writeln!(tex, "\\addplot[forget plot, {look}] table[x={x}, y={y}] {{\\figuretable}};");
+    };
+    let cover = style::COVER;
+    let area = format!("draw=none, fill=figure{color}, fill opacity={cover}, mark=none");
+    plot(area, "area", &thin(&curve.areas));
+    plot(format!("{}, mark=none", line(&style)), "", &thin(&curve.lines));
+    let points = if curve.marks.is_empty() { Vec::new() } else { vec![curve.marks.clone()] };
+    plot(format!("only marks, {}", marks(&style)), "mark", &points);
+    let bars: Vec<_> = curve.bars.iter().map(|&[x, low, high]| vec![[x, low], [x, high]]).collect();
+    let look = format!(
+        "figure{color}, line width={}bp, mark=-, mark size=1.6bp, mark options={{solid}}",
+        style::BAR
+    );
+    plot(look, "bar", &bars);
+    tex
+}
+
+fn line(style: &Style) -> String {
+    let mut look = format!("figure{}, line width={}bp, line join=round", style.color, style.width);
+    if !style.dashes.is_empty() {
+        look.push_str(", dash pattern=");
+        for (i, dash) in style.dashes.iter().enumerate() {
+            let _ = write!(look, "{} {dash}bp ", if i % 2 == 0 { "on" } else { "off" });
+        }
+    }
+    look.trim_end().to_owned()
+}
+
+fn marks(style: &Style) -> String {
+    let mark = match style.mark.outline {
+        Outline::Circle => "*",
+        Outline::Square => "square*",
+        Outline::Triangle => "triangle*",
+        Outline::Diamond => "diamond*",
+        Outline::Cross => "x",
+    };
+    let [fill, edge] = style.mark.colors(style.color);
+    format!(
+        "figure{}, mark={mark}, mark size={:.2}bp, \
+         mark options={{solid, fill=figure{fill}, draw=figure{edge}, line width={}bp}}",
+        style.color,
+        style.mark.size(),
+        style.mark.pen()
+    )
+}
+
+/// Only what may be in the name of a label.
+fn name(stem: &str) -> String {
+    stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
+}
+
+/// Text for LaTeX: its special characters, and those that its default fonts lack.
+pub fn escaped(text: &str) -> String {
+    let mut tex = String::new();
+    for c in text.chars() {
+        let command = match c {
+            '\\' => "\\textbackslash{}",
+            '^' => "\\textasciicircum{}",
+            '~' => "\\textasciitilde{}",
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => {
+                tex.push('\\');
+                tex.push(c);
+                continue;
+            }
+            '<' => "$<$",
+            '>' => "$>$",
+            '|' => "$|$",
+            '"' => "''",
+            '\u{2212}' => "$-$",
+            '×' => "$\\times$",
+            '·' => "$\\cdot$",
+            '≤' => "$\\le$",
+            '≥' => "$\\ge$",
+            '≈' => "$\\approx$",
+            '∞' => "$\\infty$",
+            '√' => "$\\surd$",
+            '‖' => "$\\|$",
+            '²' => "$^2$",
+            '³' => "$^3$",
+            'α' => "$\\alpha$",
+            'β' => "$\\beta$",
+            'γ' => "$\\gamma$",
+            'δ' => "$\\delta$",
+            'ε' => "$\\varepsilon$",
+            'η' => "$\\eta$",
+            'θ' => "$\\theta$",
+            'κ' => "$\\kappa$",
+            'λ' => "$\\lambda$",
+            'μ' | 'µ' => "$\\mu$",
+            'ρ' => "$\\rho$",
+            'σ' => "$\\sigma$",
+            'τ' => "$\\tau$",
+            'φ' => "$\\varphi$",
+            'ω' => "$\\omega$",
+            'Δ' => "$\\Delta$",
+            'Σ' => "$\\Sigma$",
+            'Ω' => "$\\Omega$",
+            _ => {
+                tex.push(c);
+                continue;
+            }
+        };
+        tex.push_str(command);
+    }
+    tex
+}
+
+/// Columns of numbers under their names.
+#[derive(Default)]
+struct Table {
+    columns: Vec<(String, Vec<Option<f64>>)>,
+}
+
+impl Table {
+    /// Two columns, of x and of y, with their names.
+    fn add(&mut self, name: &str, paths: &[Vec<[f64; 2]>]) -> [String; 2] {
+        let mut points: Vec<Option<[f64; 2]>> = Vec::new();
+        for path in paths {
+            if !points.is_empty() {
+                points.push(None);
+            }
+            points.extend(path.iter().copied().map(Some));
+        }
+        let names = [format!("{name}x"), format!("{name}y")];
+        for (i, name) in names.iter().enumerate() {
+            let column = points.iter().map(|point| point.map(|point| point[i]));
+            self.columns.push((name.clone(), column.collect()));
+        }
+        names
+    }
+
+    fn text(&self) -> String {
+        let names: Vec<&str> = self.columns.iter().map(|(name, _)| name.as_str()).collect();
+        let mut text = names.join(" ") + "\n";
+        let rows = self.columns.iter().map(|(_, column)| column.len()).max().unwrap_or(0);
+        for row in 0..rows {
+            let cells: Vec<String> = self
+                .columns
+                .iter()
+                .map(|(_, column)| match column.get(row) {
+                    Some(Some(number)) => rounded(*number),
+                    _ => "nan".to_owned(),
+                })
+                .collect();
+            text += &(cells.join(" ") + "\n");
+        }
+        text
+    }
+}
+
+/// To seven digits, which TeX does not exceed.
+fn rounded(number: f64) -> String {
+    let digits = format!("{number:.6e}");
+    let (factor, exponent) = digits.split_once('e').expect("an exponent");
+    let factor = factor.trim_end_matches('0').trim_end_matches('.');
+    format!("{factor}e{exponent}")
+}

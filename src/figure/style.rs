@@ -1,0 +1,116 @@
+//! The looks that a series can have: colors of Okabe and Ito, for every kind of eye, with dashes and marks that
+//! tell series apart without them.
+
+use super::{Series, Shape};
+
+/// Widths of lines.
+pub const DATA: f64 = 1.2;
+pub const REFERENCE: f64 = 0.8;
+pub const BAR: f64 = 0.7;
+pub const FRAME: f64 = 0.5;
+pub const GRID: f64 = 0.4;
+/// Colors, as in SVG and as in LaTeX.
+pub const WHITE: &str = "FFFFFF";
+pub const INK: &str = "222222";
+pub const REFERENCE_INK: &str = "6E6E6E";
+pub const GRID_INK: &str = "E2E2E2";
+/// How much of what is behind an area it covers.
+pub const COVER: f64 = 0.18;
+
+const LOOKS: usize = 8;
+
+/// The yellow of the palette is darkened: it would not be seen as a line on white.
+const COLORS: [&str; LOOKS] =
+    ["0072B2", "D55E00", "009E73", "CC79A7", "E69F00", "000000", "56B4E9", "A89B00"];
+
+/// On, off, on, off; one list a look.
+const DASHES: [&[f64]; LOOKS] = [
+    &[],
+    &[5.0, 1.8],
+    &[1.3, 1.5],
+    &[5.5, 1.5, 1.3, 1.5],
+    &[2.8, 1.5],
+    &[8.0, 1.8],
+    &[5.5, 1.4, 1.2, 1.4, 1.2, 1.4],
+    &[3.0, 1.3, 3.0, 3.6],
+];
+
+const REFERENCE_DASHES: [&[f64]; 4] =
+    [&[3.6, 2.0], &[1.2, 1.8], &[6.0, 2.0, 1.2, 2.0], &[7.0, 2.6]];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outline {
+    Circle,
+    Square,
+    Triangle,
+    Diamond,
+    Cross,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    pub outline: Outline,
+    /// Filled with the color of its series, or with white.
+    pub filled: bool,
+}
+
+impl Mark {
+    /// From the middle to a tip, or to the side of a square: of equal weight to the eye.
+    pub fn size(self) -> f64 {
+        let size = match self.outline {
+            Outline::Circle | Outline::Cross => 1.9,
+            Outline::Square => 1.7,
+            Outline::Triangle | Outline::Diamond => 2.5,
+        };
+        if self.filled { 1.25 * size } else { size }
+    }
+
+    /// The width of its outline.
+    pub fn pen(self) -> f64 {
+        match self.outline {
+            Outline::Cross => DATA,
+            _ if self.filled => 0.5,
+            _ => 0.8,
+        }
+    }
+
+    /// Of the inside and the outline. The outline of a filled mark is white, to part it from its line.
+    pub fn colors(self, color: &str) -> [&str; 2] {
+        if self.filled { [color, WHITE] } else { [WHITE, color] }
+    }
+}
+
+const MARKS: [Mark; LOOKS] = [
+    Mark { outline: Outline::Circle, filled: true },
+    Mark { outline: Outline::Square, filled: false },
+    Mark { outline: Outline::Triangle, filled: true },
+    Mark { outline: Outline::Diamond, filled: false },
+    Mark { outline: Outline::Square, filled: true },
+    Mark { outline: Outline::Cross, filled: false },
+    Mark { outline: Outline::Circle, filled: false },
+    Mark { outline: Outline::Diamond, filled: true },
+];
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Style {
+    pub color: &'static str,
+    pub dashes: &'static [f64],
+    pub width: f64,
+    pub mark: Mark,
+}
+
+impl Style {
+    pub fn of(series: &Series) -> Self {
+        let style = series.style;
+        // A second round of the colors has other dashes, and pairs them with other marks: 32 looks without
+        // color, 64 with it.
+        let round = style / LOOKS % LOOKS;
+        let mark = MARKS[(style + 5 * round) % LOOKS];
+        if series.shape == Shape::Reference {
+            let dashes = REFERENCE_DASHES[style % REFERENCE_DASHES.len()];
+            return Style { color: REFERENCE_INK, dashes, width: REFERENCE, mark };
+        }
+        let dashes = DASHES[(style + 3 * round) % LOOKS];
+        Style { color: COLORS[style % LOOKS], dashes, width: DATA, mark }
+    }
+}

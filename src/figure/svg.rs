@@ -1,0 +1,254 @@
+//! The figure as SVG, in points.
+
+use std::fmt::Write as _;
+
+use super::curve::Curve;
+use super::layout::{Frame, Layout, Placed, TICK, TICK_GAP};
+use super::legend::Entry;
+use super::style::{self, Mark, Outline, Style};
+use super::text::{self, DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL};
+use super::ticks::{Decimal, Label};
+use super::{Series, Shape};
+
+const MINOR_TICK: f64 = 1.5;
+
+pub fn draw(layout: &Layout) -> String {
+    let (width, height) = (number(layout.width), number(layout.height));
+    let mut page = Page(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}pt\" height=\"{height}pt\" \
+         viewBox=\"0 0 {width} {height}\" font-family=\"'{}', 'Source Sans Pro', sans-serif\" \
+         fill=\"#{}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
+        text::FAMILY,
+        style::INK
+    ));
+    for panel in &layout.panels {
+        page.panel(panel);
+    }
+    for entry in &layout.legend.entries {
+        page.entry(entry);
+    }
+    page.lines(&layout.note, SMALL, layout.note_at, Anchor::Start);
+    page.0.push_str("</svg>\n");
+    page.0
+}
+
+#[derive(Clone, Copy)]
+enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+struct Page(String);
+
+impl Page {
+    fn panel(&mut self, placed: &Placed) {
+        let frame = &placed.frame;
+        self.axes(placed);
+        let middle = frame.left + frame.width / 2.0;
+        self.lines(&placed.title, LABEL, [middle, placed.title_at], Anchor::Middle);
+        self.lines(&placed.x_label, LABEL, [middle, placed.x_label_at], Anchor::Middle);
+        let center = frame.top + frame.height / 2.0;
+        for (i, line) in placed.y_label.iter().enumerate() {
+            let x = placed.y_label_at + LINE * LABEL * i as f64;
+            let turn = format!(" transform=\"rotate(-90 {} {})\"", number(x), number(center));
+            self.text(&escaped(line), LABEL, [x, center], Anchor::Middle, &turn);
+        }
+        if !placed.has_data {
+            let at = [middle, center + DIGITS * LABEL / 2.0];
+            self.text("no data", LABEL, at, Anchor::Middle, "");
+            return;
+        }
+        let series = &placed.panel.series;
+        let curves: Vec<(&Series, Curve)> =
+            series.iter().map(|series| (series, Curve::new(series, frame))).collect();
+        for (series, curve) in &curves {
+            self.areas(curve, &Style::of(series), frame);
+        }
+        // A fit is under the data that it fits.
+        let (references, data): (Vec<_>, Vec<_>) =
+            curves.iter().partition(|(series, _)| series.shape == Shape::Reference);
+        for (series, curve) in references.into_iter().chain(data) {
+            self.curve(curve, &Style::of(series), frame);
+        }
+    }
+
+    fn axes(&mut self, placed: &Placed) {
+        let frame = &placed.frame;
+        let (left, top, bottom, right) = (frame.left, frame.top, frame.bottom(), frame.right());
+        let across = |number: &Decimal| frame.across(number.place(frame.x.scale));
+        let up = |number: &Decimal| frame.up(number.place(frame.y.scale));
+        let (mut grid, mut ticks) = (String::new(), String::new());
+        for tick in &placed.x_ticks.major {
+            let x = across(&tick.number);
+            segment(&mut grid, [x, top], [x, bottom]);
+            segment(&mut ticks, [x, bottom], [x, bottom + TICK]);
+        }
+        for tick in &placed.y_ticks.major {
+            let y = up(&tick.number);
+            segment(&mut grid, [left, y], [right, y]);
+            segment(&mut ticks, [left, y], [left - TICK, y]);
+        }
+        for minor in &placed.x_ticks.minor {
+            segment(&mut ticks, [across(minor), bottom], [across(minor), bottom + MINOR_TICK]);
+        }
+        for minor in &placed.y_ticks.minor {
+            segment(&mut ticks, [left, up(minor)], [left - MINOR_TICK, up(minor)]);
+        }
+        self.stroke(&grid, style::GRID_INK, style::GRID, &[]);
+        let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+        self.stroke(&format!("{}Z{ticks}", path(corners)), style::INK, style::FRAME, &[]);
+        for tick in &placed.x_ticks.major {
+            let y = bottom + TICK + TICK_GAP + DIGITS * SMALL + 0.8;
+            self.tick_label(&tick.label, [across(&tick.number), y], Anchor::Middle);
+        }
+        for tick in &placed.y_ticks.major {
+            let at = [left - TICK - TICK_GAP, up(&tick.number) + DIGITS * SMALL / 2.0];
+            self.tick_label(&tick.label, at, Anchor::End);
+        }
+    }
+
+    fn areas(&mut self, curve: &Curve, style: &Style, frame: &Frame) {
+        for area in &curve.areas {
+            let outline = path(area.iter().map(|&point| frame.at(point)));
+            let (color, cover) = (style.color, style::COVER);
+            let _ = writeln!(
+                self.0,
+                "<path d=\"{outline}Z\" fill=\"#{color}\" fill-opacity=\"{cover}\"/>"
+            );
+        }
+    }
+
+    fn curve(&mut self, curve: &Curve, style: &Style, frame: &Frame) {
+        let lines: String =
+            curve.lines.iter().map(|line| path(line.iter().map(|&p| frame.at(p)))).collect();
+        self.stroke(&lines, style.color, style.width, style.dashes);
+        for &point in &curve.marks {
+            self.mark(style.mark, style.color, frame.at(point));
+        }
+        // Above the marks, whose white outlines would hide short ones.
+        let mut bars = String::new();
+        for &[x, low, high] in &curve.bars {
+            let ([x, low], [_, high]) = (frame.at([x, low]), frame.at([x, high]));
+            segment(&mut bars, [x, low], [x, high]);
+            for end in [low, high] {
+                segment(&mut bars, [x - 1.6, end], [x + 1.6, end]);
+            }
+        }
+        self.stroke(&bars, style.color, style::BAR, &[]);
+    }
+
+    fn entry(&mut self, entry: &Entry) {
+        let style = Style::of(entry.series);
+        let [left, right] = entry.sample;
+        let y = entry.at[1] - DIGITS * LABEL / 2.0;
+        if entry.series.shape != Shape::Marks {
+            let sample = path([[left, y], [right, y]]);
+            self.stroke(&sample, style.color, style.width, style.dashes);
+        }
+        if matches!(entry.series.shape, Shape::Marks | Shape::LineMarks) {
+            self.mark(style.mark, style.color, [(left + right) / 2.0, y]);
+        }
+        self.lines(&entry.lines, LABEL, entry.at, Anchor::Start);
+    }
+
+    fn stroke(&mut self, path: &str, color: &str, width: f64, dashes: &[f64]) {
+        if path.is_empty() {
+            return;
+        }
+        let _ = write!(
+            self.0,
+            "<path d=\"{path}\" fill=\"none\" stroke=\"#{color}\" stroke-width=\"{width}\" \
+             stroke-linejoin=\"round\""
+        );
+        if !dashes.is_empty() {
+            let dashes: Vec<String> = dashes.iter().map(|&dash| number(dash)).collect();
+            let _ = write!(self.0, " stroke-dasharray=\"{}\"", dashes.join(" "));
+        }
+        self.0.push_str("/>\n");
+    }
+
+    fn mark(&mut self, mark: Mark, color: &str, [x, y]: [f64; 2]) {
+        let size = mark.size();
+        let closed = |corners: &[[f64; 2]]| {
+            path(corners.iter().map(|[dx, dy]| [x + size * dx, y + size * dy])) + "Z"
+        };
+        let d = match mark.outline {
+            Outline::Circle => {
+                let (from, to, r) = (number(x - size), number(x + size), number(size));
+                let y = number(y);
+                format!("M{from} {y}A{r} {r} 0 1 1 {to} {y}A{r} {r} 0 1 1 {from} {y}Z")
+            }
+            Outline::Square => closed(&[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]),
+            Outline::Triangle => closed(&[[0.0, -1.0], [0.87, 0.6], [-0.87, 0.6]]),
+            Outline::Diamond => closed(&[[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]),
+            Outline::Cross => {
+                let mut d = String::new();
+                segment(&mut d, [x - size, y - size], [x + size, y + size]);
+                segment(&mut d, [x - size, y + size], [x + size, y - size]);
+                d
+            }
+        };
+        let ([fill, edge], pen) = (mark.colors(color), mark.pen());
+        let _ = writeln!(
+            self.0,
+            "<path d=\"{d}\" fill=\"#{fill}\" stroke=\"#{edge}\" stroke-width=\"{pen}\"/>"
+        );
+    }
+
+    fn tick_label(&mut self, label: &Label, at: [f64; 2], anchor: Anchor) {
+        let mut content = escaped(&label.text);
+        if let Some(exponent) = &label.exponent {
+            let _ = write!(
+                content,
+                "<tspan dy=\"-{RAISE}\" font-size=\"{EXPONENT}\">{exponent}</tspan>"
+            );
+        }
+        self.text(&content, SMALL, at, anchor, "");
+    }
+
+    fn lines(&mut self, lines: &[String], size: f64, [x, y]: [f64; 2], anchor: Anchor) {
+        for (i, line) in lines.iter().enumerate() {
+            let at = [x, y + LINE * size * i as f64];
+            self.text(&escaped(line), size, at, anchor, "");
+        }
+    }
+
+    /// `content` is XML.
+    fn text(&mut self, content: &str, size: f64, [x, y]: [f64; 2], anchor: Anchor, turn: &str) {
+        let anchor = match anchor {
+            Anchor::Start => "",
+            Anchor::Middle => " text-anchor=\"middle\"",
+            Anchor::End => " text-anchor=\"end\"",
+        };
+        let (x, y) = (number(x), number(y));
+        let _ = writeln!(
+            self.0,
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{turn}>{content}</text>"
+        );
+    }
+}
+
+/// With two decimals, as many as a printer can use.
+fn number(value: f64) -> String {
+    let rounded = format!("{value:.2}");
+    let short = rounded.trim_end_matches('0').trim_end_matches('.');
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+}
+
+fn path(points: impl IntoIterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for [x, y] in points {
+        let command = if path.is_empty() { 'M' } else { 'L' };
+        let _ = write!(path, "{command}{} {}", number(x), number(y));
+    }
+    path
+}
+
+fn segment(path: &mut String, from: [f64; 2], to: [f64; 2]) {
+    path.push_str(&self::path([from, to]));
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,69 @@
+//! The one font of all figures, and the room that a text takes in it.
+
+use std::sync::LazyLock;
+
+use rustybuzz::{Face, UnicodeBuffer};
+
+/// Source Sans 3, SIL Open Font License 1.1.
+pub static FONT: &[u8] = include_bytes!("../../assets/fonts/SourceSans3-Regular.ttf");
+pub const FAMILY: &str = "Source Sans 3";
+
+static FACE: LazyLock<Face<'static>> =
+    LazyLock::new(|| Face::from_slice(FONT, 0).expect("the bundled font is a font"));
+
+/// Axis labels, titles and the legend.
+pub const LABEL: f64 = 8.0;
+/// Tick labels and the note.
+pub const SMALL: f64 = 7.0;
+/// The exponent of a tick label, and how far it is raised.
+pub const EXPONENT: f64 = 5.2;
+pub const RAISE: f64 = 2.7;
+/// From one baseline to the next, in font sizes.
+pub const LINE: f64 = 1.2;
+/// What a font's box reaches above and below its baseline, in font sizes.
+pub const ASCENT: f64 = 1.03;
+pub const DESCENT: f64 = 0.41;
+/// The height of digits, in font sizes.
+pub const DIGITS: f64 = 0.65;
+
+/// With kerning and ligatures, as it is shown.
+pub fn width(text: &str, size: f64) -> f64 {
+    let mut buffer = UnicodeBuffer::new();
+    buffer.push_str(text);
+    let glyphs = rustybuzz::shape(&FACE, &[], buffer);
+    let advance: i64 =
+        glyphs.glyph_positions().iter().map(|glyph| i64::from(glyph.x_advance)).sum();
+    advance as f64 * size / f64::from(FACE.units_per_em())
+}
+
+/// Lines no wider than `room`, as few as can be, and none much longer than the others.
+pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
+    let widest = broken(text, size, room);
+    let mut narrower = (1..10).map(|tenths| broken(text, size, room * f64::from(tenths) / 10.0));
+    narrower.find(|lines| lines.len() == widest.len()).unwrap_or(widest)
+}
+
+/// Lines broken between words, and within a word that is wider than a line.
+fn broken(text: &str, size: f64, room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty())
+    {
+        if let Some(line) = lines.last_mut() {
+            let longer = format!("{line} {word}");
+            if width(&longer, size) <= room {
+                *line = longer;
+                continue;
+            }
+        }
+        let mut line = String::new();
+        for c in word.chars() {
+            line.push(c);
+            if width(&line, size) > room && line.len() > c.len_utf8() {
+                line.pop();
+                lines.push(std::mem::replace(&mut line, c.to_string()));
+            }
+        }
+        lines.push(line);
+    }
+    lines
+}

@@ -1,0 +1,82 @@
+//! The scripts for clusters: the Snakefile is run for real, the other's shell is checked.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::{SMALL_RUNS, outcomes, small};
+use crate::support::PROGRAM;
+
+/// Snakemake in an environment of its own below the folder of builds, made once.
+fn snakemake() -> PathBuf {
+    let requirements =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/experiment/snakemake.txt");
+    let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("snakemake");
+    let program = environment.join("bin/snakemake");
+    let stamp = environment.join("requirements.txt");
+    let wanted = std::fs::read(&requirements).unwrap();
+    if std::fs::read(&stamp).is_ok_and(|there| there == wanted) && program.exists() {
+        return program;
+    }
+    let done = |command: &mut Command| {
+        let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        assert!(
+            output.status.success(),
+            "{command:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    };
+    done(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment));
+    let pip = environment.join("bin/pip");
+    done(Command::new(pip).args(["install", "--quiet", "--no-deps", "-r"]).arg(&requirements));
+    std::fs::write(stamp, wanted).unwrap();
+    program
+}
+
+#[test]
+fn the_snakefile_makes_all_runs_and_the_report() {
+    let folder = small();
+    let snakefile = folder.done("experiment run small.toml --emit snakemake --jobs 3");
+    folder.write("Snakefile", &snakefile);
+    assert!(!folder.path("results").exists());
+    let output = Command::new(snakemake())
+        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
+        .current_dir(folder.path(""))
+        .env("HOME", folder.path(""))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{snakefile}\n{}", String::from_utf8_lossy(&output.stderr));
+    let made = outcomes(&folder.path("results/small"));
+    assert_eq!(made.len(), SMALL_RUNS);
+    assert!(folder.path("results/small/report.html").exists());
+    folder.done("experiment run small.toml --results alone");
+    assert_eq!(outcomes(&folder.path("alone/small")), made);
+}
+
+/// Each task of the array, as the scheduler would start it; `sbatch` is one that writes down what it is told.
+#[test]
+fn the_batch_script_makes_all_runs() {
+    let folder = small();
+    let script = folder.done("experiment run small.toml --emit slurm --jobs 4");
+    folder.write("batch.sh", &script);
+    assert!(script.contains("#SBATCH --array=1-4\n"), "{script}");
+    std::fs::create_dir(folder.path("bin")).unwrap();
+    folder.write("bin/sbatch", "#!/bin/sh\nprintf '%s\\n' \"$@\" > collected\n");
+    let chmod = Command::new("chmod").arg("+x").arg(folder.path("bin/sbatch")).status();
+    assert!(chmod.unwrap().success());
+    let path = format!("{}:{}", folder.path("bin").display(), std::env::var("PATH").unwrap());
+    for task in 1..=4 {
+        let status = Command::new("bash")
+            .arg("batch.sh")
+            .current_dir(folder.path(""))
+            .env("PATH", &path)
+            .env("SLURM_ARRAY_TASK_ID", task.to_string())
+            .env("SLURM_ARRAY_JOB_ID", "77")
+            .output()
+            .unwrap();
+        assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stderr));
+    }
+    assert_eq!(outcomes(&folder.path("results/small")).len(), SMALL_RUNS);
+    let collected = std::fs::read_to_string(folder.path("collected")).unwrap();
+    assert!(collected.contains("--dependency=afterok:77"), "{collected}");
+    assert!(collected.contains(PROGRAM) && collected.contains("experiment report results/small"));
+}

@@ -1,0 +1,167 @@
+//! Runs are made once, appear whole, and survive whatever happens to the program.
+
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use serde_json::Value;
+
+use super::{SMALL, SMALL_RUNS, outcomes, small};
+use crate::support::{Folder, PROGRAM, names};
+
+#[test]
+fn runs_are_made_once() {
+    let folder = small();
+    let first = folder.done("experiment run small.toml");
+    assert!(first.contains("made          10"), "{first}");
+    let made = outcomes(&folder.path("results/small"));
+    assert_eq!(made.len(), SMALL_RUNS);
+    let before = folder.listing();
+    let second = folder.done("experiment run small.toml");
+    assert!(second.contains("made          0") && second.contains("there before  10"), "{second}");
+    assert_eq!(folder.listing(), before);
+
+    // A change makes the runs it concerns, and no others.
+    folder.write("small.toml", SMALL.replace("rho = [1.9, 1.5]", "rho = [1.9, 1.4]"));
+    let third = folder.done("experiment run small.toml");
+    assert!(third.contains("made          4"), "{third}");
+    assert_eq!(outcomes(&folder.path("results/small")).len(), SMALL_RUNS + 4);
+
+    folder.write("small.toml", SMALL);
+    let again = folder.done("experiment run small.toml --force");
+    assert!(again.contains("made          10"), "{again}");
+    let all = outcomes(&folder.path("results/small"));
+    assert!(made.iter().all(|(id, run)| all[id] == *run));
+}
+
+#[test]
+fn a_run_tells_everything_about_itself() {
+    let folder = small();
+    folder.done("experiment run small.toml");
+    let runs = folder.path("results/small/runs");
+    for id in names(&runs) {
+        let read = |name: &str| std::fs::read(runs.join(&id).join(name)).unwrap();
+        let manifest: Value = serde_json::from_slice(&read("manifest.json")).unwrap();
+        assert_eq!(manifest["id"], Value::from(id.as_str()));
+        for key in ["commit", "dirty", "lock", "rustc", "target", "target_features", "version"] {
+            assert!(!manifest["program"][key].is_null(), "{key}: {manifest}");
+        }
+        for key in ["cpu", "cores", "memory_gib", "host"] {
+            assert!(!manifest["machine"][key].is_null(), "{key}: {manifest}");
+        }
+        let keys =
+            ["load_average", "loaded", "seed", "generator", "start", "end", "exit", "threads"];
+        assert!(keys.iter().all(|key| !manifest[key].is_null()), "{manifest}");
+        // The run can be made alone, from its own specification.
+        folder.write("alone.toml", read("spec.toml"));
+        let alone = folder.done(&format!("experiment run alone.toml --results alone-{id}"));
+        assert!(alone.contains("made          1"), "{alone}");
+        let made = outcomes(&folder.path(&format!("alone-{id}/alone")));
+        let (_, (summary, _)) = made.first_key_value().unwrap();
+        assert_eq!(*summary, outcomes(&folder.path("results/small"))[&id].0);
+    }
+}
+
+/// Shards, and processes that run at the same time, make the same runs as one process.
+#[test]
+fn shards_and_rivals_make_the_same_runs() {
+    let folder = small();
+    folder.done("experiment run small.toml");
+    let expected = outcomes(&folder.path("results/small"));
+    for i in 1..=3 {
+        folder.done(&format!("experiment run small.toml --shard {i}/3 --results sharded"));
+    }
+    assert_eq!(outcomes(&folder.path("sharded/small")), expected);
+    let rivals = [0; 4].map(|_| {
+        Command::new(PROGRAM)
+            .args("experiment run small.toml --results rivals".split(' '))
+            .current_dir(folder.path(""))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    });
+    for mut rival in rivals {
+        assert!(rival.wait().unwrap().success());
+    }
+    assert_eq!(outcomes(&folder.path("rivals/small")), expected);
+}
+
+/// Killed at random moments, the program leaves whole runs only, and in the end the same as if nothing had been.
+#[test]
+fn killing_the_program_harms_nothing() {
+    let expected = {
+        let folder = small();
+        folder.done("experiment run small.toml");
+        outcomes(&folder.path("results/small"))
+    };
+    let folder = small();
+    let mut rng = Pcg64::seed_from_u64(7);
+    let (mut killed, mut seen) = (0, 0);
+    for round in 0..200 {
+        let mut run = Command::new(PROGRAM)
+            .args("experiment run small.toml".split(' '))
+            .current_dir(folder.path(""))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        sleep(Duration::from_micros(rng.random_range(1_000..60_000)));
+        if run.try_wait().unwrap().is_none() {
+            run.kill().unwrap();
+            killed += 1;
+        }
+        run.wait().unwrap();
+        let runs = folder.path("results/small/runs");
+        if runs.exists() {
+            let whole = names(&runs).into_iter().filter(|name| !name.starts_with('.'));
+            for id in whole {
+                let files = names(&runs.join(&id));
+                for name in ["spec.toml", "trace.csv", "summary.json", "manifest.json"] {
+                    assert!(files.contains(name), "round {round}, {id}: {files:?}");
+                }
+                seen += 1;
+            }
+        }
+        if killed >= 20 {
+            break;
+        }
+        if killed < 20 && round % 3 == 2 {
+            // All runs may be there by now: begin again, so that there is something to kill.
+            std::fs::remove_dir_all(folder.path("results")).unwrap_or_default();
+        }
+    }
+    assert!(killed >= 20 && seen > 0, "{killed} kills, {seen} runs seen");
+    folder.done("experiment run small.toml");
+    assert_eq!(outcomes(&folder.path("results/small")), expected);
+}
+
+#[test]
+fn damaged_runs_are_named() {
+    let folder = small();
+    folder.done("experiment run small.toml");
+    let runs = folder.path("results/small/runs");
+    let id = names(&runs).pop_first().unwrap();
+    for (file, content) in [
+        ("summary.json", "{"),
+        ("manifest.json", ""),
+        ("trace.csv", "iteration\nx\n"),
+        ("spec.toml", "["),
+    ] {
+        let path = runs.join(&id).join(file);
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, content).unwrap();
+        refused(&folder, "experiment report results/small", file);
+        refused(&folder, "experiment list small.toml", file);
+        std::fs::write(&path, whole).unwrap();
+    }
+}
+
+fn refused(folder: &Folder, line: &str, part: &str) {
+    let output = folder.run(line);
+    let message = crate::support::stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{line}: {message}");
+    assert!(message.lines().count() == 1 && message.contains(part), "{line}: {message}");
+}
