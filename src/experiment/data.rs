@@ -162,12 +162,12 @@ impl Places {
             let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
             data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
         };
-        let (costs, looks, palette) = match &choice {
+        let (costs, looks) = match &choice {
             DataChoice::Waves => {
                 let waves = waves(&mesh, cell.regions, cell.noise, cell.seed);
                 let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
                 let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-                (distances(&waves.data, &mu), looks, waves.palette)
+                (distances(&waves.data, &mu), looks)
             }
             DataChoice::Costs(path) => {
                 let costs = npy::read_matrix(path)?;
@@ -177,8 +177,7 @@ impl Places {
                     (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
                 };
                 let looks = costs.outer_iter().map(|s| categorical(cheapest(s))).collect();
-                let palette = (0..costs.ncols()).map(categorical).collect();
-                (costs, looks, palette)
+                (costs, looks)
             }
             DataChoice::Own | DataChoice::Seen(_) => {
                 let choice = match &choice {
@@ -190,14 +189,10 @@ impl Places {
                 let mut rng = Pcg64::seed_from_u64(cell.seed);
                 let (values, d) = (&seen.data.values, seen.data.dimension);
                 let mu = kmeans(values, d, &barycentric_areas(&mesh), cell.regions, &mut rng);
-                let palette = match d {
-                    3 => mu.iter().map(|mu| color(mu)).collect(),
-                    _ => (0..cell.regions).map(categorical).collect(),
-                };
-                (distances(&seen.data, &mu), seen.looks, palette)
+                (distances(&seen.data, &mu), seen.looks)
             }
         };
-        Ok(Instance { mesh, costs, looks, palette })
+        Ok(Instance { mesh, costs, looks })
     }
 }
 
@@ -208,8 +203,6 @@ pub struct Instance {
     pub costs: Array2<f64>,
     /// The data as a color per vertex.
     pub looks: Vec<[f64; 3]>,
-    /// A color per region.
-    pub palette: Vec<[f64; 3]>,
 }
 
 /// s_p(x_k) = |C(x_k) - mu_p|^2.

@@ -14,6 +14,8 @@ pub struct FigureSpec {
     pub columns: usize,
     /// Only instances whose label contains this.
     pub only: Option<String>,
+    /// Only solvers whose label contains this.
+    pub solvers: Option<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -211,6 +213,7 @@ impl FigureSpec {
             page,
             columns: columns.map_or(if page { 2 } else { 1 }, |columns| columns.value as usize),
             only: section.text("only")?.map(|only| only.value),
+            solvers: section.text("solvers")?.map(|solvers| solvers.value),
         };
         section.end()?;
         Ok(figure)

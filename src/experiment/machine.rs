@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use sysinfo::{CpuRefreshKind, MemoryRefreshKind, ProcessesToUpdate, RefreshKind, System};
+use sysinfo::{
+    CpuRefreshKind, MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System,
+};
 
 use super::data::hex;
 
@@ -44,7 +46,10 @@ const INTERVAL: Duration = Duration::from_millis(1000);
 
 /// Watches what other processes take of the machine.
 pub struct LoadWatch {
-    system: System,
+    /// One for all processors and one for this process: each would move the other's clock.
+    all: System,
+    own: System,
+    own_time: f64,
     looked: Instant,
     others: f64,
 }
@@ -70,29 +75,24 @@ impl Machine {
 
 impl LoadWatch {
     pub fn new() -> Self {
-        let mut watch = LoadWatch { system: System::new(), looked: Instant::now(), others: 0.0 };
-        watch.refresh();
-        watch
-    }
-
-    fn refresh(&mut self) {
-        self.system.refresh_cpu_usage();
-        if let Ok(pid) = sysinfo::get_current_pid() {
-            self.system.refresh_processes(ProcessesToUpdate::Some(&[pid]), true);
-        }
-        self.looked = Instant::now();
+        let mut all = System::new();
+        all.refresh_cpu_usage();
+        let mut own = System::new();
+        let own_time = own_time(&mut own);
+        LoadWatch { all, own, own_time, looked: Instant::now(), others: 0.0 }
     }
 
     /// How many cores others kept busy since the last look that was long enough ago.
     pub fn others(&mut self) -> f64 {
-        if self.looked.elapsed() >= INTERVAL {
-            self.refresh();
-            let all = f64::from(self.system.global_cpu_usage()) * self.system.cpus().len() as f64;
-            let pid = sysinfo::get_current_pid().ok();
-            let own = pid
-                .and_then(|pid| self.system.process(pid))
-                .map_or(0.0, |process| f64::from(process.cpu_usage()));
-            self.others = ((all - own) / 100.0).max(0.0);
+        let elapsed = self.looked.elapsed();
+        if elapsed >= INTERVAL {
+            self.all.refresh_cpu_usage();
+            let own_time = own_time(&mut self.own);
+            let busy =
+                f64::from(self.all.global_cpu_usage()) / 100.0 * self.all.cpus().len() as f64;
+            let own = (own_time - self.own_time) / elapsed.as_secs_f64();
+            (self.own_time, self.looked) = (own_time, Instant::now());
+            self.others = (busy - own).max(0.0);
         }
         self.others
     }
@@ -103,8 +103,43 @@ impl LoadWatch {
     }
 }
 
+/// Processor time of this process, in seconds.
+fn own_time(system: &mut System) -> f64 {
+    let Ok(pid) = sysinfo::get_current_pid() else { return 0.0 };
+    let kind = ProcessRefreshKind::nothing().with_cpu();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[pid]), true, kind);
+    system.process(pid).map_or(0.0, |process| process.accumulated_cpu_time() as f64 / 1e3)
+}
+
 impl Default for LoadWatch {
     fn default() -> Self {
         LoadWatch::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What this process does itself is no load by others.
+    #[test]
+    fn own_work_is_not_that_of_others() {
+        let mut system = System::new();
+        let before = own_time(&mut system);
+        let begin = Instant::now();
+        let mut sum = 0_u64;
+        while begin.elapsed() < Duration::from_millis(300) {
+            sum = sum.wrapping_mul(31).wrapping_add(begin.elapsed().as_nanos() as u64);
+        }
+        let spent = own_time(&mut system) - before;
+        assert!(spent > 0.05, "{spent} s of processor time, {sum}");
+        assert!(LoadWatch::new().others() >= 0.0);
+    }
+
+    #[test]
+    fn the_machine_has_processors_and_memory() {
+        let machine = Machine::this();
+        assert!(machine.cores >= 1 && machine.memory_gib > 0.0);
+        assert_eq!(machine, Machine::this());
     }
 }

@@ -14,8 +14,11 @@ pub struct Drawn<'a> {
 
 pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
     let wanted = |cell: &&Cell<'a>| {
-        let label = &pool.instance(cell).label;
-        spec.only.as_ref().is_none_or(|only| label.contains(only.as_str()))
+        let contains = |label: &str, part: &Option<String>| {
+            part.as_ref().is_none_or(|part| label.contains(part.as_str()))
+        };
+        contains(&pool.instance(cell).label, &spec.only)
+            && contains(&pool.solver(cell).label, &spec.solvers)
     };
     let cells: Vec<&Cell<'a>> = pool.cells.iter().filter(wanted).collect();
     let (panels, timed) = match &spec.kind {
@@ -98,7 +101,9 @@ fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Pane
         ratio.is_finite().then_some(ratio)
     };
     let last = cells.iter().filter_map(|cell| ratio(cell)).fold(1.0, f64::max) * 1.3;
-    let series = pool.spec.solvers.iter().enumerate().map(|(solver, cell)| {
+    let present = |solver: &usize| cells.iter().any(|cell| cell.solver == *solver);
+    let series = (0..pool.spec.solvers.len()).filter(present).map(|solver| {
+        let cell = &pool.spec.solvers[solver];
         let own = cells.iter().filter(|cell| cell.solver == solver);
         let mut ratios: Vec<f64> = own.filter_map(|cell| ratio(cell)).collect();
         ratios.sort_by(f64::total_cmp);
@@ -216,7 +221,8 @@ fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], kind: &FigureKind) -> Vec<
         };
         Panel { title, x: axis(words(x, None), *logx), y: axis(words(y, *gap), *logy), series }
     };
-    titles.iter().map(panel).collect()
+    // Cells without the key of the panels, such as a reference solver, have nothing to show.
+    titles.iter().map(panel).filter(|panel| !panel.series.is_empty()).collect()
 }
 
 /// Exponent and factor of y = factor x^exponent by least squares of the logarithms, for two points and more.
@@ -241,7 +247,7 @@ pub fn power(points: &[[f64; 2]]) -> Option<(f64, f64)> {
 fn words(name: &str, gap: Option<f64>) -> String {
     let words = match name {
         "excess" => "energy above the best bound",
-        "bias" => "bias of the smoothing",
+        "bias" => "least smoothed energy above the best bound",
         "optimization-error" => "optimization error",
         "rounding-error" => "rounding error",
         "labels-changed" => "share of labels changed",

@@ -113,6 +113,7 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         page: true,
         columns: 2,
         only: None,
+        solvers: None,
     };
     let figures = match &spec.figures[..] {
         [] => vec![

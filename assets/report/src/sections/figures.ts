@@ -1,0 +1,38 @@
+// Section: the figures that the program drew.
+
+import type { FigureData, Report } from "../data";
+import { h } from "../dom";
+import { save, svgBlob } from "../download";
+
+export function figures(report: Report): Node {
+  return h("div", { class: "figures" }, ...report.data.figures.map(figure));
+}
+
+function figure({ title, svg, stem }: FigureData): HTMLElement {
+  const paper = h("div", { class: "paper", role: "img", "aria-label": title });
+  // Of its own shadow tree, so that the ids and styles of one figure cannot reach another.
+  paper.attachShadow({ mode: "open" }).append(picture(svg));
+  return h(
+    "figure",
+    {},
+    paper,
+    h(
+      "figcaption",
+      {},
+      h("span", {}, title),
+      h("button", { type: "button", class: "plain", onclick: () => save(`${stem}.svg`, svgBlob(svg)) }, "Download SVG"),
+    ),
+  );
+}
+
+function picture(text: string): Node {
+  const { documentElement: svg } = new DOMParser().parseFromString(text, "image/svg+xml");
+  if (svg.localName !== "svg") return document.createTextNode("This figure is not a readable SVG file.");
+  const [width, height] = [svg.getAttribute("width"), svg.getAttribute("height")].map((size) => parseFloat(size ?? ""));
+  if (!svg.hasAttribute("viewBox") && width && height) svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  // As wide as its place, by its view box.
+  svg.removeAttribute("width");
+  svg.removeAttribute("height");
+  svg.setAttribute("style", "display: block; width: 100%; height: auto");
+  return document.importNode(svg, true);
+}

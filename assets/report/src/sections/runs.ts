@@ -1,0 +1,54 @@
+// Section: every run, and the manifest of each.
+
+import type { Cell, Report, Run } from "../data";
+import { h } from "../dom";
+import { gap, MISSING, significant } from "../format";
+import { table, type Column } from "../widgets/table";
+
+export function runs(report: Report): Node {
+  const { runs, machines } = report.data;
+  const several = machines.length > 1;
+  const loaded = runs.some((run) => run.loaded);
+  const columns: Column[] = [
+    { label: "run", numeric: false },
+    { label: "instance", numeric: false },
+    { label: "solver", numeric: false },
+    { label: "rep.", numeric: true },
+    { label: "status", numeric: false },
+    { label: "iterations", numeric: true },
+    { label: "seconds", numeric: true, format: (cell) => significant(Number(cell), 3) },
+    { label: "relative gap", numeric: true, format: (cell) => gap(Number(cell)) },
+    ...(several ? [{ label: "machine", numeric: false }] : []),
+    ...(loaded ? [{ label: "load", numeric: false }] : []),
+  ];
+  const rows = runs.map((run): Cell[] => [
+    run.id,
+    report.instanceLabel(run.instance),
+    report.solverLabel(run.solver),
+    run.repetition,
+    run.status,
+    run.iterations,
+    run.seconds,
+    run.relative_gap,
+    ...(several ? [run.machine] : []),
+    ...(loaded ? [run.loaded ? "loaded" : "quiet"] : []),
+  ]);
+  return h(
+    "div",
+    {},
+    table({ label: "Runs", columns, rows, detail: (row) => manifest(runs[row] as Run) }),
+    h("p", { class: "hint" }, "A row opens to the manifest of its run."),
+  );
+}
+
+function manifest(run: Run): Node {
+  const { energy, dual_bound } = run;
+  // The manifest may name them as well.
+  const entries = Object.entries({ energy, dual_bound, ...run.manifest });
+  const text = (value: unknown) => {
+    if (value === null || value === undefined) return MISSING;
+    if (typeof value === "number" && value !== 0 && Math.abs(value) < 1e-3) return value.toExponential();
+    return typeof value === "object" ? JSON.stringify(value) : String(value);
+  };
+  return h("dl", { class: "manifest" }, ...entries.map(([key, value]) => h("div", {}, h("dt", {}, key), h("dd", {}, text(value)))));
+}

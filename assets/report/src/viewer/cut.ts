@@ -1,0 +1,86 @@
+// Surfaces with sharp cuts: a face whose corners are of different classes is split at the middles of its edges, since
+// colors blended across it would be of no region.
+
+export interface Painted {
+  positions: Float32Array;
+  normals: Float32Array;
+  /** Bytes, as the input. */
+  colors: Uint8Array;
+  index: Uint32Array;
+}
+
+export interface Smooth {
+  positions: Float32Array;
+  normals: Float32Array;
+  faces: Uint32Array;
+}
+
+/** New corners of a face of three classes, of which there are the most. */
+const MOST_CORNERS = 9;
+const MOST_FACES = 6;
+
+export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, classes: Uint8Array): Painted {
+  const corner = (at: number) => faces[at] ?? 0;
+  const classAt = (at: number) => classes[corner(at)] ?? 0;
+  let mixed = 0;
+  for (let f = 0; f < faces.length; f += 3) {
+    if (classAt(f) !== classAt(f + 1) || classAt(f) !== classAt(f + 2)) mixed++;
+  }
+  const vertices = positions.length / 3;
+  const room = 3 * (vertices + MOST_CORNERS * mixed);
+  const out = {
+    positions: new Float32Array(room),
+    normals: new Float32Array(room),
+    colors: new Uint8Array(room),
+    index: new Uint32Array(faces.length + 3 * (MOST_FACES - 1) * mixed),
+  };
+  out.positions.set(positions);
+  out.normals.set(normals);
+  out.colors.set(colors);
+  let corners = vertices;
+  let used = 0;
+
+  const face = (a: number, b: number, c: number) => {
+    out.index[used++] = a;
+    out.index[used++] = b;
+    out.index[used++] = c;
+  };
+  /** A new corner in the middle of some vertices, of the color of another. */
+  const middle = (of: number[], colorOf: number) => {
+    for (let axis = 0; axis < 3; axis++) {
+      const mean = (values: Float32Array) => of.reduce((sum, v) => sum + (values[3 * v + axis] ?? 0), 0) / of.length;
+      out.positions[3 * corners + axis] = mean(positions);
+      out.normals[3 * corners + axis] = mean(normals);
+      out.colors[3 * corners + axis] = colors[3 * colorOf + axis] ?? 0;
+    }
+    return corners++;
+  };
+
+  for (let f = 0; f < faces.length; f += 3) {
+    const labels = [classAt(f), classAt(f + 1), classAt(f + 2)];
+    // The corner whose two neighbors are of one class; -1 where there is none.
+    const odd = [0, 1, 2].find((c) => labels[(c + 1) % 3] === labels[(c + 2) % 3]) ?? -1;
+    const [k, i, j] = [0, 1, 2].map((c) => corner(f + ((Math.max(0, odd) + c) % 3))) as [number, number, number];
+    if (odd >= 0 && classes[k] === classes[i]) {
+      face(corner(f), corner(f + 1), corner(f + 2));
+    } else if (odd >= 0) {
+      face(middle([k, i], k), middle([j, k], k), k);
+      const near = middle([k, i], i);
+      const far = middle([j, k], i);
+      face(i, j, far);
+      face(i, far, near);
+    } else {
+      for (const [at, next, last] of [[k, i, j], [i, j, k], [j, k, i]] as const) {
+        const center = middle([i, j, k], at);
+        face(at, middle([at, next], at), center);
+        face(at, center, middle([last, at], at));
+      }
+    }
+  }
+  return {
+    positions: out.positions.subarray(0, 3 * corners),
+    normals: out.normals.subarray(0, 3 * corners),
+    colors: out.colors.subarray(0, 3 * corners),
+    index: out.index.subarray(0, used),
+  };
+}
