@@ -99,6 +99,9 @@ pub struct Placed<T> {
     pub place: Range<usize>,
 }
 
+/// A key and its values.
+pub type Entry = (Placed<String>, Vec<Placed<Scalar>>);
+
 /// A table of the file. Keys are taken out one by one; what is left in the end is unknown.
 pub struct Section<'a> {
     /// For messages: `[[solver]]`.
@@ -202,7 +205,7 @@ impl<'a> Section<'a> {
     }
 
     /// All that is left, whatever its name: values or lists of them.
-    pub fn rest(&mut self) -> Fits<Vec<(Placed<String>, Vec<Placed<Scalar>>)>> {
+    pub fn rest(&mut self) -> Fits<Vec<Entry>> {
         let entries = std::mem::take(&mut self.entries);
         entries
             .into_iter()

@@ -1,6 +1,6 @@
 //! From lists to cells: every list is swept, those that are zipped together, and what is excluded falls away.
 
-use super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::document::{Entry, Fits, Placed, Scalar, Section, Wrong};
 
 /// The values of one cell by key, in the order of the file.
 pub type Keys = Vec<(String, Scalar)>;
@@ -89,7 +89,7 @@ impl Group {
 }
 
 /// One `[[exclude]]`: a cell falls away if each of these keys has one of these values in it.
-pub struct Exclusion(pub Vec<(Placed<String>, Vec<Placed<Scalar>>)>);
+pub struct Exclusion(pub Vec<Entry>);
 
 impl Exclusion {
     pub fn covers(&self, value: impl Fn(&str) -> Option<Scalar>) -> bool {

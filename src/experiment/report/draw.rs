@@ -140,7 +140,7 @@ fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], kind: &FigureKind) -> Vec<
             || panels.as_deref() == Some(key)
             || (key == "mesh" && ["faces", "vertices"].contains(&x.as_str()))
     };
-    let varying: Vec<&str> = pool.varying().into_iter().filter(|key| !hidden(key)).collect();
+    let varying: Vec<&str> = pool.varying(cells).into_iter().filter(|key| !hidden(key)).collect();
     let name = |cell: &Cell<'a>| {
         let (instance, solver) = (pool.instance(cell), pool.solver(cell));
         let mut label = solver.base.clone();

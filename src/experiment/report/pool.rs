@@ -159,13 +159,13 @@ impl<'a> Pool<'a> {
         (!notes.is_empty()).then(|| notes.join("; ") + ".")
     }
 
-    /// Keys of the instances that take several values.
-    pub fn varying(&self) -> Vec<&'a str> {
-        let all = &self.spec.instances;
+    /// Keys that take several values among the instances of some cells.
+    pub fn varying(&self, cells: &[&Cell<'a>]) -> Vec<&'a str> {
+        let all: Vec<&InstanceCell> = cells.iter().map(|cell| self.instance(cell)).collect();
         let mut keys: Vec<&str> = Vec::new();
         for (key, _) in all.iter().flat_map(|instance| &instance.keys) {
             let values = |instance: &InstanceCell| value(&instance.keys, key);
-            let varies = all.windows(2).any(|pair| values(&pair[0]) != values(&pair[1]));
+            let varies = all.windows(2).any(|pair| values(pair[0]) != values(pair[1]));
             if varies && !keys.contains(&key.as_str()) {
                 keys.push(key);
             }
