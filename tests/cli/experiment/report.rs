@@ -84,6 +84,48 @@ fn every_number_can_be_traced() {
     assert!(stderr(&output).contains("no figure or table"), "{}", stderr(&output));
 }
 
+/// A run of another host counts for iterations, and is on no axis of time; a loaded machine is told.
+#[test]
+fn times_of_other_hosts_are_left_out() {
+    let folder = small();
+    folder.write(
+        "small.toml",
+        super::SMALL.replace("kind = \"decay\"", "kind = \"decay\"\nx = \"seconds\""),
+    );
+    folder.done("experiment run small.toml");
+    let runs = folder.path("results/small/runs");
+    let mut manifests: Vec<(String, std::path::PathBuf)> = names(&runs)
+        .iter()
+        .map(|id| runs.join(id).join("manifest.json"))
+        .map(|path| (fs::read_to_string(&path).unwrap(), path))
+        .collect();
+    let start = |text: &str| text.split("\"start\": ").nth(1).unwrap()[..30].to_owned();
+    manifests.sort_by_key(|(text, _)| start(text));
+    let change = |(text, path): &(String, std::path::PathBuf), from: &str, to: &str| {
+        let value = text.split(&format!("\"{from}\": ")).nth(1).unwrap();
+        let value = value.split([',', '\n']).next().unwrap();
+        let text = text.replacen(&format!("\"{from}\": {value}"), &format!("\"{from}\": {to}"), 1);
+        fs::write(path, text).unwrap();
+    };
+    for manifest in &manifests[..4] {
+        change(manifest, "loaded", "false");
+    }
+    // The last repetitions of all solvers but one are of elsewhere.
+    for manifest in &manifests[8..] {
+        change(manifest, "host", "\"another\"");
+    }
+    change(&manifests[1], "loaded", "true");
+    folder.done("experiment report results/small");
+    let svg = fs::read_to_string(folder.path("results/small/figures/decay.svg")).unwrap();
+    assert!(svg.contains("2 of 10 runs are of another machine and left out"), "{svg}");
+    assert!(svg.contains("made while others used the machine"), "{svg}");
+    let why = folder.done("experiment why results/small/figures/decay.svg");
+    assert_eq!(why.lines().count(), 1 + SMALL_RUNS - 2, "{why}");
+    // Iterations do not depend on the host.
+    let why = folder.done("experiment why results/small/figures/relation.svg");
+    assert_eq!(why.lines().count(), 1 + SMALL_RUNS, "{why}");
+}
+
 #[test]
 fn the_page_is_one_file_with_its_data() {
     let folder = reported();
