@@ -1,0 +1,1 @@
+"""Reference solvers for convex multi-region segmentation on triangle meshes."""

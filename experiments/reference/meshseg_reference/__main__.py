@@ -1,0 +1,124 @@
+"""python -m meshseg_reference SOLVER PROBLEM.npz OUT [--max-iterations=N] [--time-limit=SECONDS]
+                               [--threads=N] [--key=value ...]
+python -m meshseg_reference check PROBLEM.npz FOLDER
+
+SOLVER: jaxopt, nlopt, scipy, numba. OUT is an existing folder. An unknown key is refused with the list
+of the known ones. Threads are limited before any numerical library is loaded.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import os
+import sys
+import warnings
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+MODULES = {
+    "jaxopt": "jaxopt_projected_gradient",
+    "nlopt": "nlopt_small",
+    "scipy": "scipy_chambolle_pock",
+    "numba": "numba_chambolle_pock",
+}
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+class UsageError(Exception):
+    pass
+
+
+def limit_threads(count: int) -> None:
+    allowed = sorted(os.sched_getaffinity(0))
+    if not 1 <= count <= len(allowed):
+        raise UsageError(f"--threads={count}: this process may use 1 to {len(allowed)}")
+    os.sched_setaffinity(0, allowed[:count])
+    for variable in THREAD_VARIABLES:
+        os.environ[variable] = str(count)
+    if count == 1:
+        flags = os.environ.get("XLA_FLAGS", "")
+        os.environ["XLA_FLAGS"] = f"{flags} --xla_cpu_multi_thread_eigen=false".strip()
+
+
+def read(kind: Any, key: str, text: str) -> Any:
+    """The text as a value of the type; the types are those of the option classes."""
+    choices = ("true", "false") if kind is bool else get_args(kind) if get_origin(kind) is Literal else ()
+    if choices:
+        if text not in choices:
+            raise UsageError(f"--{key}={text}: expected {' or '.join(choices)}")
+        return text == "true" if kind is bool else text
+    try:
+        return kind(text)
+    except ValueError:
+        raise UsageError(f"--{key}={text}: expected a number ({kind.__name__})") from None
+
+
+def build(owner: type[Any], given: dict[str, str]) -> Any:
+    """An instance of the dataclass; takes its keys out of `given`."""
+    values = {}
+    for name, kind in get_type_hints(owner).items():
+        key = name.replace("_", "-")
+        if key in given:
+            values[name] = read(kind, key, given.pop(key))
+    return owner(**values)
+
+
+def keys(*owners: type[Any]) -> str:
+    return ", ".join(f"--{field.name.replace('_', '-')}" for owner in owners for field in dataclasses.fields(owner))
+
+
+def solve(name: str, problem_path: Path, folder: Path, arguments: list[str]) -> None:
+    given: dict[str, str] = {}
+    for argument in arguments:
+        key, equals, value = argument.removeprefix("--").partition("=")
+        if not (argument.startswith("--") and equals):
+            raise UsageError(f"`{argument}`: options are written --key=value")
+        given[key] = value
+    if "threads" in given:
+        limit_threads(read(int, "threads", given.pop("threads")))
+
+    from meshseg_reference.problem import load
+    from meshseg_reference.trace import Limits, Trace
+
+    module = importlib.import_module(f"meshseg_reference.{MODULES[name]}")
+    limits = build(Limits, given)
+    options = build(module.Options, given)
+    if given:
+        raise UsageError(f"{name} has no option --{next(iter(given))}; it has --threads, {keys(Limits, module.Options)}")
+    if not folder.is_dir():
+        raise UsageError(f"{folder}: not an existing folder")
+    module.solve(load(problem_path), Trace(folder, limits), options)
+
+
+def check(problem_path: Path, folder: Path) -> None:
+    from meshseg_reference import check
+    from meshseg_reference.problem import load
+
+    check.report(load(problem_path), folder)
+
+
+def main(arguments: list[str]) -> int:
+    warnings.filterwarnings("ignore", message="JAXopt is no longer maintained", category=DeprecationWarning)
+    if len(arguments) < 3 or arguments[0] not in (*MODULES, "check"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    command, problem_path, folder, *rest = arguments
+    try:
+        if command != "check":
+            solve(command, Path(problem_path), Path(folder), rest)
+        elif rest:
+            raise UsageError(f"check takes no option `{rest[0]}`")
+        else:
+            check(Path(problem_path), Path(folder))
+    except UsageError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except Exception as error:
+        print(f"error: {error}" if type(error).__name__ == "InputError" else f"error: {error!r}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
