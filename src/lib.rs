@@ -22,9 +22,11 @@
 //! [`evaluate::evaluate`]. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
 
 pub mod coarse;
+mod constant;
 pub mod data;
 pub mod error;
 pub mod evaluate;
+pub mod exchange;
 pub mod experiment;
 pub mod field;
 pub mod figure;

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use ndarray::{Array2, ArrayBase, Axis, Data, Dimension, Ix1, Ix2, OwnedRepr};
+use ndarray::{Array2, ArrayBase, Axis, Data, Dimension, Ix0, Ix1, Ix2, OwnedRepr};
 use ndarray_npy::{ReadNpyExt, ReadableElement, WritableElement, WriteNpyExt};
 
 use crate::error::{Error, Result};
@@ -19,15 +19,52 @@ const MOST_BRACKETS: usize = 16;
 /// # Errors
 /// The file cannot be read, is cut off, has another type or shape, or an entry that is not finite.
 pub fn read_matrix(path: &Path) -> Result<Array2<f64>> {
-    let bytes = file::read(path)?;
-    let header = Header::of(path, &bytes)?;
-    if header.shape.len() != 2 {
-        return Err(Error::malformed(
-            path,
-            format!("has {} axes, not 2 (vertices, regions)", header.shape.len()),
-        ));
+    finite(path, read_rows(path)?)
+}
+
+/// The same, but entries may be any numbers or none.
+///
+/// # Errors
+/// The file cannot be read, is cut off, has another type or shape.
+pub fn read_rows(path: &Path) -> Result<Array2<f64>> {
+    numbers(path, &file::read(path)?)
+}
+
+/// The array of a file, or of an entry of an `.npz` file, that was read already.
+pub(crate) fn numbers<D: Dimension>(
+    path: &Path,
+    bytes: &[u8],
+) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
+    let header = Header::of(path, bytes)?;
+    header.check_axes::<D>(path)?;
+    header.numbers(path, bytes)
+}
+
+/// The same of int32.
+pub(crate) fn integers<D: Dimension>(
+    path: &Path,
+    bytes: &[u8],
+) -> Result<ArrayBase<OwnedRepr<i32>, D>> {
+    let header = Header::of(path, bytes)?;
+    header.check_axes::<D>(path)?;
+    parse(path, bytes)
+}
+
+/// One int64.
+pub(crate) fn long(path: &Path, bytes: &[u8]) -> Result<i64> {
+    Header::of(path, bytes)?.check_axes::<Ix0>(path)?;
+    Ok(parse::<i64, Ix0>(path, bytes)?.into_scalar())
+}
+
+/// What stands in an array of one byte string, without the zeros at its end.
+pub(crate) fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
+    let header = Header::of(path, bytes)?;
+    if !header.element.starts_with("|S") || !header.shape.is_empty() {
+        return Err(Error::malformed(path, "is not a byte string"));
     }
-    finite(path, header.numbers::<Ix2>(path, &bytes)?)
+    let width: usize = header.element[2..].parse().expect("its size was checked");
+    let text = &bytes[bytes.len() - width..];
+    Ok(String::from_utf8_lossy(text).trim_end_matches('\0').to_owned())
 }
 
 /// Data at vertices: V or V x d, float64 or float32 as they are, uint8 divided by 255.
@@ -127,6 +164,16 @@ impl Header {
         let header = Header { element: element.to_owned(), shape };
         header.check_size(path, bytes.len() - end)?;
         Ok(header)
+    }
+
+    fn check_axes<D: Dimension>(&self, path: &Path) -> Result<()> {
+        match D::NDIM {
+            Some(axes) if axes != self.shape.len() => {
+                let message = format!("has {} axes, not {axes}", self.shape.len());
+                Err(Error::malformed(path, message))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn check_size(&self, path: &Path, available: usize) -> Result<()> {

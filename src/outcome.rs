@@ -12,7 +12,7 @@ use crate::file;
 use crate::mesh::{Mesh, io};
 use crate::npy;
 use crate::render;
-use crate::run::Sample;
+use crate::run::{Certificate, Sample};
 use crate::solve::Solution;
 use crate::sweep;
 
@@ -71,11 +71,13 @@ pub fn write(
 
 pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
     let smoothed = trace.iter().any(|sample| sample.smoothed_energy.is_some());
+    let certified = trace.iter().any(|sample| sample.certificate.is_some());
     file::write(path, |out| {
         let mut csv = csv::Writer::from_writer(out);
         let mut header =
             vec!["iteration", "seconds", "energy", "dual_bound", "gap", "relative_gap", "change"];
         header.extend(smoothed.then_some("smoothed_energy"));
+        header.extend(certified.then_some("certificate"));
         csv.write_record(&header)?;
         for sample in trace {
             let optional = |value: Option<f64>| value.map_or_else(String::new, |x| x.to_string());
@@ -89,6 +91,8 @@ pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
                 optional(sample.change),
             ];
             record.extend(smoothed.then(|| optional(sample.smoothed_energy)));
+            let certificate = sample.certificate.map_or("", Certificate::name);
+            record.extend(certified.then(|| certificate.to_owned()));
             csv.write_record(&record)?;
         }
         csv.flush()

@@ -1,7 +1,8 @@
 //! The only loop and the only clock: runs a solver, evaluates what it reaches, and decides when to stop.
 //!
 //! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap. The best of each
-//! is kept apart: the best U may come from another iteration than the best bound.
+//! is kept apart: the best U may come from another iteration than the best bound. After [`LONG`] steps the best
+//! labels that are constant on every component count as seen; see `constant.rs`.
 //! Metrics are evaluated off the clock.
 
 use std::ops::ControlFlow;
@@ -9,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
+use crate::constant::Constant;
 use crate::field::Row;
 use crate::operator::Operator;
 use crate::problem::{Problem, relative_gap};
@@ -42,6 +44,12 @@ impl Stop {
 /// Steps between the first samples.
 pub const FIRST_INTERVAL: u64 = 4;
 
+/// Steps for the same costs after which constant labels are tried, if nothing better was seen.
+pub const LONG: u64 = 100;
+
+/// Up to so many vertices: a factorization takes about a second for 200,000.
+const FACTORED: usize = 250_000;
+
 /// How a run ended. None of these is an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -55,6 +63,10 @@ pub enum Status {
     Interrupted,
     /// A number that is none appeared; the best answer before it is kept.
     Diverged,
+    /// A solver outside the program ended by itself.
+    Ended,
+    /// A solver outside the program ended with an error; what it reached before is kept.
+    Failed,
 }
 
 impl Status {
@@ -70,6 +82,8 @@ impl Status {
             Status::Diverged => {
                 "diverged: a value is not a number any more; the best answer before that is kept"
             }
+            Status::Ended => "the solver ended by itself before the gap was reached",
+            Status::Failed => "the solver failed; what it reached before is kept",
         }
     }
 }
@@ -91,6 +105,42 @@ pub struct Sample {
     pub change: Option<f64>,
     /// E_eps of this iterate, for solvers that minimize it.
     pub smoothed_energy: Option<f64>,
+    /// Where the bound of a solver outside the program comes from.
+    pub certificate: Option<Certificate>,
+}
+
+/// The dual field that certifies an iterate which came without one, or with one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Certificate {
+    /// The solver's own q, cut off at lambda.
+    Offered,
+    /// q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ), the gradient of the energy that it minimizes.
+    Smoothed,
+    /// What a number of our own steps from its U reach.
+    Steps,
+}
+
+impl Certificate {
+    pub fn name(self) -> &'static str {
+        match self {
+            Certificate::Offered => "offered",
+            Certificate::Smoothed => "smoothed",
+            Certificate::Steps => "steps",
+        }
+    }
+}
+
+/// What a solver outside the program reached, and when.
+pub struct Reached<'a, const M: usize> {
+    pub iteration: u64,
+    pub seconds: f64,
+    /// Rows in the simplex.
+    pub u: &'a [Row<M>],
+    /// A true bound, and where it comes from.
+    pub dual_bound: f64,
+    pub certificate: Certificate,
+    pub smoothed_energy: Option<f64>,
 }
 
 /// The state of one run; resumable.
@@ -101,6 +151,8 @@ pub struct Run<const M: usize> {
     best_bound: f64,
     clock: Duration,
     iteration: u64,
+    /// When constant labels are tried.
+    constant_from: u64,
 }
 
 impl<const M: usize> Run<M> {
@@ -113,6 +165,7 @@ impl<const M: usize> Run<M> {
             best_bound: f64::NEG_INFINITY,
             clock: Duration::ZERO,
             iteration: 0,
+            constant_from: LONG,
         }
     }
 
@@ -149,6 +202,7 @@ impl<const M: usize> Run<M> {
     pub fn forget(&mut self) {
         self.best_energy = f64::INFINITY;
         self.best_bound = f64::NEG_INFINITY;
+        self.constant_from = self.iteration + LONG;
     }
 
     /// Steps until `stop` says so, or `observe` breaks off. It is called after every step, with a sample
@@ -240,6 +294,23 @@ impl<const M: usize> Run<M> {
         (rate > 0.0).then_some(needed as u64)
     }
 
+    /// Labels that are constant on every component, where no better ones were seen.
+    fn try_constant<K: Operator>(&mut self, problem: &Problem<K, M>) {
+        if problem.k.vertices() > FACTORED {
+            return;
+        }
+        let constant = Constant::new(problem);
+        let labels = constant.labels();
+        let energy = problem.energy(&labels);
+        if energy <= self.best_energy {
+            self.best_energy = energy;
+            sweep::copy_over(&mut self.best_u, &labels);
+            if let Some(bound) = constant.dual_bound(problem) {
+                self.best_bound = self.best_bound.max(bound);
+            }
+        }
+    }
+
     /// Evaluates the current iterate; says how the run ends if it does.
     fn sample<K: Operator>(
         &mut self,
@@ -252,6 +323,41 @@ impl<const M: usize> Run<M> {
         let smoothing = solver.smoothing();
         let bound = solver.dual_bound(problem);
         let u = solver.labels();
+        let energy = self.see(problem, u, bound);
+        if self.iteration >= self.constant_from {
+            self.constant_from = u64::MAX;
+            self.try_constant(problem);
+        }
+        let smoothed = smoothing.map(|smoothing| problem.smoothed_energy(u, smoothing));
+        let relative_gap = self.note(scale, change, smoothed, None);
+        if energy.is_nan() || bound.is_nan() {
+            Some(Status::Diverged)
+        } else if stop.relative_gap.is_some_and(|tolerance| relative_gap <= tolerance) {
+            Some(Status::Converged)
+        } else if let (Some(delta), Some(change)) = (stop.change, change)
+            && change <= delta
+        {
+            Some(Status::Stalled)
+        } else {
+            None
+        }
+    }
+
+    /// An iterate of a solver outside the program takes its place in the trace. Returns the relative gap.
+    pub fn record<K: Operator>(
+        &mut self,
+        problem: &Problem<K, M>,
+        reached: &Reached<'_, M>,
+    ) -> f64 {
+        self.iteration = reached.iteration;
+        self.clock = Duration::from_secs_f64(reached.seconds);
+        self.see(problem, reached.u, reached.dual_bound);
+        let certificate = Some(reached.certificate);
+        self.note(problem.scale(), None, reached.smoothed_energy, certificate)
+    }
+
+    /// Keeps what is better than all before, and returns the energy.
+    fn see<K: Operator>(&mut self, problem: &Problem<K, M>, u: &[Row<M>], bound: f64) -> f64 {
         let energy = problem.energy(u);
         if energy < self.best_energy {
             self.best_energy = energy;
@@ -260,6 +366,17 @@ impl<const M: usize> Run<M> {
         if bound > self.best_bound {
             self.best_bound = bound;
         }
+        energy
+    }
+
+    /// Adds to the trace, and returns the relative gap.
+    fn note(
+        &mut self,
+        scale: f64,
+        change: Option<f64>,
+        smoothed_energy: Option<f64>,
+        certificate: Option<Certificate>,
+    ) -> f64 {
         // What D exceeds E by, when both are at the optimum, is rounding.
         if self.best_bound > self.best_energy {
             self.best_bound = self.best_energy;
@@ -275,19 +392,10 @@ impl<const M: usize> Run<M> {
             gap: self.best_energy - self.best_bound,
             relative_gap,
             change,
-            smoothed_energy: smoothing.map(|smoothing| problem.smoothed_energy(u, smoothing)),
+            smoothed_energy,
+            certificate,
         });
-        if energy.is_nan() || bound.is_nan() {
-            Some(Status::Diverged)
-        } else if stop.relative_gap.is_some_and(|tolerance| relative_gap <= tolerance) {
-            Some(Status::Converged)
-        } else if let (Some(delta), Some(change)) = (stop.change, change)
-            && change <= delta
-        {
-            Some(Status::Stalled)
-        } else {
-            None
-        }
+        relative_gap
     }
 }
 

@@ -61,11 +61,11 @@ impl<T, B: Fn(usize, T) + Sync> ProducerCallback<T> for Blocks<'_, B> {
         let mut rest = columns;
         for first in (0..length - block).step_by(block) {
             let (piece, behind) = rest.split_at(block);
-            pieces.push((first, piece));
+            pieces.push(Mutex::new(Some((first, piece))));
             rest = behind;
         }
-        pieces.push((pieces.len() * block, rest));
-        each(pieces, &|(first, piece)| work(first, piece));
+        pieces.push(Mutex::new(Some((pieces.len() * block, rest))));
+        take_each(&pieces, &|(first, piece)| work(first, piece));
     }
 }
 
@@ -93,11 +93,20 @@ pub fn sweep_parts<T: Send>(
 
 /// Runs `work` on every item, each by itself a task for a thread.
 pub fn each<T: Send>(items: Vec<T>, work: &(dyn Fn(T) + Sync)) {
-    let items: Vec<Mutex<Option<T>>> =
-        items.into_iter().map(|item| Mutex::new(Some(item))).collect();
-    in_parallel(items.len(), &|i| {
-        let item = items[i].lock().expect("no one else takes it").take();
-        work(item.expect("it is taken once"));
+    let mut places = Vec::with_capacity(items.len());
+    for item in items {
+        places.push(Mutex::new(Some(item)));
+    }
+    take_each(&places, work);
+}
+
+fn take_each<T: Send>(places: &[Mutex<Option<T>>], work: &(dyn Fn(T) + Sync)) {
+    in_parallel(places.len(), &|i| {
+        let Ok(mut place) = places[i].lock() else { unreachable!("no one else takes it") };
+        if let Some(item) = place.take() {
+            drop(place);
+            work(item);
+        }
     });
 }
 

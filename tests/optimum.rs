@@ -271,3 +271,41 @@ fn negative_costs_and_ties() {
     let equal = Array2::from_elem((mesh.vertices.len(), 3), 0.5);
     check("all equal", &mesh, &equal, &[0.0, 0.1]);
 }
+
+/// So flat that moves along it and across differ by 1000, and every lambda so large that one region takes all.
+#[test]
+fn flattened() {
+    let mut mesh = shape("torus:60x40");
+    mesh.vertices.iter_mut().for_each(|x| x.z *= 1e-3);
+    let half = Array2::from_shape_fn((mesh.vertices.len(), 2), |(k, p)| {
+        f64::from((mesh.vertices[k].x > 0.1) == (p == 0))
+    });
+    check("flattened", &mesh, &half, &[1.0, 100.0]);
+}
+
+/// Regions that are too expensive change nothing, however many there are and wherever they stand.
+#[test]
+fn every_number_of_regions() {
+    let mesh = shape("torus:12x8");
+    let three = noise(&mesh, 3, 0.0, 8);
+    let lambda = 0.03 * mesh.area().sqrt();
+    let [low, high] = exact_optimum(&mesh, &three, lambda);
+    for m in 2..=64 {
+        let s = Array2::from_shape_fn((mesh.vertices.len(), m), |(k, p)| match p * 3 / m {
+            region if p == (region * m).div_ceil(3) => three[[k, region]],
+            _ => 5.0,
+        });
+        for solver in EXACT {
+            let summary = certified(solver, &mesh, &s, lambda).summary;
+            assert_eq!(summary.status, Status::Converged, "{solver}, {m} regions");
+            assert_eq!(summary.regions, m);
+            if m > 2 {
+                assert!(
+                    summary.dual_bound <= high && summary.energy >= low,
+                    "{solver}, {m} regions"
+                );
+                assert!(summary.energy - low <= 3e-5 * low, "{solver}, {m} regions");
+            }
+        }
+    }
+}

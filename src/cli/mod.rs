@@ -8,6 +8,7 @@ mod experiment;
 mod inputs;
 mod mesh;
 mod operators;
+mod problem;
 mod progress;
 mod segment;
 mod solve;
@@ -48,6 +49,8 @@ enum Verb {
     Operators(operators::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Verb),
+    #[command(subcommand)]
+    Problem(problem::Verb),
     #[command(subcommand)]
     Experiment(experiment::Verb),
     Solvers(solvers::Arguments),
@@ -92,6 +95,7 @@ pub fn main() -> ExitCode {
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Operators(arguments) => operators::run(&arguments),
         Verb::Mesh(verb) => mesh::run(&verb),
+        Verb::Problem(verb) => problem::run(&verb),
         Verb::Experiment(verb) => experiment::run(&verb),
         Verb::Solvers(arguments) => solvers::run(&arguments),
         Verb::Completions(arguments) => completions::run(&arguments),

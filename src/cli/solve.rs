@@ -55,7 +55,7 @@ Examples:
       --solver-option epsilon=0.1 --out results/torus";
 
 #[derive(Clone)]
-enum Init {
+pub enum Init {
     Uniform,
     Random,
     Argmin,
@@ -75,11 +75,11 @@ impl FromStr for Init {
     }
 }
 
-impl Arguments {
-    fn start(&self, costs: &Array2<f64>) -> Result<Start> {
-        Ok(match &self.init {
+impl Init {
+    pub fn start(&self, costs: &Array2<f64>, seed: u64) -> Result<Start> {
+        Ok(match self {
             Init::Uniform => Start::Uniform,
-            Init::Random => Start::Random { seed: self.seed },
+            Init::Random => Start::Random { seed },
             Init::Argmin => Start::Argmin,
             Init::File(path) => {
                 let start = Start::Given(npy::read_matrix(path)?);
@@ -98,7 +98,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(arguments.lambda)?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
-    let start = arguments.start(&costs)?;
+    let start = arguments.init.start(&costs, arguments.seed)?;
 
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
@@ -118,6 +118,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     exit(summary.status, print(&table::pairs(&lines)))
 }
 
-fn cheapest(s: ArrayView1<f64>) -> usize {
+/// The region with the least cost.
+pub fn cheapest(s: ArrayView1<f64>) -> usize {
     (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
 }

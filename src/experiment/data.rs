@@ -13,12 +13,12 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use sha2::{Digest, Sha256};
 
-use super::spec::InstanceCell;
+use super::spec::{External, InstanceCell};
 use crate::data::Data;
 use crate::data::kmeans::kmeans;
 use crate::data::seen::{self, DataSource};
 use crate::data::synthetic::waves;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::{Mesh, Source};
@@ -84,6 +84,17 @@ pub enum Missing {
     Error(Error),
 }
 
+impl From<Missing> for Error {
+    fn from(missing: Missing) -> Self {
+        match missing {
+            Missing::DataFolder => Error::unsuitable(
+                "the instance needs the folder of data: give --data-dir or MESHSEG_DATA",
+            ),
+            Missing::Error(error) => error,
+        }
+    }
+}
+
 impl From<Error> for Missing {
     fn from(error: Error) -> Self {
         Missing::Error(error)
@@ -139,6 +150,21 @@ impl Places {
             self.data(&cell.data)?
         {
             hash.update(file::read(&path)?);
+        }
+        Ok(hex(&hash.finalize()))
+    }
+
+    /// A hash of the words of a command that are files; what these files call is not seen.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn command(&self, external: &External) -> Result<String> {
+        let mut hash = Sha256::new();
+        for word in external.command.split_whitespace() {
+            let path = self.folder.join(word);
+            if path.is_file() {
+                hash.update(file::read(&path)?);
+            }
         }
         Ok(hex(&hash.finalize()))
     }

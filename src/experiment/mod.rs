@@ -7,6 +7,7 @@
 mod data;
 mod document;
 mod emit;
+mod external;
 mod figures;
 mod grid;
 mod machine;

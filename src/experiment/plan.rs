@@ -50,7 +50,12 @@ impl<'a> Plan<'a> {
                 for solver in &spec.solvers {
                     if spec.includes(instance, solver) {
                         let toml = run_toml(spec, instance, solver);
-                        let id = identity(&[&toml, &content, &repetition.to_string(), version]);
+                        let repeated = repetition.to_string();
+                        let mut parts = vec![&toml[..], &content, &repeated, version];
+                        let files = solver.external.as_ref().map(|it| places.command(it));
+                        let files = files.transpose()?;
+                        parts.extend(files.as_deref());
+                        let id = identity(&parts);
                         let instance_id = instance_id.clone();
                         runs.push(Planned { id, instance, instance_id, solver, repetition, toml });
                     }

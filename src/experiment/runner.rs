@@ -8,7 +8,8 @@ use std::time::{Instant, SystemTime};
 use ndarray::Array1;
 use serde::{Deserialize, Serialize};
 
-use super::data::{Instance, Missing, Places};
+use super::data::{Instance, Places};
+use super::external::Attempt;
 use super::machine::{LOADED, LoadWatch, Machine, Program};
 use super::plan::{Plan, Planned};
 use super::spec::InstanceCell;
@@ -108,6 +109,7 @@ pub fn run(
         }
     }
     let mut present: Option<(&str, Instance)> = None;
+    let mut cold = true;
     for (index, run) in plan.runs.iter().enumerate() {
         if store.has(&run.id) && !again {
             tally.there += 1;
@@ -125,10 +127,7 @@ pub fn run(
         if fresh {
             // The last one goes before the next one comes.
             drop(present.take());
-            let instance = places.instance(run.instance).map_err(|missing| match missing {
-                Missing::Error(error) => error,
-                Missing::DataFolder => unreachable!("such instances are not planned"),
-            })?;
+            let instance = places.instance(run.instance)?;
             show(store, run, &instance)?;
             present = Some((&run.instance_id, instance));
         }
@@ -136,15 +135,27 @@ pub fn run(
         if observe(Event::Begins { index, all: plan.runs.len(), run }).is_break() {
             return Ok(Tally { interrupted: true, ..tally });
         }
-        if fresh {
+        cold |= fresh;
+        if cold && run.solver.external.is_none() {
             let warm = Stop { iterations: Some(WARM_UP), ..Stop::default() };
             attempt(run, instance, warm, &mut |_| ControlFlow::Continue(()))?;
+            cold = false;
         }
         let (start, begin, others) = (SystemTime::now(), Instant::now(), load.others());
         let average = LoadWatch::average();
-        let solution = attempt(run, instance, plan.spec.stop.clone(), &mut |sample| {
-            observe(Event::Step(sample))
-        })?;
+        let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));
+        let stop = &plan.spec.stop;
+        let solution = match &run.solver.external {
+            None => attempt(run, instance, stop.clone(), &mut step)?,
+            Some(external) => {
+                let (folder, claimed) = (&places.folder, claim.folder());
+                let solution =
+                    Attempt { run, external, instance, folder, claimed, stop }.make(&mut step)?;
+                // The command's own work is not that of others.
+                load = LoadWatch::new();
+                solution
+            }
+        };
         let wall_seconds = begin.elapsed().as_secs_f64();
         if solution.summary.status == Status::Interrupted {
             return Ok(Tally { interrupted: true, ..tally });
@@ -168,7 +179,10 @@ pub fn run(
             start: humantime::format_rfc3339_millis(start).to_string(),
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
             wall_seconds,
-            exit: solution.summary.status_sentence.into(),
+            exit: match (solution.summary.status, &solution.summary.warnings[..]) {
+                (Status::Failed, [why, ..]) => why.clone(),
+                _ => solution.summary.status_sentence.into(),
+            },
         };
         write(claim.folder(), run, &solution, &manifest)?;
         claim.finish()?;

@@ -84,6 +84,20 @@ pub struct SolverCell {
     pub options: Options,
     pub threads: Option<usize>,
     pub coarse_to_fine: bool,
+    /// If it is a command and not one of ours.
+    pub external: Option<External>,
+}
+
+/// The name of solvers outside the program.
+const EXTERNAL: &str = "external";
+
+/// A solver outside the program.
+#[derive(Clone, Debug)]
+pub struct External {
+    /// Words between blanks, run in the folder of the file.
+    pub command: String,
+    /// When it is ended, whatever it does: wall time, reading and compiling included.
+    pub limit: Duration,
 }
 
 impl Spec {
@@ -121,7 +135,7 @@ impl Spec {
             }
             let folder = path.parent().unwrap_or(Path::new(""));
             let instances = labeled(file, "instance", |section| read_instances(section, folder))?;
-            let solvers = labeled(file, "solver", read_solvers)?;
+            let solvers = labeled(file, "solver", |section| read_solvers(section, &stop))?;
             let exclusions = file
                 .sections("exclude")?
                 .into_iter()
@@ -361,14 +375,14 @@ fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Vec<InstanceC
     group.cells().iter().map(|cell| instance(cell)).collect()
 }
 
-fn read_solvers(mut section: Section<'_>) -> Fits<Vec<SolverCell>> {
+fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> {
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     match section.list("name")? {
         Some(names) => group.keys.push(("solver".into(), names)),
         None => return Err(Wrong::at(&section.place, "[[solver]] needs name")),
     }
-    for key in ["threads", "coarse-to-fine"] {
+    for key in ["command", "limit", "threads", "coarse-to-fine"] {
         if let Some(values) = section.list(key)? {
             group.keys.push((key.to_owned(), values));
         }
@@ -383,20 +397,37 @@ fn read_solvers(mut section: Section<'_>) -> Fits<Vec<SolverCell>> {
     let solver = |cell: &[(String, Placed<Scalar>)]| {
         let cell = Cell(cell);
         let (name, place) = cell.text("solver")?.expect("it is needed");
-        let description =
-            solver::describe(name).map_err(|error| Wrong::at(place, error.to_string()))?;
+        let external = match name {
+            EXTERNAL => Some(read_external(&cell, place, stop)?),
+            _ => None,
+        };
+        if external.is_none()
+            && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
+        {
+            let message = format!("belongs to name = \"{EXTERNAL}\" only");
+            return Err(Wrong::at(&given.place, message));
+        }
+        let description = match &external {
+            Some(_) => None,
+            None => Some(
+                solver::describe(name)
+                    .map_err(|error| Wrong::at(place, format!("{error}, {EXTERNAL}")))?,
+            ),
+        };
         let mut options = Vec::new();
         for (key, value) in cell.0 {
             let Some(key) = key.strip_prefix("options.") else { continue };
             let option = format!("{key}={}", value.value.text());
             Options::parse(&[&option])
-                .and_then(|alone| alone.check(description))
+                .and_then(|alone| description.map_or(Ok(()), |known| alone.check(known)))
                 .map_err(|error| Wrong::at(&value.place, error.to_string()))?;
             options.push((option, &value.place));
         }
         let texts: Vec<&str> = options.iter().map(|(option, _)| option.as_str()).collect();
         let all = Options::parse(&texts).map_err(|error| Wrong::at(place, error.to_string()))?;
-        if let Err(error) = try_out(name, &all) {
+        if external.is_none()
+            && let Err(error) = try_out(name, &all)
+        {
             let names = |option: &str| error.to_string().contains(option);
             let blamed = options.iter().find(|(option, _)| names(option));
             return Err(Wrong::at(blamed.map_or(place, |(_, place)| place), error.to_string()));
@@ -416,12 +447,13 @@ fn read_solvers(mut section: Section<'_>) -> Fits<Vec<SolverCell>> {
             let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
             let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
             let options: String = texts.iter().map(|option| format!(", {option}")).collect();
+            let name = external.as_ref().map_or(name, |external| &external.command);
             format!("{name}{options}{threads}{coarse}")
         };
         let varied = cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect();
         let base = match &label {
             Some(label) => label.clone(),
-            None => name.to_owned(),
+            None => external.as_ref().map_or(name, |external| &external.command).to_owned(),
         };
         Ok(SolverCell {
             label: label_of(label.as_deref(), plain, &cell, &group),
@@ -432,9 +464,33 @@ fn read_solvers(mut section: Section<'_>) -> Fits<Vec<SolverCell>> {
             options: all,
             threads,
             coarse_to_fine,
+            external,
         })
     };
     group.cells().iter().map(|cell| solver(cell)).collect()
+}
+
+/// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
+fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<External> {
+    if let Some(given) = cell.get("coarse-to-fine") {
+        return Err(Wrong::at(&given.place, "a solver outside the program starts where it likes"));
+    }
+    let Some((command, command_place)) = cell.text("command")? else {
+        return Err(Wrong::at(place, "an external solver needs command = \"PROGRAM [WORDS]\""));
+    };
+    if command.trim().is_empty() {
+        return Err(Wrong::at(command_place, "command is empty"));
+    }
+    let limit = match (cell.get("limit"), stop.time) {
+        (None, Some(time)) => 3 * time + Duration::from_secs(60),
+        (None, None) => {
+            let message = "an external solver needs limit = SECONDS, or stop a time-limit";
+            return Err(Wrong::at(place, message));
+        }
+        (Some(given), _) => Duration::try_from_secs_f64(cell.number("limit", 0.0, 0.0)?)
+            .map_err(|error| Wrong::at(&given.place, format!("limit: {error}")))?,
+    };
+    Ok(External { command: command.to_owned(), limit })
 }
 
 /// Builds the solver for a tiny problem, which finds every value that it refuses.

@@ -9,6 +9,7 @@ pub mod geometry;
 mod incidence;
 pub mod io;
 pub mod order;
+pub(crate) mod partition;
 pub mod shapes;
 mod source;
 mod statistics;

@@ -23,6 +23,11 @@ pub struct Order {
 }
 
 impl Order {
+    /// Nothing moves.
+    pub fn as_it_is() -> Self {
+        Order { vertices: None, faces: None }
+    }
+
     /// Nothing moves if the order is fine.
     pub fn of(mesh: &Mesh) -> Self {
         let bound = SCATTERED * (mesh.vertices.len() as f64).sqrt();

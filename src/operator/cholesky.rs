@@ -13,16 +13,15 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
-    /// Of a symmetric positive definite matrix.
-    pub fn new(matrix: &CsMat<f64>) -> Self {
+    /// Of a symmetric positive definite matrix; none if rounding makes it look indefinite.
+    pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
         let entries: Vec<Triplet<usize, usize, f64>> =
             matrix.iter().map(|(&value, (row, col))| Triplet::new(row, col, value)).collect();
         let matrix = SparseColMat::try_new_from_triplets(matrix.rows(), matrix.cols(), &entries)
             .expect("the entries lie inside the matrix");
         // A parallel triangular solve of so thin a right-hand side is several times slower.
         faer::set_global_parallelism(Par::Seq);
-        let factor = matrix.sp_cholesky(Side::Lower).expect("the matrix is positive definite");
-        Cholesky { factor }
+        matrix.sp_cholesky(Side::Lower).ok().map(|factor| Cholesky { factor })
     }
 
     /// Replaces g by the solution, column by column.

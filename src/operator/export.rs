@@ -32,7 +32,7 @@ pub fn write_npz(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
         let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
         npz.add_array("indices", &integers(matrix.indices()))?;
         npz.add_array("indptr", &integers(matrix.indptr().raw_storage()))?;
-        npz.add_array("format", &arr0(CompressedRows))?;
+        npz.add_array("format", &arr0(ByteString(*b"csr")))?;
         npz.add_array("shape", &integers(&[matrix.rows(), matrix.cols()]))?;
         npz.add_array("data", &ArrayView1::from(matrix.data()))?;
         Ok(npz.finish()?.into_inner())
@@ -40,19 +40,17 @@ pub fn write_npz(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
     file::write(path, |out| out.write_all(&bytes().map_err(std::io::Error::other)?))
 }
 
-/// SciPy's name of the format, a NumPy byte string.
+/// A NumPy byte string of N bytes; zeros at its end do not count.
 #[derive(Clone, Copy)]
-struct CompressedRows;
+pub struct ByteString<const N: usize>(pub [u8; N]);
 
-const CSR: &[u8; 3] = b"csr";
-
-impl WritableElement for CompressedRows {
+impl<const N: usize> WritableElement for ByteString<N> {
     fn type_descriptor() -> Value {
-        Value::String("|S3".into())
+        Value::String(format!("|S{N}"))
     }
 
     fn write<W: Write>(&self, mut writer: W) -> std::result::Result<(), WriteDataError> {
-        Ok(writer.write_all(CSR)?)
+        Ok(writer.write_all(&self.0)?)
     }
 
     fn write_slice<W: Write>(

@@ -116,5 +116,5 @@ pub fn consistent_inverse(mesh: &Mesh) -> Cholesky {
         }
         values.iter().for_each(|(col, &value)| padded.add_triplet(row, col, value));
     }
-    Cholesky::new(&padded.to_csr())
+    Cholesky::new(&padded.to_csr()).expect("masses are positive definite")
 }

@@ -5,11 +5,7 @@ use sprs::CsMat;
 use super::Operator;
 
 /// D + K^T diag(w) K in compressed rows, V x V; symmetric, and positive definite for positive D.
-pub fn normal_matrix(
-    k: &impl Operator,
-    diagonal: &[f64],
-    weight: impl Fn(usize) -> f64,
-) -> CsMat<f64> {
+pub fn normal_matrix(k: &impl Operator, diagonal: &[f64], weights: &[f64]) -> CsMat<f64> {
     // Every face adds <K_ja, K_jb> to nine entries. Counted by rows first, as many places are taken.
     let n = k.vertices();
     let mut end = vec![1; n];
@@ -26,9 +22,8 @@ pub fn normal_matrix(
         end[row] += 1;
     };
     (0..n).for_each(|v| add(v, v, diagonal[v]));
-    for j in 0..k.faces() {
+    for (j, &weight) in weights.iter().enumerate() {
         let face = k.face(j);
-        let weight = weight(j);
         for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
             for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
                 add(a, b, weight * (ax * bx + ay * by));

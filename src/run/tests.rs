@@ -85,7 +85,7 @@ fn samples_thin_out() {
 #[test]
 fn samples_are_where_the_gap_is_expected() {
     let mesh = bumpy(12);
-    let problem = random_problem::<3>(&mesh, 0.5, 108);
+    let problem = random_problem::<3>(&mesh, 0.02, 108);
     let solve = |interval| {
         let mut run = Run::new(&uniform(&mesh));
         let stop = Stop { relative_gap: Some(1e-6), interval, ..Stop::default() };

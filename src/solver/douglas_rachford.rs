@@ -146,9 +146,9 @@ impl<const M: usize> DouglasRachford<M> {
         let step_ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(0.75);
 
         let (d, s) = step_lengths(k, reach.unwrap_or(if exact { 6.0 } else { 3.0 }));
-        let t = normal_matrix(k, &d, |j| s[j]);
+        let t = normal_matrix(k, &d, &s);
         let inner = if exact {
-            Inner::Cholesky(Cholesky::new(&t))
+            Inner::Cholesky(Cholesky::new(&t).expect("D makes T positive definite"))
         } else {
             Inner::GaussSeidel(GaussSeidel::new(&t))
         };
@@ -305,7 +305,7 @@ mod tests {
                 let column = (0..n).map(|w| solver.inner.at(&column, w).0[0]);
                 inverse.set_column(v, &DVector::from_iterator(n, column));
             }
-            let t = normal_matrix(k, &solver.d, |j| solver.s[j]);
+            let t = normal_matrix(k, &solver.d, &solver.s);
             let mut excess = inverse.try_inverse().unwrap();
             t.iter().for_each(|(&value, at)| excess[at] -= value);
             excess *= omega;

@@ -5,6 +5,7 @@ mod experiment;
 mod inputs;
 mod mesh;
 mod operators;
+mod reference;
 mod refusals;
 mod segment;
 mod signals;

@@ -1,6 +1,6 @@
 //! The figures that a file asks for, as plain numbers.
 
-use super::super::figures::{Clock, FigureKind, FigureSpec, Measure};
+use super::super::figures::{Clock, FigureKind, FigureSpec, Measure, Target};
 use super::super::results::{Done, Point};
 use super::pool::{Cell, Pool, given, value};
 use super::quantity::{plain, quantity};
@@ -86,8 +86,10 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
 
 /// The share of the instances that a solver brings to a gap within a multiple of the time of the fastest.
 fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Panel {
-    let time =
-        |cell: &Cell<'a>| pool.time_to(cell, x, gap).map_or(f64::INFINITY, |spread| spread.median);
+    let time = |cell: &Cell<'a>| {
+        pool.time_to(cell, x, gap, Target::Certificate)
+            .map_or(f64::INFINITY, |spread| spread.median)
+    };
     let mut instances: Vec<usize> = cells.iter().map(|cell| cell.instance).collect();
     instances.dedup();
     let fastest = |instance: usize| {

@@ -18,7 +18,7 @@ use serde_json::json;
 
 use self::page::Shown;
 use self::pool::Pool;
-use super::figures::{Clock, FigureKind, FigureSpec, Measure, TableKind, TableSpec};
+use super::figures::{Clock, FigureKind, FigureSpec, Measure, TableKind, TableSpec, Target};
 use super::results::Done;
 use super::spec::Spec;
 use super::store::Store;
@@ -126,7 +126,7 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         [] => vec![TableSpec {
             name: "time-to-gap".into(),
             title: None,
-            kind: TableKind::TimeToGap { gaps: vec![1e-2, 1e-3, 1e-4] },
+            kind: TableKind::TimeToGap { gaps: vec![1e-2, 1e-3, 1e-4], to: Target::Certificate },
         }],
         tables => tables.to_vec(),
     };

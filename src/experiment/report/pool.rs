@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::super::document::Scalar;
-use super::super::figures::Clock;
+use super::super::figures::{Clock, Target};
 use super::super::plan::run_toml;
 use super::super::results::{Done, Point};
 use super::super::spec::{InstanceCell, SolverCell, Spec};
@@ -118,12 +118,25 @@ impl<'a> Pool<'a> {
         (energy - bound) / bound.abs()
     }
 
-    /// Iterations or seconds until a certified gap, infinite for runs that end before; `None` without runs.
-    pub fn time_to(&self, cell: &Cell<'a>, clock: Clock, gap: f64) -> Option<Spread> {
-        let at = |point: Option<&Point>| point.map_or(f64::INFINITY, |point| clock.of(point));
+    /// Iterations or seconds until a gap, infinite for runs that end before; `None` without runs.
+    pub fn time_to(
+        &self,
+        cell: &Cell<'a>,
+        clock: Clock,
+        gap: f64,
+        target: Target,
+    ) -> Option<Spread> {
+        let reached = |point: &&Point| match target {
+            Target::Certificate => point.relative_gap <= gap,
+            Target::Optimum => self.suboptimality(cell.instance, point.energy) <= gap,
+        };
+        let at = |run: &Done| {
+            let first = run.trace.iter().find(reached);
+            first.map_or(f64::INFINITY, |point| clock.of(point))
+        };
         let times: Vec<f64> = match clock {
-            Clock::Iterations => cell.runs.iter().map(|run| at(run.reach(gap))).collect(),
-            Clock::Seconds => self.timed(cell).map(|run| at(run.reach(gap))).collect(),
+            Clock::Iterations => cell.runs.iter().map(|run| at(run)).collect(),
+            Clock::Seconds => self.timed(cell).map(at).collect(),
         };
         (!times.is_empty()).then(|| Spread::of(times))
     }

@@ -1,7 +1,7 @@
 //! What can be shown of a cell: its keys, and what its runs reached.
 
 use super::super::document::Scalar;
-use super::super::figures::Clock;
+use super::super::figures::{Clock, Target};
 use super::super::results::Done;
 use super::pool::{Cell, Pool, Spread, number, value};
 
@@ -48,7 +48,7 @@ pub fn quantity<'a>(pool: &Pool<'a>, cell: &Cell<'a>, name: &str, gap: Option<f6
     };
     let all = |value: &dyn Fn(&'a Done) -> Option<f64>| of(cell.runs.clone(), value);
     let time = |clock: Clock| match gap {
-        Some(gap) => match pool.time_to(cell, clock, gap) {
+        Some(gap) => match pool.time_to(cell, clock, gap, Target::Certificate) {
             Some(spread) if spread.median.is_finite() => Shown::Number(spread),
             _ => Shown::Nothing,
         },

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::figures::{Clock, TableKind, TableSpec};
+use super::super::figures::{Clock, TableKind, TableSpec, Target};
 use super::super::results::Done;
 use super::pool::{Cell, Pool, given, number};
 use super::quantity::{Shown, quantity};
@@ -39,7 +39,7 @@ impl Entry {
 
 pub fn table<'a>(pool: &Pool<'a>, spec: &TableSpec) -> Table<'a> {
     let (default, columns, rows) = match &spec.kind {
-        TableKind::TimeToGap { gaps } => time_to_gap(pool, gaps),
+        TableKind::TimeToGap { gaps, to } => time_to_gap(pool, gaps, *to),
         TableKind::Cells { columns } => cells(pool, columns),
     };
     Table {
@@ -54,7 +54,7 @@ pub fn table<'a>(pool: &Pool<'a>, spec: &TableSpec) -> Table<'a> {
 type Content = (String, Vec<String>, Vec<Vec<Entry>>);
 
 /// A row for each cell, iterations and median seconds for each gap.
-fn time_to_gap(pool: &Pool<'_>, gaps: &[f64]) -> Content {
+fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
     let mut columns = vec!["instance".to_owned(), "solver".to_owned()];
     columns.extend(gaps.iter().map(|&gap| format!("iterations to {}", given(gap))));
     columns.extend(gaps.iter().map(|&gap| format!("seconds to {}", given(gap))));
@@ -64,13 +64,17 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64]) -> Content {
             Entry::Text(pool.solver(cell).label.clone()),
         ];
         for clock in [Clock::Iterations, Clock::Seconds] {
-            row.extend(gaps.iter().map(|&gap| match pool.time_to(cell, clock, gap) {
+            row.extend(gaps.iter().map(|&gap| match pool.time_to(cell, clock, gap, to) {
                 None => Entry::Nothing,
                 Some(spread) if spread.median.is_finite() => Entry::Number(spread.median),
                 Some(_) => {
                     Entry::Censored(match cell.runs.first().and_then(|run| run.trace.last()) {
                         Some(last) => {
-                            format!("> {} ({:.0e})", number(clock.of(last)), last.relative_gap)
+                            let gap = match to {
+                                Target::Certificate => last.relative_gap,
+                                Target::Optimum => pool.suboptimality(cell.instance, last.energy),
+                            };
+                            format!("> {} ({gap:.0e})", number(clock.of(last)))
                         }
                         None => String::new(),
                     })
@@ -79,8 +83,11 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64]) -> Content {
         }
         row
     };
-    let title = "Iterations and seconds in steps to certified gaps".to_owned();
-    (title, columns, pool.cells.iter().map(row).collect())
+    let title = match to {
+        Target::Certificate => "Iterations and seconds in steps to certified gaps",
+        Target::Optimum => "Iterations and seconds in steps to within a share of the optimum",
+    };
+    (title.to_owned(), columns, pool.cells.iter().map(row).collect())
 }
 
 fn cells(pool: &Pool<'_>, names: &[String]) -> Content {

@@ -36,8 +36,8 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
         let unit = 1.0 / units.q;
         kq.clear();
         kq.resize(part.tau.len(), Row::ZERO);
-        let blocks = part.faces().chunks(width).zip(part.q.chunks_exact(2 * M * width));
-        for ((faces, q), corners) in blocks.zip(part.corners.chunks_exact(3 * width)) {
+        let blocks = part.layout.faces.chunks(width).zip(part.q.chunks_exact(2 * M * width));
+        for ((faces, q), corners) in blocks.zip(part.layout.corners.chunks_exact(3 * width)) {
             let mut y = [[[0.0; WIDEST]; M]; 2];
             let mut squares = [0.0; WIDEST];
             for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(width)) {
@@ -54,7 +54,7 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
                 scale[o] = if outside { lambda } else { 1.0 } / if outside { norm } else { 1.0 };
             }
             for (o, &j) in faces.iter().enumerate() {
-                let lane = part.lane(o);
+                let lane = part.layout.lanes.order[o];
                 let [c1, c2, c3] = stencil.weights()[j as usize].map(|c| c * scale[lane]);
                 let [q1, q2] = [0, 1].map(|axis| Row::<M>::from_fn(|p| y[axis][p][lane]));
                 let second = q1 * c1 + q2 * c2;
@@ -64,8 +64,8 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
                 kq[corners[2 * width + o] as usize] += third;
             }
         }
-        let own = &kq[part.own_from()..];
-        let f = &problem.f[part.range.clone()];
+        let own = &kq[part.layout.own_from()..];
+        let f = &problem.f[part.layout.range.clone()];
         for ((bound, &kq), &f) in bounds.iter_mut().zip(own).zip(f) {
             *bound = (f + kq).min();
         }

@@ -8,6 +8,7 @@
 mod bound;
 mod buffer;
 mod lanes;
+mod layout;
 mod part;
 mod pass;
 
@@ -18,7 +19,8 @@ use pulp::Arch;
 
 use bound::{Bounds, Scratch};
 use lanes::{Real, lane_order};
-use part::{Outbox, Part, Units, connect};
+use layout::{Layout, connect};
+use part::{Outbox, Part, Units};
 
 use super::Method;
 use super::steps::Steps;
@@ -70,8 +72,11 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let units = units::<T>(stencil, &method.steps);
         let count = threads().min(u.len() / LEAST_VERTICES).max(1);
         let (ranges, faces) = split(stencil.corners(), u.len(), count);
-        let mut parts = results(count, |k| {
-            let mut part = Part::new(ranges[k].clone(), &faces, stencil.corners(), &order);
+        let mut layouts =
+            results(count, |k| Layout::new(ranges[k].clone(), &faces, stencil.corners(), &order));
+        connect(&mut layouts);
+        let mut parts: Vec<Part<T, M>> = layouts.into_iter().map(Part::new).collect();
+        each(parts.iter_mut().collect(), &|part| {
             part.set_u(&u);
             part.set_f(&problem.f, units);
             part.set_weights(stencil.weights(), units);
@@ -79,9 +84,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             if let Some(q) = &q {
                 part.set_q(q, |v| problem.k.adjoint_at(q, v), units);
             }
-            part
         });
-        connect(&mut parts);
         let outboxes = [0, 1].map(|_| {
             let post = |part: &Part<T, M>| {
                 let mut outbox = Outbox::new();
@@ -201,7 +204,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
             let mut rest = &mut bounds[..];
             let mut tasks = Vec::with_capacity(parts.len());
             for (part, scratch) in parts.iter().zip(scratch) {
-                let (own, behind) = rest.split_at_mut(part.range.len());
+                let (own, behind) = rest.split_at_mut(part.layout.range.len());
                 tasks.push((part, scratch, own));
                 rest = behind;
             }
@@ -263,7 +266,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
         if home.is_empty() {
             home.resize(self.faces, (0, 0));
             for (k, part) in parts.iter().enumerate() {
-                for (i, &j) in part.faces().iter().enumerate() {
+                for (i, &j) in part.layout.faces.iter().enumerate() {
                     home[j as usize] = (k as u32, i as u32);
                 }
             }
@@ -288,5 +291,5 @@ impl<T: Real, const M: usize> Fused<T, M> {
 
 /// The part that owns vertex v.
 fn owner<T, const M: usize>(parts: &[Part<T, M>], v: usize) -> &Part<T, M> {
-    &parts[parts.partition_point(|part| part.range.end <= v)]
+    &parts[parts.partition_point(|part| part.layout.range.end <= v)]
 }

@@ -13,6 +13,7 @@ use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, width};
+use super::layout::Layout;
 use super::part::{Part, RowPair, groups};
 
 /// Up to so many regions sorting networks are faster than Michelot's shrinking set.
@@ -31,7 +32,8 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let width = width::<T, S>();
-        let Part { rows, u, f, tau, corners, weights, q, faces_due, .. } = self.part;
+        let Part { layout: Layout { corners, faces_due, .. }, rows, u, f, tau, weights, q, .. } =
+            self.part;
         let u = cast_slice_mut::<T, T::Vector<S>>(u).as_chunks_mut::<M>().0;
         let f = cast_slice::<T, T::Vector<S>>(f).as_chunks::<M>().0;
         let tau = cast_slice::<T, T::Vector<S>>(tau);

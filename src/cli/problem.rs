@@ -1,0 +1,220 @@
+//! `meshseg problem`: problems for solvers outside the program, and what they bring back.
+
+use std::path::{Path, PathBuf};
+
+use clap::Subcommand;
+use meshseg::exchange::{DUAL_STEPS, End, Exchanged, Iterates, certify};
+use meshseg::experiment::{Places, Spec};
+use meshseg::operator::Mass;
+use meshseg::outcome::{self, Looks};
+use meshseg::render::colormap::categorical;
+use meshseg::run::{Status, Stop};
+use meshseg::solve::Request;
+use meshseg::solver::Options;
+use meshseg::start::Start;
+use meshseg::{Error, Result};
+
+use super::inputs::mesh_with_costs;
+use super::progress::Progress;
+use super::solve::{Init, cheapest};
+use super::solving::{exit, summary_lines};
+use super::{Outcome, named, print, table, warn};
+
+/// Problems for solvers outside the program, and what they bring back
+#[derive(Subcommand)]
+pub enum Verb {
+    Export(Export),
+    ImportTrace(ImportTrace),
+}
+
+/// Write one problem as a NumPy archive that any language reads.
+///
+/// K in compressed rows, masses, integrated costs, lambda, mesh and initial U; experiments/reference/README.md has
+/// the names and shapes.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  meshseg problem export mesh.ply --costs S.npy --lambda 0.005 --out problem.npz
+  meshseg problem export experiments/reference.toml --instance small --out problem.npz")]
+pub struct Export {
+    /// Mesh file, builtin:spot, a shape such as torus:400x250, or an experiment file (.toml)
+    input: PathBuf,
+
+    /// Pointwise costs, V x m
+    #[arg(long, value_name = "S.npy")]
+    costs: Option<PathBuf>,
+
+    /// Weight of the total variation
+    #[arg(long, allow_negative_numbers = true)]
+    lambda: Option<f64>,
+
+    /// Quadrature of the data term; barycentric, if nothing is said
+    #[arg(long, value_parser = named(&Mass::NAMES))]
+    mass: Option<Mass>,
+
+    /// Where U starts: uniform, random, argmin, or a file U.npy; argmin, if nothing is said
+    #[arg(long, value_name = "uniform|random|argmin|U.npy")]
+    init: Option<Init>,
+
+    /// Seed of a random start
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    seed: u64,
+
+    /// Label of the instance, if the experiment file has several
+    #[arg(long)]
+    instance: Option<String>,
+
+    /// What data: in an experiment file stands for (else MESHSEG_DATA)
+    #[arg(long, value_name = "DIR")]
+    data_dir: Option<PathBuf>,
+
+    /// The archive
+    #[arg(long, value_name = "PROBLEM.npz")]
+    out: PathBuf,
+}
+
+/// Score the iterates of a solver, certify each, and write a folder as `solve` does.
+///
+/// FOLDER holds trace.csv (iteration, seconds, and epsilon and epsilon_mode where a smoothed energy is minimized),
+/// u_<iteration>.npy and perhaps q_<iteration>.npy. The bound of an iterate comes from its q, else from the
+/// smoothing, else from steps of our own; the column `certificate` says which.
+#[derive(clap::Args)]
+#[command(after_help = "Example:
+  meshseg problem export mesh.ply --costs S.npy --lambda 0.005 --out problem.npz
+  mkdir out && python3 experiments/reference/example.py problem.npz out
+  meshseg problem import-trace problem.npz out --out results/mine")]
+pub struct ImportTrace {
+    /// Archive that the solver was given
+    problem: PathBuf,
+
+    /// Folder that it wrote into
+    folder: PathBuf,
+
+    /// Name of the solver in the summary
+    #[arg(long, default_value = "external")]
+    name: String,
+
+    /// Certified relative gap that counts as converged
+    #[arg(long, default_value_t = 1e-4, allow_negative_numbers = true)]
+    gap: f64,
+
+    /// Steps of our own for each iterate without a q and without an epsilon
+    #[arg(long, default_value_t = DUAL_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
+    dual_steps: u64,
+
+    /// Write no preview.png
+    #[arg(long)]
+    no_preview: bool,
+
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub fn run(verb: &Verb) -> Outcome {
+    match verb {
+        Verb::Export(arguments) => export(arguments),
+        Verb::ImportTrace(arguments) => import(arguments),
+    }
+}
+
+impl Export {
+    fn problem(&self) -> Result<Exchanged> {
+        if self.input.extension().is_some_and(|extension| extension == "toml") {
+            return self.of_experiment();
+        }
+        let (Some(costs), Some(lambda)) = (&self.costs, self.lambda) else {
+            return Err(Error::unsuitable(
+                "a mesh needs --costs S.npy and --lambda; an experiment file ends in .toml",
+            ));
+        };
+        if self.instance.is_some() {
+            return Err(Error::unsuitable("--instance belongs to an experiment file"));
+        }
+        let (mesh, costs) = mesh_with_costs(&self.input, costs)?;
+        let init = self.init.as_ref().unwrap_or(&Init::Argmin);
+        let start = init.start(&costs, self.seed)?;
+        let mass = self.mass.unwrap_or(Mass::Barycentric);
+        Exchanged::new(&mesh, &costs, lambda, mass, &start)
+    }
+
+    fn of_experiment(&self) -> Result<Exchanged> {
+        let given = [
+            ("--costs", self.costs.is_some()),
+            ("--lambda", self.lambda.is_some()),
+            ("--mass", self.mass.is_some()),
+            ("--init", self.init.is_some()),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+            let message = format!("{option} is said by the experiment file");
+            return Err(Error::malformed(&self.input, message));
+        }
+        let spec = Spec::open(&self.input)?;
+        let cell = match (&self.instance, &spec.instances[..]) {
+            (None, [only]) => Some(only),
+            (None, _) => None,
+            (Some(label), all) => all.iter().find(|cell| cell.label == *label),
+        };
+        let Some(cell) = cell else {
+            let labels: Vec<String> =
+                spec.instances.iter().map(|cell| format!("{:?}", cell.label)).collect();
+            let message = format!("name one of its instances: --instance {}", labels.join(" or "));
+            return Err(Error::malformed(&self.input, message));
+        };
+        let places = Places {
+            folder: self.input.parent().unwrap_or(Path::new("")).to_owned(),
+            data: (self.data_dir.clone())
+                .or_else(|| std::env::var_os("MESHSEG_DATA").map(Into::into)),
+        };
+        let instance = places.instance(cell)?;
+        Exchanged::new(&instance.mesh, &instance.costs, cell.lambda, cell.mass, &Start::Argmin)
+    }
+}
+
+fn export(arguments: &Export) -> Outcome {
+    let problem = arguments.problem()?;
+    problem.write(&arguments.out)?;
+    let (vertices, regions) = problem.f.dim();
+    let lines = [
+        ("vertices", vertices.to_string()),
+        ("faces", problem.mesh.faces.len().to_string()),
+        ("regions", regions.to_string()),
+        ("lambda", table::number(problem.lambda)),
+        ("written to", arguments.out.display().to_string()),
+    ];
+    Ok(print(&table::pairs(&lines))?)
+}
+
+fn import(arguments: &ImportTrace) -> Outcome {
+    let ImportTrace { problem: path, folder, name, gap, dual_steps, no_preview, out } = arguments;
+    if !(*gap >= 0.0 && gap.is_finite()) {
+        let message = format!("--gap {gap:?}: must be a finite number from 0");
+        return Err(Error::unsuitable(message).into());
+    }
+    meshseg::file::check_folder(out)?;
+    let problem = Exchanged::read(path)?;
+    let iterates = Iterates::of(folder)?;
+    let request = Request {
+        lambda: problem.lambda,
+        mass: problem.mass,
+        solver: name.clone(),
+        options: Options::default(),
+        stop: Stop { relative_gap: Some(*gap), ..Stop::default() },
+        coarse_to_fine: false,
+    };
+    let end = End { status: Status::Ended, warnings: Vec::new() };
+    let mut progress = Progress::new(*gap);
+    let mut observe = |sample: Option<&_>| progress.observe(sample);
+    let solution = certify(&problem, &iterates, *dual_steps, &request, end, &mut observe)?;
+    progress.finish();
+    let data = || problem.f.outer_iter().map(|f| categorical(cheapest(f))).collect();
+    let looks = Looks {
+        regions: (0..problem.f.ncols()).map(categorical).collect(),
+        data: (!no_preview).then(data),
+    };
+    outcome::write(out, &solution.summary, &solution, &problem.mesh, &looks)?;
+    let summary = &solution.summary;
+    warn(&summary.warnings);
+    let mut lines = summary_lines(summary);
+    lines.push(("written to", out.display().to_string()));
+    exit(summary.status, print(&table::pairs(&lines)))
+}

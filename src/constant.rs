@@ -1,0 +1,139 @@
+//! Labels that are constant on every component, and the field that certifies them where lambda is so large that
+//! they are optimal.
+//!
+//! ```text
+//! u_v = e_p,  p = argmin_p F_p,   F = sum_v f_v                          over the component of v
+//! K^T q = -(f_v - (a_v / a) F),   q_j = (K phi)_j / A_j,   K^T A^-1 K phi = K^T q
+//! ```
+//!
+//! f + K^T q has the same minimizer p everywhere, so that D(q) = sum min_p F_p = E(U): a pair of equal energies, if
+//! |q_j| <= lambda. Among all fields with this divergence q has the least mean square, as gradients have. Where
+//! some |q_j| is larger, it is cut off, and the bound is true but not sharp. First-order methods come near such a
+//! q slowly, most of all on long thin surfaces: it is one Poisson problem.
+
+use crate::field::{Row, Tangent};
+use crate::mesh::partition::Partition;
+use crate::operator::{Cholesky, Operator, normal_matrix};
+use crate::problem::{NEVER, Problem};
+use crate::prox::project_ball;
+use crate::sweep::sweep;
+
+/// The best labels among those.
+pub struct Constant<const M: usize> {
+    /// The component of each vertex, by its smallest vertex.
+    component: Vec<u32>,
+    /// F of each component, at its smallest vertex.
+    total: Vec<Row<M>>,
+}
+
+impl<const M: usize> Constant<M> {
+    pub fn new<K: Operator>(problem: &Problem<K, M>) -> Self {
+        let n = problem.k.vertices();
+        let mut partition = Partition::new(n);
+        for j in 0..problem.k.faces() {
+            let [a, b, c] = problem.k.face(j).corners.map(|v| v as u32);
+            partition.join(a, b);
+            partition.join(a, c);
+        }
+        let component: Vec<u32> = (0..n as u32).map(|v| partition.root(v)).collect();
+        let mut total = vec![Row::ZERO; n];
+        for (f, &c) in problem.f.iter().zip(&component) {
+            total[c as usize] += Row::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { f.0[p] });
+        }
+        // The sum of all that is closed would leave the range of numbers.
+        for (f, total) in problem.f.iter().zip(&mut total) {
+            *total = Row::from_fn(|p| if f.0[p] == NEVER { NEVER } else { total.0[p] });
+        }
+        Constant { component, total }
+    }
+
+    pub fn labels(&self) -> Vec<Row<M>> {
+        let best = |&c: &u32| Row::one_hot(self.total[c as usize].argmin());
+        self.component.iter().map(best).collect()
+    }
+
+    /// D of the field described above; none where rounding spoils its factorization.
+    pub fn dual_bound<K: Operator>(&self, problem: &Problem<K, M>) -> Option<f64> {
+        let Problem { k, f, lambda } = problem;
+        let n = k.vertices();
+        let mut share = vec![0.0; n];
+        for j in 0..k.faces() {
+            k.face(j).corners.iter().for_each(|&v| share[v] += k.area(j) / 3.0);
+        }
+        let mut area = vec![0.0; n];
+        share.iter().zip(&self.component).for_each(|(a, &c)| area[c as usize] += a);
+        let divergence: Vec<Row<M>> = (0..n)
+            .map(|v| {
+                let c = self.component[v] as usize;
+                let part = if area[c] > 0.0 { share[v] / area[c] } else { 1.0 };
+                let (f, mean) = (f[v], self.total[c] * part);
+                Row::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { mean.0[p] - f.0[p] })
+            })
+            .collect();
+        // The sums over a component vanish, and so does phi at its smallest vertex, where 1 is added.
+        let grounded: Vec<f64> =
+            (0..n).map(|v| f64::from(self.component[v] as usize == v)).collect();
+        let weights: Vec<f64> = (0..k.faces()).map(|j| 1.0 / k.area(j)).collect();
+        let factor = Cholesky::new(&normal_matrix(k, &grounded, &weights))?;
+        let gradient = |phi: &[Row<M>]| {
+            let mut q = vec![Tangent::ZERO; k.faces()];
+            sweep(&mut q, |j, q| *q = k.at(phi, j) * weights[j]);
+            q
+        };
+        let mut phi = divergence.clone();
+        factor.solve(&mut phi);
+        // What rounding left over, once more.
+        let mut rest = divergence;
+        let q = gradient(&phi);
+        sweep(&mut rest, |v, rest| *rest = *rest - k.adjoint_at(&q, v));
+        factor.solve(&mut rest);
+        phi.iter_mut().zip(&rest).for_each(|(phi, &rest)| *phi += rest);
+        let mut q = gradient(&phi);
+        sweep(&mut q, |_, q| *q = project_ball(*q, *lambda));
+        Some(problem.dual_bound(&q))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{disjoint, random_problem, shape, with_isolated_vertices, zoo};
+    use crate::sweep::sum;
+
+    /// For a lambda above all |q_j| both formulas give the optimum; a smaller one keeps the bound true.
+    #[test]
+    fn large_lambdas_are_certified_in_closed_form() {
+        for (name, mesh) in zoo() {
+            let mut problem = random_problem::<4>(&mesh, 1e6 * mesh.area().sqrt(), 811);
+            problem.f.iter_mut().for_each(|f| f.0[3] = NEVER);
+            let constant = Constant::new(&problem);
+            let (energy, spread) = (problem.energy(&constant.labels()), problem.spread());
+            let bound = constant.dual_bound(&problem).unwrap();
+            assert!((energy - bound).abs() <= 1e-9 * spread, "{name}: {energy} {bound}");
+            problem.lambda = 0.01 * mesh.area().sqrt();
+            let bound = constant.dual_bound(&problem).unwrap();
+            let unbounded = sum(problem.f.len(), |v| problem.f[v].min());
+            assert!(bound <= energy + 1e-12 * spread && bound.is_finite(), "{name}");
+            assert!(bound >= unbounded - spread, "{name}");
+        }
+    }
+
+    /// Every component, and every vertex that belongs to none, decides for itself.
+    #[test]
+    fn components_decide_alone() {
+        let parts = disjoint([shape("sphere:1"), shape("torus:5x4")]);
+        let mesh = with_isolated_vertices(parts);
+        let problem = random_problem::<3>(&mesh, 1e3, 812);
+        let constant = Constant::new(&problem);
+        let labels = constant.labels();
+        let split = 1 + shape("sphere:1").vertices.len();
+        let last = labels.len() - 1;
+        assert!(labels[1..split].iter().all(|u| *u == labels[1]));
+        assert!(labels[split..last].iter().all(|u| *u == labels[split]));
+        assert_eq!(
+            [labels[0], labels[last]],
+            [0, last].map(|v| Row::one_hot(problem.f[v].argmin()))
+        );
+        assert!(problem.total_variation(&labels) == 0.0);
+    }
+}

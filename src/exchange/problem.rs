@@ -1,0 +1,232 @@
+//! `PROBLEM.npz`: everything that a solver needs, by NumPy's names.
+//!
+//! ```text
+//! format, version                      "meshseg-problem", 1
+//! points, faces                        V x 3, F x 3: the model, without faces that have no area
+//! K_data, K_indices, K_indptr, K_shape compressed rows, 2F x V: rows 2j and 2j+1 are (K u)_j
+//! M_...                                consistent mass, V x V
+//! areas                                A_j, F
+//! mass_barycentric, mass_voronoi       a_k, V
+//! mass                                 the one that f was integrated with
+//! f, lambda, u0                        V x m integrated costs, a number, V x m
+//! ```
+//!
+//! All numbers are float64, all indices int32.
+
+use std::io::{Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use nalgebra::Point3;
+use ndarray::{Array1, Array2, Ix0, Ix2, arr0};
+use ndarray_npy::{NpzWriter, WriteNpzError};
+use sprs::CsMat;
+use zip::ZipArchive;
+
+use crate::error::{Error, Result};
+use crate::file;
+use crate::mesh::Mesh;
+use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
+use crate::mesh::order::Order;
+use crate::npy;
+use crate::operator::export::ByteString;
+use crate::operator::{Mass, Matrix, mass};
+use crate::regions::{self, with_regions};
+use crate::solve::{self, model_mesh};
+use crate::start::Start;
+
+const FORMAT: &[u8; 15] = b"meshseg-problem";
+const VERSION: i64 = 1;
+
+/// Nothing that deflate packs becomes larger than this many times its packed size.
+const MOST_INFLATED: u64 = 1100;
+
+/// A problem in the order of its file.
+#[derive(Clone, Debug)]
+pub struct Exchanged {
+    /// Every face has an area.
+    pub mesh: Mesh,
+    /// Integrated costs, V x m.
+    pub f: Array2<f64>,
+    pub lambda: f64,
+    /// What f was integrated with.
+    pub mass: Mass,
+    /// Where solvers start, V x m.
+    pub u0: Array2<f64>,
+}
+
+impl Exchanged {
+    /// The problem of `solve` with pointwise costs s (V x m).
+    ///
+    /// # Errors
+    /// What `solve` refuses too.
+    pub fn new(
+        mesh: &Mesh,
+        s: &Array2<f64>,
+        lambda: f64,
+        mass: Mass,
+        start: &Start,
+    ) -> Result<Self> {
+        solve::check_lambda(lambda)?;
+        regions::check(s.ncols())?;
+        solve::check_rows("costs", s.nrows(), mesh)?;
+        solve::check_finite("costs", s)?;
+        start.check(s.dim())?;
+        let (model, _) = model_mesh(mesh)?;
+        let model = Mesh::new(model.vertices.clone(), model.faces.clone());
+        let (f, u0) = with_regions!(s.ncols(), integrated(&model, s, mass, start));
+        Ok(Exchanged { mesh: model, f, lambda, mass, u0 })
+    }
+
+    /// # Errors
+    /// The file cannot be written, or the mesh is too large for indices of 32 bits.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let entries = 3 * 2 * self.mesh.faces.len();
+        if i32::try_from(entries).is_err() {
+            let message = "the mesh is too large for the int32 indices of an exchanged problem";
+            return Err(Error::malformed(path, message));
+        }
+        let bytes = self.npz().map_err(|error| Error::io(path, std::io::Error::other(error)))?;
+        file::write(path, |out| out.write_all(&bytes))
+    }
+
+    fn npz(&self) -> std::result::Result<Vec<u8>, WriteNpzError> {
+        let Exchanged { mesh, f, lambda, mass, u0 } = self;
+        let points = Array2::from_shape_fn((mesh.vertices.len(), 3), |(v, i)| mesh.vertices[v][i]);
+        let faces = Array2::from_shape_fn((mesh.faces.len(), 3), |(j, i)| mesh.faces[j][i] as i32);
+        let areas: Array1<f64> = (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect();
+        let mut name = [0; 11];
+        name[..mass.name().len()].copy_from_slice(mass.name().as_bytes());
+        let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
+        npz.add_array("format", &arr0(ByteString(*FORMAT)))?;
+        npz.add_array("version", &arr0(VERSION))?;
+        npz.add_array("points", &points)?;
+        npz.add_array("faces", &faces)?;
+        add_matrix(&mut npz, "K", Matrix::new(mesh).csr())?;
+        add_matrix(&mut npz, "M", &mass::consistent_matrix(mesh))?;
+        npz.add_array("areas", &areas)?;
+        npz.add_array("mass_barycentric", &Array1::from(barycentric_areas(mesh)))?;
+        npz.add_array("mass_voronoi", &Array1::from(mixed_voronoi_areas(mesh)))?;
+        npz.add_array("mass", &arr0(ByteString(name)))?;
+        npz.add_array("f", f)?;
+        npz.add_array("lambda", &arr0(*lambda))?;
+        npz.add_array("u0", u0)?;
+        Ok(npz.finish()?.into_inner())
+    }
+
+    /// Reads what [`Self::write`] wrote, or somebody else by its rules. K and the masses follow from the mesh and
+    /// are not looked at.
+    ///
+    /// # Errors
+    /// Another format or version; arrays that are missing, of the wrong type or shape, or not finite.
+    pub fn read(path: &Path) -> Result<Self> {
+        let mut archive = Archive::open(path)?;
+        let format = archive.entry("format", npy::byte_string)?;
+        if format.as_bytes() != FORMAT {
+            return Err(Error::malformed(
+                path,
+                "is not a problem; write one with `problem export`",
+            ));
+        }
+        let version = archive.entry("version", npy::long)?;
+        if version != VERSION {
+            let message = format!("is of version {version}; this program reads version {VERSION}");
+            return Err(Error::malformed(path, message));
+        }
+        let points = archive.entry("points", npy::numbers::<Ix2>)?;
+        let faces = archive.entry("faces", npy::integers::<Ix2>)?;
+        let f = archive.entry("f", npy::numbers::<Ix2>)?;
+        let u0 = archive.entry("u0", npy::numbers::<Ix2>)?;
+        let lambda = archive.entry("lambda", npy::numbers::<Ix0>)?.into_scalar();
+        let mass = archive.entry("mass", npy::byte_string)?;
+        let unsuitable = |message: String| Error::malformed(path, message);
+        let vertices = points.nrows();
+        if points.ncols() != 3 || faces.ncols() != 3 {
+            return Err(unsuitable("points and faces must have three columns".into()));
+        }
+        let corner = |&k: &i32| u32::try_from(k).ok().filter(|&k| (k as usize) < vertices);
+        let corners: Option<Vec<u32>> = faces.iter().map(corner).collect();
+        let Some(corners) = corners else {
+            return Err(unsuitable(format!("faces has indices outside of 0 to {vertices}")));
+        };
+        let (_, mass) = (Mass::NAMES.iter().find(|(name, _)| *name == mass))
+            .ok_or_else(|| unsuitable(format!("mass {mass:?} is unknown")))?;
+        let of_file = |error: Error| error.of_file(path);
+        solve::check_lambda(lambda).map_err(of_file)?;
+        regions::check(f.ncols()).map_err(of_file)?;
+        if points.iter().any(|x| !x.is_finite()) {
+            return Err(unsuitable("points has an entry that is not finite".into()));
+        }
+        solve::check_finite("costs", &f).map_err(of_file)?;
+        let mesh = Mesh::new(
+            points.outer_iter().map(|x| Point3::new(x[0], x[1], x[2])).collect(),
+            corners.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect(),
+        );
+        solve::check_rows("integrated costs", f.nrows(), &mesh).map_err(of_file)?;
+        let start = Start::Given(u0);
+        start.check(f.dim()).map_err(of_file)?;
+        let Start::Given(u0) = start else { unreachable!("it was made so") };
+        let (model, dropped) = mesh.without_degenerate_faces();
+        if dropped > 0 || model.faces.is_empty() {
+            return Err(unsuitable("every face must have an area".into()));
+        }
+        model_mesh(&mesh).map_err(of_file)?;
+        Ok(Exchanged { mesh, f, lambda, mass: *mass, u0 })
+    }
+}
+
+fn integrated<const M: usize>(
+    model: &Mesh,
+    s: &Array2<f64>,
+    mass: Mass,
+    start: &Start,
+) -> (Array2<f64>, Array2<f64>) {
+    let m = s.ncols();
+    let f = solve::integrate::<M>(&mass.on(model), m, &regions::rows(s.view()));
+    let u0 = start.rows(m, &f, &Order::as_it_is());
+    (regions::array(&f, m), regions::array(&u0, m))
+}
+
+fn add_matrix(
+    npz: &mut NpzWriter<Cursor<Vec<u8>>>,
+    name: &str,
+    matrix: &CsMat<f64>,
+) -> std::result::Result<(), WriteNpzError> {
+    let integers =
+        |numbers: &[usize]| -> Array1<i32> { numbers.iter().map(|&n| n as i32).collect() };
+    let shape = Array1::from(vec![matrix.rows() as i64, matrix.cols() as i64]);
+    npz.add_array(format!("{name}_data"), &Array1::from(matrix.data().to_vec()))?;
+    npz.add_array(format!("{name}_indices"), &integers(matrix.indices()))?;
+    npz.add_array(format!("{name}_indptr"), &integers(matrix.indptr().raw_storage()))?;
+    npz.add_array(format!("{name}_shape"), &shape)
+}
+
+/// An `.npz` file, whose entries are read whole before their headers are believed.
+struct Archive {
+    path: PathBuf,
+    zip: ZipArchive<Cursor<Vec<u8>>>,
+}
+
+impl Archive {
+    fn open(path: &Path) -> Result<Self> {
+        let zip = ZipArchive::new(Cursor::new(file::read(path)?))
+            .map_err(|error| Error::malformed(path, format!("is not an .npz file: {error}")))?;
+        Ok(Archive { path: path.to_owned(), zip })
+    }
+
+    fn entry<T>(&mut self, name: &str, parse: impl Fn(&Path, &[u8]) -> Result<T>) -> Result<T> {
+        let Archive { path, zip } = self;
+        let place = PathBuf::from(format!("{}: {name}", path.display()));
+        let malformed = |message: String| Error::malformed(&place, message);
+        let mut entry = zip
+            .by_name(&format!("{name}.npy"))
+            .map_err(|error| malformed(format!("cannot be read: {error}")))?;
+        let most = entry.compressed_size().saturating_mul(MOST_INFLATED);
+        let size = entry.size();
+        if size > most {
+            return Err(malformed(format!("claims {size} bytes, more than it can hold")));
+        }
+        let mut bytes = Vec::new();
+        (&mut entry).take(size).read_to_end(&mut bytes).map_err(|e| malformed(e.to_string()))?;
+        parse(&place, &bytes)
+    }
+}

@@ -1,0 +1,234 @@
+//! A solver outside the program: a command that is given a problem and a folder, ended when its time is over, and
+//! judged by what it left.
+//!
+//! ```text
+//! COMMAND PROBLEM.npz OUT [--max-iterations=N] [--time-limit=SECONDS] [--threads=N] [--key=value ...]
+//! ```
+//!
+//! It runs in the folder of the experiment file. Whatever goes wrong with it is how its run ended, and no error.
+
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use super::data::Instance;
+use super::plan::Planned;
+use super::spec::External;
+use crate::error::{Error, Result};
+use crate::exchange::{DUAL_STEPS, End, Exchanged, Iterates, certify};
+use crate::run::{Status, Stop};
+use crate::solve::{Observer, Request, Solution};
+use crate::solver::Options;
+use crate::start::Start;
+
+/// Between two looks at the command.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// So much of what a command says is looked through for its last line.
+const TAIL: u64 = 4096;
+
+/// Libraries that start threads by themselves look here how many.
+const THREAD_VARIABLES: [&str; 4] =
+    ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"];
+
+pub struct Attempt<'a> {
+    pub run: &'a Planned<'a>,
+    pub external: &'a External,
+    pub instance: &'a Instance,
+    /// Of the experiment file.
+    pub folder: &'a Path,
+    /// Where the run is made; what the command says stays there as `stderr.txt`.
+    pub claimed: &'a Path,
+    pub stop: &'a Stop,
+}
+
+/// How the command went.
+enum Went {
+    Ended(ExitStatus),
+    OutOfTime,
+    Interrupted,
+    NotStarted(std::io::Error),
+}
+
+impl Attempt<'_> {
+    /// Runs the command and scores its iterates.
+    ///
+    /// # Errors
+    /// Files of our own that cannot be written.
+    pub fn make(&self, observe: Observer<'_>) -> Result<Solution> {
+        let Attempt { run, instance, claimed, stop, .. } = self;
+        let cell = run.instance;
+        let problem = Exchanged::new(
+            &instance.mesh,
+            &instance.costs,
+            cell.lambda,
+            cell.mass,
+            &Start::Argmin,
+        )?;
+        let scratch = claimed.join("exchange");
+        let io = |path: &Path, error| Error::io(path, error);
+        fs::create_dir(&scratch).map_err(|error| io(&scratch, error))?;
+        // The command runs in another folder.
+        let scratch = fs::canonicalize(&scratch).map_err(|error| io(&scratch, error))?;
+        let (npz, out) = (scratch.join("problem.npz"), scratch.join("out"));
+        problem.write(&npz)?;
+        fs::create_dir(&out).map_err(|error| io(&out, error))?;
+        let said = claimed.join("stderr.txt");
+        let log = File::create(&said).map_err(|error| io(&said, error))?;
+        let went = match self.spawn(&npz, &out, log) {
+            Err(error) => Went::NotStarted(error),
+            Ok(child) => wait(child, self.external.limit, observe)
+                .map_err(|error| io(Path::new(&self.external.command), error))?,
+        };
+        let request = Request {
+            lambda: cell.lambda,
+            mass: cell.mass,
+            solver: "external".into(),
+            options: Options::parse(
+                &[format!("command={}", self.external.command)]
+                    .into_iter()
+                    .chain(run.solver.options.pairs().iter().map(|(k, v)| format!("{k}={v}")))
+                    .collect::<Vec<_>>(),
+            )?,
+            stop: (*stop).clone(),
+            coarse_to_fine: false,
+        };
+        let (iterates, mut end) = self.left(went, &out, &said)?;
+        let score = |iterates: &Iterates, end: End, observe: Observer<'_>| {
+            certify(&problem, iterates, DUAL_STEPS, &request, end, observe)
+        };
+        let solution = match score(&iterates, end.clone(), observe) {
+            Err(error) => {
+                end.status = Status::Failed;
+                end.warnings.push(error.to_string());
+                score(&Iterates(Vec::new()), end, observe)
+            }
+            scored => scored,
+        };
+        fs::remove_dir_all(&scratch).map_err(|error| io(&scratch, error))?;
+        solution
+    }
+
+    fn spawn(&self, npz: &Path, out: &Path, log: File) -> std::io::Result<Child> {
+        let Attempt { run, external, folder, stop, .. } = self;
+        let folder =
+            fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })?;
+        let mut words = external.command.split_whitespace();
+        let program = PathBuf::from(words.next().expect("it is not empty"));
+        // A bare name is looked for on the path, as in a shell.
+        let program = if program.components().count() > 1 { folder.join(program) } else { program };
+        let mut command = Command::new(program);
+        command.args(words).arg(npz).arg(out).current_dir(folder);
+        if let Some(iterations) = stop.iterations {
+            command.arg(format!("--max-iterations={iterations}"));
+        }
+        if let Some(time) = stop.time {
+            command.arg(format!("--time-limit={}", time.as_secs_f64()));
+        }
+        if let Some(threads) = run.solver.threads {
+            command.arg(format!("--threads={threads}"));
+            command.envs(THREAD_VARIABLES.map(|variable| (variable, threads.to_string())));
+        }
+        for (key, value) in run.solver.options.pairs() {
+            command.arg(format!("--{key}={value}"));
+        }
+        command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command.spawn()
+    }
+
+    /// The iterates, and how the run ended.
+    fn left(&self, went: Went, out: &Path, said: &Path) -> Result<(Iterates, End)> {
+        let mut warnings = Vec::new();
+        let last = last_line(said).map_err(|error| Error::io(said, error))?;
+        let status = match went {
+            Went::NotStarted(error) => {
+                warnings.push(format!("{} cannot be started: {error}", self.external.command));
+                Some(Status::Failed)
+            }
+            Went::Ended(exit) if !exit.success() => {
+                warnings.push(if last.is_empty() {
+                    exit.to_string()
+                } else {
+                    format!("{exit}: {last}")
+                });
+                Some(Status::Failed)
+            }
+            Went::Ended(_) => None,
+            Went::OutOfTime => {
+                warnings.push(format!(
+                    "the command was ended after {:.0} s, reading and compiling included",
+                    self.external.limit.as_secs_f64()
+                ));
+                Some(Status::TimeLimit)
+            }
+            Went::Interrupted => Some(Status::Interrupted),
+        };
+        let iterates = match Iterates::of(out) {
+            Ok(iterates) => iterates,
+            Err(error) => {
+                if status.is_none() {
+                    warnings.push(error.to_string());
+                }
+                let status = status.unwrap_or(Status::Failed);
+                return Ok((Iterates(Vec::new()), End { status, warnings }));
+            }
+        };
+        let (iteration, seconds) =
+            iterates.0.last().map_or((0, 0.0), |last| (last.iteration, last.seconds));
+        let status = status.unwrap_or_else(|| {
+            if self.stop.iterations.is_some_and(|most| iteration >= most) {
+                Status::IterationLimit
+            } else if self.stop.time.is_some_and(|limit| seconds >= limit.as_secs_f64()) {
+                Status::TimeLimit
+            } else {
+                Status::Ended
+            }
+        });
+        Ok((iterates, End { status, warnings }))
+    }
+}
+
+fn wait(mut child: Child, limit: Duration, observe: Observer<'_>) -> std::io::Result<Went> {
+    let begin = Instant::now();
+    loop {
+        if let Some(exit) = child.try_wait()? {
+            return Ok(Went::Ended(exit));
+        }
+        let late = begin.elapsed() >= limit;
+        if late || observe(None).is_break() {
+            end(&mut child)?;
+            return Ok(if late { Went::OutOfTime } else { Went::Interrupted });
+        }
+        sleep(PATIENCE);
+    }
+}
+
+/// Ends the command and whatever it started.
+fn end(child: &mut Child) -> std::io::Result<()> {
+    #[cfg(target_os = "linux")]
+    {
+        let group = i32::try_from(child.id()).expect("process numbers are small");
+        // SAFETY: no memory is involved. The group is the child's own, made by `process_group(0)`, and still its
+        // own, since the child has not been waited for.
+        unsafe { libc::kill(-group, libc::SIGKILL) };
+    }
+    child.kill()?;
+    child.wait().map(drop)
+}
+
+/// The last line with something on it.
+fn last_line(path: &Path) -> std::io::Result<String> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)?;
+    let text = String::from_utf8_lossy(&bytes);
+    let last = text.lines().rev().find(|line| !line.trim().is_empty());
+    Ok(last.unwrap_or("").trim().to_owned())
+}
