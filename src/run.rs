@@ -2,7 +2,7 @@
 //!
 //! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap. The best of each
 //! is kept apart: the best U may come from another iteration than the best bound. After [`LONG`] steps the best
-//! labels that are constant on every component count as seen; see `constant.rs`.
+//! labels that are constant on every component count as seen, on the clock; see `constant.rs`.
 //! Metrics are evaluated off the clock.
 
 use std::ops::ControlFlow;
@@ -105,11 +105,12 @@ pub struct Sample {
     pub change: Option<f64>,
     /// E_eps of this iterate, for solvers that minimize it.
     pub smoothed_energy: Option<f64>,
-    /// Where the bound of a solver outside the program comes from.
+    /// What the bound of this iterate comes from, for a solver outside the program; `dual_bound` may be an
+    /// earlier one.
     pub certificate: Option<Certificate>,
 }
 
-/// The dual field that certifies an iterate which came without one, or with one.
+/// The dual field that certifies a foreign iterate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Certificate {
@@ -326,7 +327,9 @@ impl<const M: usize> Run<M> {
         let energy = self.see(problem, u, bound);
         if self.iteration >= self.constant_from {
             self.constant_from = u64::MAX;
+            let tick = Instant::now();
             self.try_constant(problem);
+            self.clock += tick.elapsed();
         }
         let smoothed = smoothing.map(|smoothing| problem.smoothed_energy(u, smoothing));
         let relative_gap = self.note(scale, change, smoothed, None);

@@ -55,9 +55,9 @@ pub struct Export {
     #[arg(long, value_name = "uniform|random|argmin|U.npy")]
     init: Option<Init>,
 
-    /// Seed of a random start
-    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
-    seed: u64,
+    /// Seed of a random start; 0, if nothing is said
+    #[arg(long, allow_negative_numbers = true)]
+    seed: Option<u64>,
 
     /// Label of the instance, if the experiment file has several
     #[arg(long)]
@@ -127,12 +127,14 @@ impl Export {
                 "a mesh needs --costs S.npy and --lambda; an experiment file ends in .toml",
             ));
         };
-        if self.instance.is_some() {
-            return Err(Error::unsuitable("--instance belongs to an experiment file"));
+        if self.instance.is_some() || self.data_dir.is_some() {
+            return Err(Error::unsuitable(
+                "--instance and --data-dir belong to an experiment file",
+            ));
         }
         let (mesh, costs) = mesh_with_costs(&self.input, costs)?;
         let init = self.init.as_ref().unwrap_or(&Init::Argmin);
-        let start = init.start(&costs, self.seed)?;
+        let start = init.start(&costs, self.seed.unwrap_or(0))?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
         Exchanged::new(&mesh, &costs, lambda, mass, &start)
     }
@@ -143,6 +145,7 @@ impl Export {
             ("--lambda", self.lambda.is_some()),
             ("--mass", self.mass.is_some()),
             ("--init", self.init.is_some()),
+            ("--seed", self.seed.is_some()),
         ];
         if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
             let message = format!("{option} is said by the experiment file");
@@ -192,7 +195,10 @@ fn import(arguments: &ImportTrace) -> Outcome {
     }
     meshseg::file::check_folder(out)?;
     let problem = Exchanged::read(path)?;
-    let iterates = Iterates::of(folder)?;
+    let mut iterates = Iterates::of(folder);
+    if let Some(error) = iterates.broken.take() {
+        return Err(error.into());
+    }
     let request = Request {
         lambda: problem.lambda,
         mass: problem.mass,
@@ -206,6 +212,9 @@ fn import(arguments: &ImportTrace) -> Outcome {
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     let solution = certify(&problem, &iterates, *dual_steps, &request, end, &mut observe)?;
     progress.finish();
+    if solution.summary.status == Status::Failed {
+        return Err(Error::unsuitable(solution.summary.warnings.join("; ")).into());
+    }
     let data = || problem.f.outer_iter().map(|f| categorical(cheapest(f))).collect();
     let looks = Looks {
         regions: (0..problem.f.ncols()).map(categorical).collect(),

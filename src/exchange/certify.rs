@@ -3,12 +3,11 @@
 //! ```text
 //! offered    q of the solver, each q_j cut off at |q_j| = lambda
 //! smoothed   q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ),  where the trace names an eps
-//! steps      D after DUAL_STEPS steps of our own from (U, 0); their U does not count
+//! steps      D after DUAL_STEPS steps of our own from (U, 0), that of `constant.rs` included; their U does not count
 //! ```
 //!
 //! U is projected onto the simplex first: its energy would bound nothing otherwise.
 
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use ndarray::Array2;
@@ -35,6 +34,9 @@ pub const DUAL_STEPS: u64 = 100;
 /// An entry or a sum of a row may be off by this much before a warning says so.
 const OFF: f64 = 1e-6;
 
+/// Entries beyond this are as good as none.
+const LARGEST: f64 = 1e100;
+
 /// How a solver ended, by the judgment of whoever ran it.
 #[derive(Clone, Debug)]
 pub struct End {
@@ -44,10 +46,11 @@ pub struct End {
 }
 
 /// Scores all iterates. `request` is what the run is remembered by; its gap makes a run converge. `observe` is told
-/// of every sample, and may break off.
+/// of every sample and of steps in between, and may break off. An iterate that cannot be read ends the run as failed,
+/// one that is not finite as diverged; those before count.
 ///
 /// # Errors
-/// Iterates that cannot be read or have the wrong shape.
+/// A problem beyond double precision.
 pub fn certify(
     problem: &Exchanged,
     iterates: &Iterates,
@@ -82,43 +85,67 @@ fn certify_compiled<const M: usize>(
     let mut run = Run::new(&start);
     let End { mut status, mut warnings } = end;
     let judge = Judge { exchanged, problem: &problem, dual_steps };
-    let mut farthest = 0.0;
-    // Whoever brings nothing has at least the start.
-    if iterates.0.first().is_none_or(|first| first.iteration > 0) {
-        let (dual_bound, certificate) = judge.steps(&start)?;
-        let reached = Reached {
-            iteration: 0,
-            seconds: 0.0,
-            u: &start,
-            dual_bound,
-            certificate,
-            smoothed_energy: None,
-        };
-        run.record(&problem, &reached);
+    let mut first = Reached {
+        iteration: 0,
+        seconds: 0.0,
+        u: &start,
+        dual_bound: f64::NEG_INFINITY,
+        certificate: Certificate::Steps,
+        smoothed_energy: None,
+    };
+    let brings_start = iterates.all.first().is_some_and(|first| first.iteration == 0);
+    let (mut farthest, mut converged, mut interrupted) = (0.0, false, false);
+    if !brings_start {
+        first.dual_bound = judge.steps(&start, observe)?;
+        run.record(&problem, &first);
     }
-    for iterate in &iterates.0 {
-        let array = read(&iterate.u, (mesh.vertices.len(), m))?;
-        if array.iter().any(|x| !x.is_finite()) {
+    for iterate in &iterates.all {
+        let mut fail = |error: Error| {
+            warnings.push(error.to_string());
+            Status::Failed
+        };
+        let array = match read(&iterate.u, (mesh.vertices.len(), m)) {
+            Ok(array) => array,
+            Err(error) => {
+                status = fail(error);
+                break;
+            }
+        };
+        if !array.iter().all(|x| x.abs() < LARGEST) {
             status = Status::Diverged;
             break;
         }
         let u = on_simplex(&array);
+        let (dual_bound, certificate) = match judge.bound(iterate, &u, observe) {
+            Ok(bound) => bound,
+            Err(error) => {
+                status = fail(error);
+                break;
+            }
+        };
         let given = regions::rows::<M>(array.view());
         farthest = f64::max(farthest, max(u.len(), |v| (u[v] - given[v]).max_abs()));
-        let (dual_bound, certificate) = judge.bound(iterate, &u)?;
         let smoothed_energy =
             iterate.smoothing.map(|smoothing| problem.smoothed_energy(&u, smoothing));
         let Iterate { iteration, seconds, .. } = *iterate;
         let reached =
             Reached { iteration, seconds, u: &u, dual_bound, certificate, smoothed_energy };
         let gap = run.record(&problem, &reached);
-        if request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance) {
-            status = Status::Converged;
-        }
+        converged |= request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance);
         if observe(run.trace.last()).is_break() {
-            status = Status::Interrupted;
+            interrupted = true;
             break;
         }
+    }
+    // Whoever brings nothing that counts has at least the start.
+    if run.trace.is_empty() {
+        first.dual_bound = judge.steps(&start, observe)?;
+        run.record(&problem, &first);
+    }
+    if interrupted {
+        status = Status::Interrupted;
+    } else if converged && status != Status::Failed {
+        status = Status::Converged;
     }
     if farthest > OFF {
         warnings.push(format!(
@@ -144,7 +171,12 @@ struct Judge<'a, const M: usize> {
 }
 
 impl<const M: usize> Judge<'_, M> {
-    fn bound(&self, iterate: &Iterate, u: &[Row<M>]) -> Result<(f64, Certificate)> {
+    fn bound(
+        &self,
+        iterate: &Iterate,
+        u: &[Row<M>],
+        observe: Observer<'_>,
+    ) -> Result<(f64, Certificate)> {
         let Problem { k, lambda, .. } = self.problem;
         if let Some(path) = &iterate.q {
             let m = self.exchanged.f.ncols();
@@ -159,18 +191,20 @@ impl<const M: usize> Judge<'_, M> {
                 return Ok((self.problem.dual_bound(&q), Certificate::Offered));
             }
         }
-        match iterate.smoothing {
-            Some(smoothing) => {
-                let mut q = vec![Tangent::ZERO; k.faces()];
-                sweep(&mut q, |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
-                Ok((self.problem.dual_bound(&q), Certificate::Smoothed))
+        if let Some(smoothing) = iterate.smoothing {
+            let mut q = vec![Tangent::ZERO; k.faces()];
+            sweep(&mut q, |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
+            let dual_bound = self.problem.dual_bound(&q);
+            // The square of a tiny eps is zero, and what it divides may be so too.
+            if dual_bound.is_finite() {
+                return Ok((dual_bound, Certificate::Smoothed));
             }
-            None => self.steps(u),
         }
+        Ok((self.steps(u, observe)?, Certificate::Steps))
     }
 
     /// D after steps of our own; they are no part of the run.
-    fn steps(&self, u: &[Row<M>]) -> Result<(f64, Certificate)> {
+    fn steps(&self, u: &[Row<M>], observe: Observer<'_>) -> Result<f64> {
         let setup = Setup {
             mesh: &self.exchanged.mesh,
             problem: self.problem,
@@ -181,7 +215,7 @@ impl<const M: usize> Judge<'_, M> {
         let mut solver = solver::build(solver::DEFAULT, setup)?;
         let mut run = Run::new(u);
         let stop = Stop { iterations: Some(self.dual_steps), ..Stop::default() };
-        run.advance(&mut *solver, self.problem, &stop, &mut |_| ControlFlow::Continue(()));
-        Ok((run.bound(), Certificate::Steps))
+        run.advance(&mut *solver, self.problem, &stop, &mut |_| observe(None));
+        Ok(run.bound())
     }
 }

@@ -30,8 +30,12 @@ pub struct Iterate {
     pub q: Option<PathBuf>,
 }
 
-#[derive(Clone, Debug)]
-pub struct Iterates(pub Vec<Iterate>);
+/// All that is whole, and what is wrong with the rest.
+#[derive(Debug, Default)]
+pub struct Iterates {
+    pub all: Vec<Iterate>,
+    pub broken: Option<Error>,
+}
 
 #[derive(Deserialize)]
 struct Line {
@@ -44,21 +48,34 @@ struct Line {
 }
 
 impl Iterates {
-    /// The iterates of a folder, in the order of their iterations.
-    ///
-    /// # Errors
-    /// A trace that is missing or no CSV, whose iterations or times do not ascend, or that names what is not there.
-    pub fn of(folder: &Path) -> Result<Self> {
+    /// The iterates of a folder, in the order of their iterations, up to where the trace is no CSV, its iterations
+    /// or times do not ascend, or it names what is not there.
+    pub fn of(folder: &Path) -> Self {
+        let mut iterates = Iterates::default();
+        iterates.broken = iterates.read(folder).err();
+        iterates
+    }
+
+    fn read(&mut self, folder: &Path) -> Result<()> {
+        let all = &mut self.all;
         let path = folder.join("trace.csv");
         let bytes = file::read(&path)?;
         let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
         let us = numbered(folder, "u_")?;
         let qs = numbered(folder, "q_")?;
-        let mut all: Vec<Iterate> = Vec::new();
         let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..whole]);
-        for (index, line) in csv.deserialize().enumerate() {
-            let wrong = |message: String| Error::malformed_line(&path, index + 2, message);
-            let line: Line = line.map_err(|error| wrong(error.to_string()))?;
+        let malformed = |error: csv::Error| Error::malformed(&path, error.to_string());
+        let headers = csv.headers().map_err(malformed)?.clone();
+        for record in csv.records() {
+            let record = record.map_err(malformed)?;
+            let number = record.position().map_or(0, |position| position.line() as usize);
+            let wrong = |message: String| Error::malformed_line(&path, number, message);
+            let line: Line = record.deserialize(Some(&headers)).map_err(|error| {
+                wrong(match error.kind() {
+                    csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+                    _ => error.to_string(),
+                })
+            })?;
             if !(line.seconds >= 0.0 && line.seconds <= u32::MAX.into()) {
                 return Err(wrong(format!("{} is no time in seconds", line.seconds)));
             }
@@ -90,7 +107,7 @@ impl Iterates {
                 q: qs.get(&line.iteration).cloned(),
             });
         }
-        Ok(Iterates(all))
+        Ok(())
     }
 }
 

@@ -8,10 +8,10 @@
 //! areas                                A_j, F
 //! mass_barycentric, mass_voronoi       a_k, V
 //! mass                                 the one that f was integrated with
-//! f, lambda, u0                        V x m integrated costs, a number, V x m
+//! f, lambda, m, u0                     V x m integrated costs, a number, the number of regions, V x m
 //! ```
 //!
-//! All numbers are float64, all indices int32.
+//! Numbers are float64, indices int32, counts int64.
 
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -30,6 +30,7 @@ use crate::mesh::order::Order;
 use crate::npy;
 use crate::operator::export::ByteString;
 use crate::operator::{Mass, Matrix, mass};
+use crate::problem::NEVER;
 use crate::regions::{self, with_regions};
 use crate::solve::{self, model_mesh};
 use crate::start::Start;
@@ -37,8 +38,12 @@ use crate::start::Start;
 const FORMAT: &[u8; 15] = b"meshseg-problem";
 const VERSION: i64 = 1;
 
-/// Nothing that deflate packs becomes larger than this many times its packed size.
-const MOST_INFLATED: u64 = 1100;
+/// An entry is no larger than this, or than so many times the whole archive: deflate packs zeros a thousandfold.
+const MOST_BYTES: u64 = 1 << 26;
+const MOST_INFLATED: u64 = 64;
+
+/// Beyond it a cost would pass for that of a closed region.
+const LARGEST_COST: f64 = 1e-10 * NEVER;
 
 /// A problem in the order of its file.
 #[derive(Clone, Debug)]
@@ -109,6 +114,7 @@ impl Exchanged {
         npz.add_array("mass", &arr0(ByteString(name)))?;
         npz.add_array("f", f)?;
         npz.add_array("lambda", &arr0(*lambda))?;
+        npz.add_array("m", &arr0(f.ncols() as i64))?;
         npz.add_array("u0", u0)?;
         Ok(npz.finish()?.into_inner())
     }
@@ -157,6 +163,9 @@ impl Exchanged {
             return Err(unsuitable("points has an entry that is not finite".into()));
         }
         solve::check_finite("costs", &f).map_err(of_file)?;
+        if f.iter().any(|f| f.abs() >= LARGEST_COST) {
+            return Err(unsuitable("f leaves the range of double precision: scale it down".into()));
+        }
         let mesh = Mesh::new(
             points.outer_iter().map(|x| Point3::new(x[0], x[1], x[2])).collect(),
             corners.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect(),
@@ -204,23 +213,27 @@ fn add_matrix(
 struct Archive {
     path: PathBuf,
     zip: ZipArchive<Cursor<Vec<u8>>>,
+    /// In bytes.
+    length: u64,
 }
 
 impl Archive {
     fn open(path: &Path) -> Result<Self> {
-        let zip = ZipArchive::new(Cursor::new(file::read(path)?))
+        let bytes = file::read(path)?;
+        let length = bytes.len() as u64;
+        let zip = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| Error::malformed(path, format!("is not an .npz file: {error}")))?;
-        Ok(Archive { path: path.to_owned(), zip })
+        Ok(Archive { path: path.to_owned(), zip, length })
     }
 
     fn entry<T>(&mut self, name: &str, parse: impl Fn(&Path, &[u8]) -> Result<T>) -> Result<T> {
-        let Archive { path, zip } = self;
+        let Archive { path, zip, length: archive_length } = self;
         let place = PathBuf::from(format!("{}: {name}", path.display()));
         let malformed = |message: String| Error::malformed(&place, message);
         let mut entry = zip
             .by_name(&format!("{name}.npy"))
             .map_err(|error| malformed(format!("cannot be read: {error}")))?;
-        let most = entry.compressed_size().saturating_mul(MOST_INFLATED);
+        let most = MOST_BYTES.max(archive_length.saturating_mul(MOST_INFLATED));
         let size = entry.size();
         if size > most {
             return Err(malformed(format!("claims {size} bytes, more than it can hold")));

@@ -30,6 +30,9 @@ const PATIENCE: Duration = Duration::from_millis(20);
 /// So much of what a command says is looked through for its last line.
 const TAIL: u64 = 4096;
 
+/// And so many characters of that.
+const LONGEST: usize = 200;
+
 /// Libraries that start threads by themselves look here how many.
 const THREAD_VARIABLES: [&str; 4] =
     ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"];
@@ -96,20 +99,14 @@ impl Attempt<'_> {
             stop: (*stop).clone(),
             coarse_to_fine: false,
         };
-        let (iterates, mut end) = self.left(went, &out, &said)?;
-        let score = |iterates: &Iterates, end: End, observe: Observer<'_>| {
-            certify(&problem, iterates, DUAL_STEPS, &request, end, observe)
-        };
-        let solution = match score(&iterates, end.clone(), observe) {
-            Err(error) => {
-                end.status = Status::Failed;
-                end.warnings.push(error.to_string());
-                score(&Iterates(Vec::new()), end, observe)
-            }
-            scored => scored,
-        };
-        fs::remove_dir_all(&scratch).map_err(|error| io(&scratch, error))?;
-        solution
+        let iterates = Iterates::of(&out);
+        let end = self.end(went, &iterates, &said);
+        let solution = certify(&problem, &iterates, DUAL_STEPS, &request, end, observe)?;
+        // The next one to claim this run removes what is left.
+        if let Err(error) = fs::remove_dir_all(&scratch) {
+            tracing::warn!("{}: {error}", scratch.display());
+        }
+        Ok(solution)
     }
 
     fn spawn(&self, npz: &Path, out: &Path, log: File) -> std::io::Result<Child> {
@@ -135,81 +132,99 @@ impl Attempt<'_> {
         for (key, value) in run.solver.options.pairs() {
             command.arg(format!("--{key}={value}"));
         }
-        command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log);
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         command.spawn()
     }
 
-    /// The iterates, and how the run ended.
-    fn left(&self, went: Went, out: &Path, said: &Path) -> Result<(Iterates, End)> {
+    /// How the run ended.
+    fn end(&self, went: Went, iterates: &Iterates, said: &Path) -> End {
         let mut warnings = Vec::new();
-        let last = last_line(said).map_err(|error| Error::io(said, error))?;
-        let status = match went {
+        let mut fail = |why: String| {
+            warnings.push(why);
+            Status::Failed
+        };
+        let (iteration, seconds) =
+            iterates.all.last().map_or((0, 0.0), |last| (last.iteration, last.seconds));
+        let mut status = match went {
             Went::NotStarted(error) => {
-                warnings.push(format!("{} cannot be started: {error}", self.external.command));
-                Some(Status::Failed)
+                fail(format!("{} cannot be started: {error}", self.external.command))
             }
-            Went::Ended(exit) if !exit.success() => {
-                warnings.push(if last.is_empty() {
-                    exit.to_string()
-                } else {
-                    format!("{exit}: {last}")
-                });
-                Some(Status::Failed)
-            }
-            Went::Ended(_) => None,
+            Went::Ended(exit) if !exit.success() => fail(match last_line(said) {
+                Ok(last) if last.is_empty() => exit.to_string(),
+                Ok(last) => format!("{exit}: {last}"),
+                Err(error) => format!("{exit}; {}: {error}", said.display()),
+            }),
             Went::OutOfTime => {
                 warnings.push(format!(
                     "the command was ended after {:.0} s, reading and compiling included",
                     self.external.limit.as_secs_f64()
                 ));
-                Some(Status::TimeLimit)
-            }
-            Went::Interrupted => Some(Status::Interrupted),
-        };
-        let iterates = match Iterates::of(out) {
-            Ok(iterates) => iterates,
-            Err(error) => {
-                if status.is_none() {
-                    warnings.push(error.to_string());
-                }
-                let status = status.unwrap_or(Status::Failed);
-                return Ok((Iterates(Vec::new()), End { status, warnings }));
-            }
-        };
-        let (iteration, seconds) =
-            iterates.0.last().map_or((0, 0.0), |last| (last.iteration, last.seconds));
-        let status = status.unwrap_or_else(|| {
-            if self.stop.iterations.is_some_and(|most| iteration >= most) {
-                Status::IterationLimit
-            } else if self.stop.time.is_some_and(|limit| seconds >= limit.as_secs_f64()) {
                 Status::TimeLimit
-            } else {
-                Status::Ended
             }
-        });
-        Ok((iterates, End { status, warnings }))
+            Went::Interrupted => Status::Interrupted,
+            Went::Ended(_) if self.stop.iterations.is_some_and(|most| iteration >= most) => {
+                Status::IterationLimit
+            }
+            Went::Ended(_)
+                if self.stop.time.is_some_and(|limit| seconds >= limit.as_secs_f64()) =>
+            {
+                Status::TimeLimit
+            }
+            Went::Ended(_) => Status::Ended,
+        };
+        if let Some(error) = &iterates.broken
+            && status != Status::Interrupted
+        {
+            warnings.push(error.to_string());
+            // A command that was ended early may have had no time for a first line.
+            if status != Status::TimeLimit {
+                status = Status::Failed;
+            }
+        }
+        End { status, warnings }
     }
 }
 
 fn wait(mut child: Child, limit: Duration, observe: Observer<'_>) -> std::io::Result<Went> {
     let begin = Instant::now();
     loop {
-        if let Some(exit) = child.try_wait()? {
-            return Ok(Went::Ended(exit));
+        if has_ended(&mut child)? {
+            return end_group(&mut child).map(Went::Ended);
         }
         let late = begin.elapsed() >= limit;
         if late || observe(None).is_break() {
-            end(&mut child)?;
+            end_group(&mut child)?;
             return Ok(if late { Went::OutOfTime } else { Went::Interrupted });
         }
         sleep(PATIENCE);
     }
 }
 
-/// Ends the command and whatever it started.
-fn end(child: &mut Child) -> std::io::Result<()> {
+/// Whether the command has ended. It is not waited for yet, so that its number stays its own.
+#[cfg(target_os = "linux")]
+fn has_ended(child: &mut Child) -> std::io::Result<bool> {
+    let flags = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT;
+    // SAFETY: zeros are a valid value of these plain numbers, and the call writes nothing else.
+    let (result, information) = unsafe {
+        let mut information: libc::siginfo_t = std::mem::zeroed();
+        (libc::waitid(libc::P_PID, child.id(), &raw mut information, flags), information)
+    };
+    if result != 0 {
+        return Err(std::io::Error::last_os_error());
+    }
+    // SAFETY: the field is there after `waitid`, and zero if nothing has ended.
+    Ok(unsafe { information.si_pid() } != 0)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn has_ended(child: &mut Child) -> std::io::Result<bool> {
+    Ok(child.try_wait()?.is_some())
+}
+
+/// Ends the command and whatever it started, which would disturb the runs after it.
+fn end_group(child: &mut Child) -> std::io::Result<ExitStatus> {
     #[cfg(target_os = "linux")]
     {
         let group = i32::try_from(child.id()).expect("process numbers are small");
@@ -218,7 +233,7 @@ fn end(child: &mut Child) -> std::io::Result<()> {
         unsafe { libc::kill(-group, libc::SIGKILL) };
     }
     child.kill()?;
-    child.wait().map(drop)
+    child.wait()
 }
 
 /// The last line with something on it.
@@ -229,6 +244,7 @@ fn last_line(path: &Path) -> std::io::Result<String> {
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
     let text = String::from_utf8_lossy(&bytes);
-    let last = text.lines().rev().find(|line| !line.trim().is_empty());
-    Ok(last.unwrap_or("").trim().to_owned())
+    let last = text.split(['\n', '\r']).rev().map(str::trim).find(|line| !line.is_empty());
+    let plain = last.unwrap_or("").chars().filter(|c| !c.is_control());
+    Ok(plain.take(LONGEST).collect())
 }

@@ -103,12 +103,32 @@ impl LoadWatch {
     }
 }
 
-/// Processor time of this process, in seconds.
+/// Processor time of this process and of the commands that it ran, in seconds.
 fn own_time(system: &mut System) -> f64 {
     let Ok(pid) = sysinfo::get_current_pid() else { return 0.0 };
     let kind = ProcessRefreshKind::nothing().with_cpu();
     system.refresh_processes_specifics(ProcessesToUpdate::Some(&[pid]), true, kind);
-    system.process(pid).map_or(0.0, |process| process.accumulated_cpu_time() as f64 / 1e3)
+    let own =
+        system.process(pid).map_or(0.0, |process| process.accumulated_cpu_time() as f64 / 1e3);
+    own + children_time()
+}
+
+/// Processor time of the children that have ended.
+#[cfg(target_os = "linux")]
+fn children_time() -> f64 {
+    // SAFETY: zeros are a valid value of these plain numbers, and the call writes nothing else.
+    let usage = unsafe {
+        let mut usage: libc::rusage = std::mem::zeroed();
+        libc::getrusage(libc::RUSAGE_CHILDREN, &raw mut usage);
+        usage
+    };
+    let seconds = |time: libc::timeval| time.tv_sec as f64 + 1e-6 * time.tv_usec as f64;
+    seconds(usage.ru_utime) + seconds(usage.ru_stime)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn children_time() -> f64 {
+    0.0
 }
 
 impl Default for LoadWatch {

@@ -102,11 +102,6 @@ impl Done {
         Ok(all)
     }
 
-    /// The first sample within a certified gap.
-    pub fn reach(&self, gap: f64) -> Option<&Point> {
-        self.trace.iter().find(|point| point.relative_gap <= gap)
-    }
-
     /// A value of the cell: `lambda`, `options.epsilon`, `solver`.
     pub fn key(&self, key: &str) -> Option<&toml::Value> {
         let first = |name: &str| self.spec.get(name)?.as_array()?.first()?.as_table();

@@ -149,11 +149,7 @@ pub fn run(
             None => attempt(run, instance, stop.clone(), &mut step)?,
             Some(external) => {
                 let (folder, claimed) = (&places.folder, claim.folder());
-                let solution =
-                    Attempt { run, external, instance, folder, claimed, stop }.make(&mut step)?;
-                // The command's own work is not that of others.
-                load = LoadWatch::new();
-                solution
+                Attempt { run, external, instance, folder, claimed, stop }.make(&mut step)?
             }
         };
         let wall_seconds = begin.elapsed().as_secs_f64();

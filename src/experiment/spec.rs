@@ -417,6 +417,10 @@ fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> 
         let mut options = Vec::new();
         for (key, value) in cell.0 {
             let Some(key) = key.strip_prefix("options.") else { continue };
+            if external.is_some() && key == "command" {
+                let message = "command is no option; it stands beside name";
+                return Err(Wrong::at(&value.place, message));
+            }
             let option = format!("{key}={}", value.value.text());
             Options::parse(&[&option])
                 .and_then(|alone| description.map_or(Ok(()), |known| alone.check(known)))
@@ -482,7 +486,7 @@ fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<Ext
         return Err(Wrong::at(command_place, "command is empty"));
     }
     let limit = match (cell.get("limit"), stop.time) {
-        (None, Some(time)) => 3 * time + Duration::from_secs(60),
+        (None, Some(time)) => time.saturating_mul(3).saturating_add(Duration::from_secs(60)),
         (None, None) => {
             let message = "an external solver needs limit = SECONDS, or stop a time-limit";
             return Err(Wrong::at(place, message));

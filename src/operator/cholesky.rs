@@ -1,6 +1,8 @@
 //! T = L L^T by faer: factored once, solved for all regions at once.
 
 use faer::linalg::solvers::Solve;
+
+use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
 use faer::sparse::linalg::solvers::Llt;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{MatMut, Par, Side};
@@ -15,12 +17,25 @@ pub struct Cholesky {
 impl Cholesky {
     /// Of a symmetric positive definite matrix; none if rounding makes it look indefinite.
     pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
+        Cholesky::within(matrix, usize::MAX)
+    }
+
+    /// The same; none, too, if the factor would have more entries than that.
+    pub fn within(matrix: &CsMat<f64>, entries_of_l: usize) -> Option<Self> {
         let entries: Vec<Triplet<usize, usize, f64>> =
             matrix.iter().map(|(&value, (row, col))| Triplet::new(row, col, value)).collect();
         let matrix = SparseColMat::try_new_from_triplets(matrix.rows(), matrix.cols(), &entries)
             .expect("the entries lie inside the matrix");
         // A parallel triangular solve of so thin a right-hand side is several times slower.
         faer::set_global_parallelism(Par::Seq);
+        if entries_of_l < usize::MAX {
+            let (symmetric, ordering) = (matrix.symbolic(), SymmetricOrdering::Amd);
+            let symbolic =
+                factorize_symbolic_cholesky(symmetric, Side::Lower, ordering, Default::default());
+            if symbolic.ok()?.len_val() > entries_of_l {
+                return None;
+            }
+        }
         matrix.sp_cholesky(Side::Lower).ok().map(|factor| Cholesky { factor })
     }
 

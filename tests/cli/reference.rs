@@ -178,7 +178,8 @@ fn all_reference_solvers_agree_with_ours() {
         "agree.toml",
         experiment(&solvers.join("\n"), "gap = 1e-7, max-iterations = 4000, time-limit = 20"),
     );
-    // The first of these makes the Python environment, which takes a minute.
+    // Else the minute that the environment takes would count for the first of them.
+    succeeded(reference(&["python", "-c", "pass"]));
     succeeded({
         let mut command = Command::new(PROGRAM);
         command.args(["experiment", "run", "agree.toml"]).current_dir(folder.path(""));
@@ -224,20 +225,10 @@ fn a_solver_takes_twenty_lines() {
     folder.done(&format!("problem export {GIVEN} --out problem.npz"));
     fs::create_dir(folder.path("out")).unwrap();
     // The environment of the reference solvers has what it needs.
-    let usage = reference(&["python"]).output().unwrap();
-    assert!(!usage.status.success());
-    let environment =
-        fs::read_dir(home.parent().unwrap().parent().unwrap().join("target/reference"))
-            .unwrap()
-            .map(|entry| entry.unwrap().path())
-            .find(|path| path.join(".ready").exists())
-            .unwrap();
-    succeeded({
-        let mut command = Command::new(environment.join("bin/python"));
-        command.arg(home.join("example.py"));
-        command.arg(folder.path("problem.npz")).arg(folder.path("out"));
-        command
-    });
+    let text = |path: PathBuf| path.display().to_string();
+    let [script, problem, out] =
+        [home.join("example.py"), folder.path("problem.npz"), folder.path("out")].map(text);
+    succeeded(reference(&["python", &script, &problem, &out]));
     folder.done("problem import-trace problem.npz out --gap 1e-3 --out mine");
     folder.solve(&format!("{GIVEN} --gap 1e-6"), "ours");
     let (mine, ours) = (read(&folder, "mine"), folder.answer("ours"));
@@ -299,16 +290,24 @@ fn failures_are_outcomes() {
     folder.array("far.npy", &Array2::from_elem((n, 3), 0.5));
     let one = "printf 'iteration,seconds\\n1,0.5\\n' > $out/trace.csv";
     script("fails.sh", "echo working; echo 'no luck today' >&2; exit 3");
-    script("silent.sh", "exit 0");
+    script("silent.sh", "sleep 300 & exit 0");
     script("hangs.sh", &format!("cp far.npy $out/u_1.npy; {one}; sleep 300 & sleep 300"));
     script("wrong.sh", &format!("cp wrong.npy $out/u_1.npy; {one}"));
     script("nan.sh", &format!("cp nan.npy $out/u_1.npy; {one}"));
+    let nothing = "printf 'iteration,seconds\\n0,0\\n' > $out/trace.csv";
+    script("nan0.sh", &format!("cp nan.npy $out/u_0.npy; {nothing}"));
+    script(
+        "late.sh",
+        &format!(
+            "cp far.npy $out/u_1.npy; cp wrong.npy $out/u_2.npy; {one}; echo 2,0.6 >> $out/trace.csv"
+        ),
+    );
     script("far.sh", &format!("cp far.npy $out/u_1.npy; {one}; echo \"$@\" >&2"));
     script(
         "unsorted.sh",
         "printf 'iteration,seconds\\n2,0.5\\n1,0.6\\n' > $out/trace.csv; cp far.npy $out/u_2.npy",
     );
-    let solvers: Vec<String> = ["fails", "silent", "wrong", "nan", "unsorted"]
+    let solvers: Vec<String> = ["fails", "silent", "wrong", "nan", "nan0", "late", "unsorted"]
         .iter()
         .map(|name| external(name, &format!("./{name}.sh"), ""))
         .chain([
@@ -334,11 +333,16 @@ fn failures_are_outcomes() {
         (summary["status"].as_str().unwrap(), manifest["exit"].as_str().unwrap(), log)
     };
     let (ended, why, log) = status("fails");
-    assert_eq!((ended, log.as_str()), ("failed", "working\nno luck today\n"));
+    assert_eq!((ended, log.as_str()), ("failed", "no luck today\n"));
     assert!(why.contains("no luck today") && why.contains('3'), "{why}");
     assert!(status("silent").1.contains("trace.csv"), "{:?}", status("silent"));
     assert!(status("wrong").1.contains("48 x 2, not 48 x 3"), "{:?}", status("wrong"));
     assert_eq!(status("nan").0, "diverged");
+    assert_eq!(status("nan0").0, "diverged");
+    // What was good before counts.
+    assert_eq!((status("late").0, status("late").1.contains("48 x 2")), ("failed", true));
+    let (_, late, ..) = results.iter().find(|(name, ..)| name == "late").unwrap();
+    assert_eq!(late["iterations"], 1);
     assert!(status("unsorted").1.contains("ascend"), "{:?}", status("unsorted"));
     assert!(status("missing").1.contains("cannot be started"), "{:?}", status("missing"));
     assert_eq!(status("hangs").0, "time-limit");
@@ -375,6 +379,8 @@ fn experiment_files_say_what_an_external_solver_lacks() {
     refused("[[solver]]\nname = \"fista\"\ncommand = \"x\"\n", all, "external");
     refused("[[solver]]\nname = \"fista\"\nlimit = 3\n", all, "external");
     refused("[[solver]]\nname = \"external\"\ncommand = \"x\"\nlimit = -1\n", all, "limit");
+    let option = "[[solver]]\nname = \"external\"\ncommand = \"x\"\noptions = { command = 1 }\n";
+    refused(option, all, "is no option");
     refused(
         "[[solver]]\nname = \"external\"\ncommand = \"x\"\ncoarse-to-fine = true\n",
         all,
@@ -405,7 +411,9 @@ fn an_instance_of_an_experiment_is_a_problem_too() {
     refused("two.toml", "--instance");
     refused("two.toml --instance nobody", "--instance");
     refused("one.toml --lambda 2", "--lambda is said");
+    refused("one.toml --seed 2", "--seed is said");
     refused("torus:8x6", "--costs");
+    refused("torus:8x6 --lambda 1 --costs S.npy --data-dir .", "experiment file");
     refused("torus:8x6 --lambda 1 --costs nowhere.npy", "nowhere.npy");
 }
 
@@ -480,6 +488,11 @@ fn damaged_problems_are_refused_in_one_line() {
         (damaged(&good, "f", Some(npy(&Array2::from_elem((n, M), f64::INFINITY)))), "finite"),
         (damaged(&good, "u0", Some(npy(&Array2::<f64>::zeros((n, M))))), "simplex"),
         (damaged(&good, "u0", Some(npy(&Array2::<f64>::zeros((n, M + 1))))), "initial U"),
+        (damaged(&good, "f", Some(npy(&Array2::from_elem((n, M), 1e300)))), "range"),
+        (
+            damaged(&good, "f", Some(npy(&Array2::<f64>::zeros((3_000_000, M))))),
+            "more than it can hold",
+        ),
         (damaged(&good, "lambda", Some(npy(&arr0(-1.0)))), "lambda"),
         (damaged(&good, "lambda", Some(npy(&Array0::from_elem((), f64::NAN)))), "lambda"),
         (damaged(&good, "mass", None), "mass"),

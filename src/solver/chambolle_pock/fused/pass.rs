@@ -48,7 +48,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             rho: T::splat(simd, self.rho),
             land: self.land,
         };
-        let vertex_rows = rows.len() / faces_due.len();
+        let vertex_rows = width * groups(M);
         let mut done = 0;
         for (block, &due) in faces_due.iter().enumerate() {
             let own = &mut rows[block * vertex_rows..][..vertex_rows];
@@ -145,7 +145,11 @@ impl<T: Real, S: Simd> Step<T, S> {
             for (u, corner) in u.iter_mut().zip(corner) {
                 *u = self.gather(
                     #[inline(always)]
-                    |o| rows[corner[o] as usize * groups(M) + g].u_bar,
+                    |o| {
+                        let place = corner[o] as usize * groups(M) + g;
+                        // SAFETY: `Part::new` checked that every corner has its place in `rows`.
+                        unsafe { rows.get_unchecked(place) }.u_bar
+                    },
                 );
             }
             for p in 4 * g..M.min(4 * g + 4) {
@@ -190,7 +194,9 @@ impl<T: Real, S: Simd> Step<T, S> {
             // Face by face in their order, wherever a block begins: a vertex sums in the same order in any part.
             for o in 0..width::<T, S>() {
                 for i in 0..3 {
-                    let row = &mut rows[corner[i][o] as usize * groups(M) + g];
+                    let place = corner[i][o] as usize * groups(M) + g;
+                    // SAFETY: as above.
+                    let row = unsafe { rows.get_unchecked_mut(place) };
                     row.kq = T::add_rows(row.kq, kq[i][o]);
                 }
             }
