@@ -1,9 +1,17 @@
-.PHONY: test lint bench bench-report
+.PHONY: test build environment lint bench bench-report
 
 # Every test the project has. Release, because the mathematics is slow without it.
 test:
+	$(MAKE) --jobs=2 build environment
 	cargo test --release --locked
 	./assets/report/test/page
+
+build:
+	cargo test --release --locked --no-run
+
+# Of the reference solvers, with which some tests compare.
+environment:
+	./experiments/reference/run python -c pass
 
 lint:
 	cargo fmt --all --check
