@@ -52,7 +52,7 @@ pub struct Units {
 impl<T: Real, const M: usize> Part<T, M> {
     pub fn new(layout: Layout) -> Self {
         let (vertices, faces) = layout.room();
-        // The pass relies on it: a test of every gather would cost a sixth of a step.
+        // The pass relies on it: a test of every gather would cost a tenth of a step.
         assert!(layout.corners.iter().all(|&place| (place as usize) < vertices));
         Part {
             rows: vec![RowPair { u_bar: [T::ZERO; 4], kq: [T::ZERO; 4] }; vertices * groups(M)]
