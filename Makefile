@@ -1,9 +1,15 @@
-.PHONY: test build environment lint bench bench-report
+.PHONY: test rust page build environment lint bench bench-report
 
 # Every test the project has. Release, because the mathematics is slow without it.
 test:
 	$(MAKE) --jobs=2 build environment
+	$(MAKE) --jobs=2 rust page
+
+rust:
 	cargo test --release --locked
+
+# Of the reports, in a browser.
+page:
 	./assets/report/test/page
 
 build:

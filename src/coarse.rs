@@ -207,7 +207,7 @@ pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>>
 pub fn prolong<const M: usize>(parents: &[Parents], u: &[Row<M>]) -> Vec<Row<M>> {
     let mut fine = vec![Row::ZERO; parents.len()];
     sweep(
-        (&mut fine, parents),
+        (&mut fine[..], parents),
         #[inline(always)]
         |_, (fine, parents)| *fine = interpolate(parents, |c| u[c]),
     );
@@ -231,7 +231,7 @@ pub fn prolong_dual<const M: usize>(
     let mean = vertex_means(&level.mesh, q);
     let mut at_vertex = vec![[Row::<M>::ZERO; 3]; fine.vertices.len()];
     sweep(
-        (&mut at_vertex, &level.parents),
+        (&mut at_vertex[..], &level.parents[..]),
         #[inline(always)]
         |_, (at, parents)| {
             *at = [0, 1, 2].map(|i| interpolate(parents, |c| mean[c][i]));
@@ -239,7 +239,7 @@ pub fn prolong_dual<const M: usize>(
     );
     let mut fine_q = vec![Tangent::ZERO; fine.faces.len()];
     sweep(
-        &mut fine_q,
+        &mut fine_q[..],
         #[inline(always)]
         |j, q| {
             let [a, b, c] = fine.faces[j].map(|v| &at_vertex[v as usize]);

@@ -81,7 +81,7 @@ impl<const M: usize> Constant<M> {
         let factor = Cholesky::within(&normal_matrix(k, &grounded, &weights), MOST_ENTRIES)?;
         let gradient = |phi: &[Row<M>]| {
             let mut q = vec![Tangent::ZERO; k.faces()];
-            sweep(&mut q, |j, q| *q = k.at(phi, j) * weights[j]);
+            sweep(&mut q[..], |j, q| *q = k.at(phi, j) * weights[j]);
             q
         };
         let mut phi = divergence.clone();
@@ -89,11 +89,11 @@ impl<const M: usize> Constant<M> {
         // What rounding left over, once more.
         let mut rest = divergence;
         let q = gradient(&phi);
-        sweep(&mut rest, |v, rest| *rest = *rest - k.adjoint_at(&q, v));
+        sweep(&mut rest[..], |v, rest| *rest = *rest - k.adjoint_at(&q, v));
         factor.solve(&mut rest);
         phi.iter_mut().zip(&rest).for_each(|(phi, &rest)| *phi += rest);
         let mut q = gradient(&phi);
-        sweep(&mut q, |_, q| *q = project_ball(*q, *lambda));
+        sweep(&mut q[..], |_, q| *q = project_ball(*q, *lambda));
         Some(problem.dual_bound(&q))
     }
 }

@@ -141,7 +141,7 @@ fn bound<const M: usize>(
     let Problem { k, lambda, .. } = problem;
     let mut q = vec![Tangent::ZERO; k.faces()];
     let mut at = |smoothing: Smoothing| {
-        sweep(&mut q, |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
+        sweep(&mut q[..], |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
         (smoothing, problem.dual_bound(&q))
     };
     if let Some(smoothing) = given {

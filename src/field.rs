@@ -1,7 +1,6 @@
 //! The two kinds of values of the method: a row u_k of the labels U at a vertex, and the two rows of
 //! (K U)_j or of the dual field q_j on a face, in the face's orthonormal frame.
 
-use std::array;
 use std::ops::{Add, AddAssign, Mul, Sub};
 
 /// u_k in R^m: one number per region at a vertex.
@@ -18,8 +17,12 @@ impl<const M: usize> Row<M> {
     pub const ZERO: Self = Row([0.0; M]);
 
     #[inline(always)]
-    pub fn from_fn(value: impl FnMut(usize) -> f64) -> Self {
-        Row(array::from_fn(value))
+    pub fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
+        let mut row = Row::ZERO;
+        for p in 0..M {
+            row.0[p] = value(p);
+        }
+        row
     }
 
     /// The vertex of the simplex that stands for region p.

@@ -190,15 +190,10 @@ fn solve_compiled<const M: usize>(
         Some(Pair { u, q }) => (u, Some(q)),
         None => (start.rows(m, &problem.f, order), None),
     };
-    let setup = Setup {
-        mesh: model,
-        problem: &problem,
-        start: start.clone(),
-        dual_start,
-        options: &request.options,
-    };
-    let mut solver = solver::build(&request.solver, setup)?;
     let mut run = Run::new(&start);
+    let setup =
+        Setup { mesh: model, problem: &problem, start, dual_start, options: &request.options };
+    let mut solver = solver::build(&request.solver, setup)?;
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
     run.charge(spent);
     let stop = request.stop.after(spent);
@@ -312,7 +307,7 @@ pub(crate) fn conclude<const M: usize>(
     Solution {
         summary,
         u: regions::array(u, m),
-        labels: u.iter().map(|row| row.argmax() as i32).collect(),
+        labels: sweep::collect(u.len(), |v| u[v].argmax() as i32).into(),
         trace: run.trace,
     }
 }

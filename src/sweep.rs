@@ -4,69 +4,38 @@
 //! is a binary tree whose shape depends on the length only. Nor do the instructions matter that are picked
 //! when the program runs (AVX2 or the baseline): none of them fuses or reorders what is written.
 
+mod columns;
+
 use std::sync::Mutex;
 
-use rayon::iter::plumbing::{Producer, ProducerCallback};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 use crate::error::{Error, Result};
+use columns::Columns;
 
 /// Fewer elements than this are not worth a second thread.
 const BLOCK: usize = 1024;
 
-/// Runs `body(index, (column_1[index], column_2[index], ...))` for every index of a tuple of slices,
+/// Runs `body(index, (column_1[index], column_2[index], ...))` for every index of a tuple of slices of one length,
 /// `&mut` for those that are written: one line of the paper as one fused loop. A body marked
 /// `#[inline(always)]` is compiled for each set of vector instructions.
 #[inline]
-pub fn sweep<C, B>(columns: C, body: B)
-where
-    C: IntoParallelIterator,
-    C::Iter: IndexedParallelIterator,
-    B: Fn(usize, C::Item) + Sync,
-{
-    let columns = columns.into_par_iter();
-    let length = columns.len();
-    // Rayon's own `for_each` calls the body through a reference and never inlines it. Its producers
-    // split and become plain iterators just as well, and this loop costs no more than one by hand.
+pub fn sweep<C: Columns>(columns: C, body: impl Fn(usize, C::Item) + Sync) {
+    let length = columns.length();
+    let places = columns.places();
     let block = BLOCK.max(length.div_ceil(4 * threads()));
-    columns.with_producer(Blocks { length, block, body: &body });
-}
-
-struct Blocks<'a, B> {
-    length: usize,
-    block: usize,
-    body: &'a B,
-}
-
-impl<T, B: Fn(usize, T) + Sync> ProducerCallback<T> for Blocks<'_, B> {
-    type Output = ();
-
-    fn callback<P: Producer<Item = T>>(self, columns: P) {
-        let Blocks { length, block, body } = self;
-        let work = |first: usize, columns: P| {
-            let last = length.min(first + block);
-            vectorized(
-                #[inline(always)]
-                || {
-                    for (index, columns) in (first..last).zip(columns.into_iter()) {
-                        body(index, columns);
-                    }
-                },
-            );
-        };
-        if length <= block {
-            return work(0, columns);
-        }
-        let mut pieces = Vec::with_capacity(length.div_ceil(block));
-        let mut rest = columns;
-        for first in (0..length - block).step_by(block) {
-            let (piece, behind) = rest.split_at(block);
-            pieces.push(Mutex::new(Some((first, piece))));
-            rest = behind;
-        }
-        pieces.push(Mutex::new(Some((pieces.len() * block, rest))));
-        take_each(&pieces, &|(first, piece)| work(first, piece));
-    }
+    in_parallel(length.div_ceil(block), &|i| {
+        let (first, last) = (i * block, length.min((i + 1) * block));
+        vectorized(
+            #[inline(always)]
+            || {
+                for index in first..last {
+                    // SAFETY: the blocks are disjoint and within the length, so each index comes once.
+                    body(index, unsafe { C::at(places, index) });
+                }
+            },
+        );
+    });
 }
 
 /// Runs `body(first, &mut column[first..next])` for any two consecutive `first` and `next` of `cuts`, from 0 to
@@ -112,13 +81,17 @@ fn take_each<T: Send>(places: &[Mutex<Option<T>>], work: &(dyn Fn(T) + Sync)) {
 
 /// Runs `work` for 0 to n - 1. The only loop that all others come down to, and so compiled only once.
 fn in_parallel(n: usize, work: &(dyn Fn(usize) + Sync)) {
+    if n == 1 {
+        return work(0);
+    }
     (0..n).into_par_iter().with_max_len(1).for_each(work);
 }
 
-/// The results of n tasks, each by itself for a thread.
-pub fn results<T: Send>(n: usize, task: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let mut results: Vec<Option<T>> = (0..n).map(|_| None).collect();
-    each(results.iter_mut().enumerate().collect(), &|(i, result)| *result = Some(task(i)));
+/// What `task` makes of the items, each by itself for a thread.
+pub fn results<A: Send, T: Send>(items: Vec<A>, task: impl Fn(A) -> T + Sync) -> Vec<T> {
+    let mut results: Vec<Option<T>> = items.iter().map(|_| None).collect();
+    let places = items.into_iter().zip(&mut results).collect();
+    each(places, &|(item, result)| *result = Some(task(item)));
     results.into_iter().map(|result| result.expect("every task has ended")).collect()
 }
 
@@ -243,10 +216,10 @@ pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
 }
 
 /// Runs `work`, as far as it is inlined, with AVX2 where the machine has it. Rows of four or eight numbers gain
-/// nothing from longer vectors, and each set of instructions takes its time to compile.
+/// nothing from longer vectors, and each set of instructions takes its time to compile: unit tests have one.
 #[inline(always)]
 fn vectorized<T>(work: impl FnOnce() -> T) -> T {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", not(test)))]
     if let Some(avx2) = pulp::x86::V3::try_new() {
         return avx2.vectorize(work);
     }

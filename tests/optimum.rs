@@ -309,3 +309,40 @@ fn every_number_of_regions() {
         }
     }
 }
+
+/// Every length of rows is compiled by itself, for each of the engine's two precisions.
+#[test]
+fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
+    let mesh = shape("torus:20x12");
+    let lambda = 0.03 * mesh.area().sqrt();
+    for m in 2..=64 {
+        let s = noise(&mesh, m, 0.3, 9);
+        let run = |options: &[&str]| {
+            let request = Request {
+                lambda,
+                mass: Mass::Barycentric,
+                solver: "chambolle-pock".to_owned(),
+                options: Options::parse(options).unwrap(),
+                stop: Stop { iterations: Some(50), ..Stop::default() },
+                coarse_to_fine: false,
+            };
+            solve(&mesh, &s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(()))
+                .unwrap()
+                .trace
+        };
+        let rows = run(&["engine=rows"]);
+        for (precision, tolerance) in [("f64", 1e-10), ("f32", 1e-5)] {
+            let fused = run(&["engine=fused", &format!("precision={precision}")]);
+            assert_eq!(fused.len(), rows.len());
+            for (a, b) in fused.iter().zip(&rows) {
+                let apart =
+                    f64::max((a.energy - b.energy).abs(), (a.dual_bound - b.dual_bound).abs());
+                assert!(
+                    apart <= tolerance * b.energy,
+                    "{m} regions, {precision}, step {}: {apart:e}",
+                    b.iteration
+                );
+            }
+        }
+    }
+}

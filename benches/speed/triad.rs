@@ -26,7 +26,7 @@ pub fn triads(criterion: &mut Criterion) {
                                 let begin = Instant::now();
                                 for _ in 0..passes {
                                     sweep(
-                                        (&mut a, &b, &c),
+                                        (&mut a[..], &b[..], &c[..]),
                                         #[inline(always)]
                                         |_, (a, &b, &c)| *a = b + 3.0 * c,
                                     );

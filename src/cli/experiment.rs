@@ -5,6 +5,8 @@ use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use meshseg::Result;
 use meshseg::experiment::{
     self, Cluster, Command, Done, Event, Places, Plan, Planned, Program, Spec, Store,
@@ -347,9 +349,13 @@ pub fn draw(misfit: &experiment::Misfit) {
         return;
     }
     let place = misfit.place.start..misfit.place.end.max(misfit.place.start + 1);
-    let label = miette::LabeledSpan::underline(place);
-    let source = miette::NamedSource::new(misfit.path.display().to_string(), misfit.text.clone());
-    let report =
-        miette::miette!(labels = vec![label], "{}", misfit.message).with_source_code(source);
-    note(&format!("{report:?}"));
+    let path = misfit.path.display().to_string();
+    let lines = Snippet::source(&misfit.text).path(path);
+    let lines = lines.annotation(AnnotationKind::Primary.span(place).label(&misfit.message));
+    let renderer = match std::env::var_os("NO_COLOR") {
+        Some(_) => Renderer::plain(),
+        None => Renderer::styled(),
+    };
+    let report = [Group::with_level(Level::ERROR).element(lines)];
+    note(&renderer.decor_style(DecorStyle::Unicode).render(&report));
 }

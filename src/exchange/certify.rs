@@ -185,7 +185,7 @@ impl<const M: usize> Judge<'_, M> {
             if array.iter().all(|x| x.is_finite()) {
                 let rows = regions::rows::<M>(array.view());
                 let mut q = vec![Tangent::ZERO; k.faces()];
-                sweep(&mut q, |j, q| {
+                sweep(&mut q[..], |j, q| {
                     *q = project_ball(Tangent([rows[2 * j], rows[2 * j + 1]]), *lambda);
                 });
                 return Ok((self.problem.dual_bound(&q), Certificate::Offered));
@@ -193,7 +193,7 @@ impl<const M: usize> Judge<'_, M> {
         }
         if let Some(smoothing) = iterate.smoothing {
             let mut q = vec![Tangent::ZERO; k.faces()];
-            sweep(&mut q, |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
+            sweep(&mut q[..], |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
             let dual_bound = self.problem.dual_bound(&q);
             // The square of a tiny eps is zero, and what it divides may be so too.
             if dual_bound.is_finite() {

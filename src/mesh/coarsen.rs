@@ -43,7 +43,9 @@ impl Mesh {
         let (chosen, number) = independent_set(self, &around);
 
         let mut joined = vec![0; self.vertices.len()];
-        sweep(&mut joined, |v, joined| *joined = number[self.nearest_chosen(v, &around, &number)]);
+        sweep(&mut joined[..], |v, joined| {
+            *joined = number[self.nearest_chosen(v, &around, &number)]
+        });
 
         let mut faces: Vec<[u32; 3]> = (self.faces.iter())
             .map(|face| face.map(|v| joined[v as usize]))
@@ -60,7 +62,7 @@ impl Mesh {
 
         let around = Incidence::new(&mesh);
         let mut parents = vec![Parents::one(0); self.vertices.len()];
-        sweep(&mut parents, |v, parents| {
+        sweep(&mut parents[..], |v, parents| {
             *parents = if number[v] == NOT_CHOSEN {
                 mesh.nearest_point(self.vertices[v], joined[v], &around)
             } else {

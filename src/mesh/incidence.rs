@@ -14,13 +14,21 @@ impl<T: Copy + Default + Send> Incidence<T> {
     /// By counting sort; `value(j, i)` is told to the vertex at corner i of face j. Panics if there are 2^32
     /// corners or more.
     pub fn new(mesh: &Mesh, value: impl Fn(usize, usize) -> T + Sync) -> Self {
-        let corners = 3 * mesh.faces.len();
+        Self::in_ranges(&sweep::ranges(mesh.vertices.len()), &mesh.faces, value)
+    }
+
+    /// The same for vertices from 0 to the last of `ranges`. Every range is a task that goes through all faces and
+    /// takes the corners at its vertices.
+    pub fn in_ranges(
+        ranges: &[usize],
+        faces: &[[u32; 3]],
+        value: impl Fn(usize, usize) -> T + Sync,
+    ) -> Self {
+        let corners = 3 * faces.len();
         assert!(u32::try_from(corners).is_ok(), "too many faces");
-        // Every thread goes through all faces and takes the corners at its range of the vertices.
-        let ranges = sweep::ranges(mesh.vertices.len());
-        let mut count = vec![0_u32; mesh.vertices.len()];
-        sweep::sweep_parts(&mut count, &ranges, |first, count| {
-            for &v in mesh.faces.as_flattened() {
+        let mut count = vec![0_u32; ranges.last().copied().unwrap_or(0)];
+        sweep::sweep_parts(&mut count, ranges, |first, count| {
+            for &v in faces.as_flattened() {
                 if let Some(count) = count.get_mut((v as usize).wrapping_sub(first)) {
                     *count += 1;
                 }
@@ -42,7 +50,7 @@ impl<T: Copy + Default + Send> Incidence<T> {
             let k = cuts.partition_point(|&cut| cut <= first) - 1;
             let range = ranges[k]..ranges[k + 1];
             let mut next = start[range.clone()].to_vec();
-            for (j, face) in mesh.faces.iter().enumerate() {
+            for (j, face) in faces.iter().enumerate() {
                 for (i, &v) in face.iter().enumerate() {
                     if let Some(next) = next.get_mut((v as usize).wrapping_sub(range.start)) {
                         values[*next as usize - first] = value(j, i);

@@ -51,6 +51,10 @@ pub trait Operator: Sync {
         None
     }
 
+    /// Makes what [`adjoint_at`](Operator::adjoint_at) needs and other rows do not; before a sweep it is made by all
+    /// threads, in the middle of one by one of them.
+    fn prepare_adjoint(&self) {}
+
     /// (K u)_j; u has one row per vertex.
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
 

@@ -10,6 +10,8 @@
 //! No square root of a difference is taken, so needles do no harm (the E, F, G form of the paper's
 //! equation (6) loses its sign on them).
 
+use std::sync::OnceLock;
+
 use nalgebra::Point3;
 
 use super::{Face, Operator};
@@ -19,8 +21,14 @@ use crate::sweep;
 
 pub struct Stencil {
     corners: Vec<[u32; 3]>,
+    vertices: usize,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
+    /// For K^T, once it is wanted.
+    adjoint: OnceLock<Adjoint>,
+}
+
+struct Adjoint {
     /// The columns of each face, once more: to take them from the weights costs a sixth of a vertex sweep.
     columns: Vec<[f64; 2]>,
     /// The corners at each vertex: 3 j + i for corner i of face j, which is also the place of its column.
@@ -30,29 +38,18 @@ pub struct Stencil {
 impl Stencil {
     /// K of a mesh. Panics if a face has no area: see [`Mesh::without_degenerate_faces`].
     pub fn new(mesh: &Mesh) -> Self {
-        let (weights, around) = sweep::join(
-            || {
-                sweep::collect(
-                    mesh.faces.len(),
-                    #[inline(always)]
-                    |j| face_weights(mesh.corners(j)),
-                )
-            },
-            || Incidence::new(mesh, |j, i| (3 * j + i) as u32),
+        let weights = sweep::collect(
+            mesh.faces.len(),
+            #[inline(always)]
+            |j| face_weights(mesh.corners(j)),
         );
         let has_area = |j: usize| weights[j][0] > 0.0;
         assert!(sweep::all(weights.len(), has_area), "a face has no area");
-        let columns = sweep::collect(
-            weights.len(),
-            #[inline(always)]
-            |j| columns(weights[j]),
-        );
         let corners = sweep::copy(&mesh.faces);
-        Stencil { corners, weights, columns: columns.into_flattened(), around }
+        let (vertices, adjoint) = (mesh.vertices.len(), OnceLock::new());
+        Stencil { corners, vertices, weights, adjoint }
     }
-}
 
-impl Stencil {
     /// The three vertices of each face.
     pub fn corners(&self) -> &[[u32; 3]] {
         &self.corners
@@ -61,6 +58,12 @@ impl Stencil {
     /// c1, c2, c3 of each face.
     pub fn weights(&self) -> &[[f64; 3]] {
         &self.weights
+    }
+
+    /// Each range of vertices is a task.
+    fn adjoint(&self, columns: Vec<[[f64; 2]; 3]>, ranges: &[usize]) -> Adjoint {
+        let around = Incidence::in_ranges(ranges, &self.corners, |j, i| (3 * j + i) as u32);
+        Adjoint { columns: columns.into_flattened(), around }
     }
 }
 
@@ -83,7 +86,7 @@ impl Operator for Stencil {
     }
 
     fn vertices(&self) -> usize {
-        self.around.vertices()
+        self.vertices
     }
 
     #[inline(always)]
@@ -94,6 +97,19 @@ impl Operator for Stencil {
 
     fn stencil(&self) -> Option<&Stencil> {
         Some(self)
+    }
+
+    fn prepare_adjoint(&self) {
+        if self.adjoint.get().is_none() {
+            let columns = sweep::collect(
+                self.weights.len(),
+                #[inline(always)]
+                |j| columns(self.weights[j]),
+            );
+            let adjoint = self.adjoint(columns, &sweep::ranges(self.vertices));
+            // Another thread may have been faster, with the same.
+            let _ = self.adjoint.set(adjoint);
+        }
     }
 
     #[inline(always)]
@@ -111,9 +127,14 @@ impl Operator for Stencil {
 
     #[inline(always)]
     fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M> {
+        let Adjoint { columns, around } = self.adjoint.get_or_init(|| {
+            // By this thread alone: waiting for others, it would be given another row to do in the meantime.
+            let columns = self.weights.iter().map(|&weights| columns(weights)).collect();
+            self.adjoint(columns, &[0, self.vertices])
+        });
         let mut sum = Row::ZERO;
-        for &corner in self.around.at(v) {
-            let [a, b] = self.columns[corner as usize];
+        for &corner in around.at(v) {
+            let [a, b] = columns[corner as usize];
             let Tangent([q1, q2]) = q[corner as usize / 3];
             sum += q1 * a + q2 * b;
         }

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
 use crate::problem::Problem;
-use crate::sweep::sum;
+use crate::sweep::{copy, sum};
 
 /// Steps until omega is looked at for the first time.
 const FIRST_WINDOW: u64 = 100;
@@ -47,7 +47,7 @@ impl<const M: usize> Balance<M> {
     ) -> Result<Option<Self>> {
         let adaptive = options.choice("balance", &[("adaptive", true), ("fixed", false)])?;
         Ok(adaptive.then(|| Balance {
-            u: u.to_vec(),
+            u: copy(u),
             q: q.cloned(),
             steps: 0,
             window: FIRST_WINDOW,

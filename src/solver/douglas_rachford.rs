@@ -94,7 +94,7 @@ impl Inner {
             Inner::GaussSeidel(sweeps) => sweeps.solve(x, r),
             Inner::Cholesky(factor) => {
                 sweep(
-                    &mut *x,
+                    &mut x[..],
                     #[inline(always)]
                     |v, x| *x = r(v),
                 );
@@ -182,7 +182,7 @@ impl<const M: usize> DouglasRachford<M> {
     fn set_omega(&mut self, omega: f64) {
         let factor = self.omega / omega;
         sweep(
-            (&mut self.u_bar, &self.u),
+            (&mut self.u_bar[..], &self.u[..]),
             #[inline(always)]
             |_, (u_bar, &u)| *u_bar = u + (*u_bar - u) * factor,
         );
@@ -212,7 +212,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
         );
         // u <- u + delta,   x = Proj_simplex( 2u - u_bar - tau f ),   u_bar <- u_bar + rho (x - u)
         sweep(
-            (&mut *u, &mut *u_bar, &mut *delta, &mut *x, &*d, f),
+            (&mut u[..], &mut u_bar[..], &mut delta[..], &mut x[..], &d[..], &f[..]),
             #[inline(always)]
             |v, (u, u_bar, delta, x_landed, &d, &f)| {
                 *delta = inner.at(solution, v);
@@ -226,7 +226,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
         );
         // y = q + Sigma K delta,   z = Proj_{|.|<=lambda}( y + Sigma K u ),   q <- y + rho (z - y)
         sweep(
-            (&mut *q, &mut *z, &*s),
+            (&mut q[..], &mut z[..], &s[..]),
             #[inline(always)]
             |j, (q, z_landed, &s)| {
                 let sigma = omega * s;

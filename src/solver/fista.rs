@@ -131,13 +131,13 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         let Self { u, next, y, q, d, t, .. } = self;
         // q_j = lambda (K Y)_j / sqrt(|(K Y)_j|^2 + eps_j^2)
         sweep(
-            &mut *q,
+            &mut q[..],
             #[inline(always)]
             |j, q| *q = smoothing.dual(k.at(y, j), k.area(j), *lambda),
         );
         // U^{n+1} = Proj_simplex( Y - tau D^-1 (f + K^T q) )
         sweep(
-            (&mut *next, &*y, f, &*d),
+            (&mut next[..], &y[..], &f[..], &d[..]),
             #[inline(always)]
             |v, (next, &y, &f, &d)| {
                 *next = project_simplex(descend(y, f + k.adjoint_at(q, v), tau, d));
@@ -153,7 +153,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         let momentum = if drop_momentum { 0.0 } else { (*t - 1.0) / t_next };
         // Y^{n+1} = U^{n+1} + (t_n - 1) / t_{n+1} (U^{n+1} - U^n)
         sweep(
-            (&mut *y, &*next, &*u),
+            (&mut y[..], &next[..], &u[..]),
             #[inline(always)]
             |_, (y, &next, &u)| *y = next + (next - u) * momentum,
         );

@@ -115,6 +115,9 @@ pub fn build<'a, K: Operator + 'a, const M: usize>(
     setup: Setup<'_, K, M>,
 ) -> Result<Box<dyn Solver<K, M> + 'a>> {
     setup.options.check(describe(name)?)?;
+    if name != "chambolle-pock" {
+        setup.problem.k.prepare_adjoint();
+    }
     Ok(match name {
         "projected-gradient" => Box::new(ProjectedGradient::new(setup)?),
         "fista" => Box::new(Fista::new(setup)?),

@@ -91,14 +91,14 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
         let Self { u, q, gradient, metric, smoothing, tau } = self;
         // q_j = lambda (K U)_j / sqrt(|(K U)_j|^2 + eps_j^2),   so that dE_eps/dU = f + K^T q        (9)
         sweep(
-            &mut *q,
+            &mut q[..],
             #[inline(always)]
             |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda),
         );
         match metric {
             // U <- Proj_simplex( U - tau D^-1 (f + K^T q) )                                     (8), (10)
             Metric::Diagonal(d) => sweep(
-                (&mut *u, f, &*d),
+                (&mut u[..], &f[..], &d[..]),
                 #[inline(always)]
                 |v, (u, &f, &d)| {
                     *u = project_simplex(descend(*u, f + k.adjoint_at(q, v), *tau, d));
@@ -107,7 +107,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
             Metric::Full(mass) => {
                 // M^-1 has entries of both signs, which closed regions must not get to see.
                 sweep(
-                    (&mut *gradient, f),
+                    (&mut gradient[..], &f[..]),
                     #[inline(always)]
                     |v, (g, &f)| {
                         *g = replace_closed(f + k.adjoint_at(q, v), f, 0.0);
@@ -115,7 +115,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
                 );
                 mass.solve(gradient);
                 sweep(
-                    (&mut *u, &*gradient, f),
+                    (&mut u[..], &gradient[..], &f[..]),
                     #[inline(always)]
                     |_, (u, &g, &f)| {
                         *u = project_simplex(*u + replace_closed(g, f, NEVER) * -*tau);

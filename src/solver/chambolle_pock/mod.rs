@@ -112,6 +112,7 @@ pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
             Ok(Box::new(Fused::<f32, M>::new(problem, stencil, u, dual_start, method, Arch::new())))
         }
         (Engine::Auto | Engine::Rows, Precision::Double, _) => {
+            problem.k.prepare_adjoint();
             let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; problem.k.faces()]);
             Ok(Box::new(Rows { u_bar: u.clone(), u, q, method }))
         }

@@ -25,7 +25,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for Rows<M> {
         let rho = if land { 1.0 } else { *rho };
         // x = Proj_simplex( u - tau (f + K^T q) ),   u_bar = 2x - u,   u <- u + rho (x - u)
         sweep(
-            (&mut *u, &mut *u_bar, &*tau, f),
+            (&mut u[..], &mut u_bar[..], &tau[..], &f[..]),
             #[inline(always)]
             |v, (u, u_bar, &tau, &f)| {
                 let x = project_simplex(*u + (f + k.adjoint_at(q, v)) * -tau);
@@ -35,7 +35,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for Rows<M> {
         );
         // y = Proj_{|.|<=lambda}( q + sigma K u_bar ),   q <- q + rho (y - q)
         sweep(
-            (&mut *q, &*sigma),
+            (&mut q[..], &sigma[..]),
             #[inline(always)]
             |j, (q, &sigma)| {
                 let y = project_ball(*q + k.at(u_bar, j) * sigma, *lambda);

@@ -18,7 +18,7 @@ pub struct Scratch<const M: usize>(Vec<Row<M>>);
 
 /// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part. A vertex sums its faces in the order of all parts.
 pub struct Bounds<'a, K, T, const M: usize> {
-    pub part: &'a Part<T, M>,
+    pub part: &'a Part<T>,
     pub problem: &'a Problem<K, M>,
     pub stencil: &'a Stencil,
     pub units: Units,

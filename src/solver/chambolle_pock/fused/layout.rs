@@ -56,12 +56,16 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// `faces`: all of them, ascending by their largest vertex.
-    pub fn new(range: Range<usize>, faces: &[u32], corners: &[[u32; 3]], order: &[usize]) -> Self {
+    /// For the corners of all faces of a mesh.
+    pub fn new(
+        range: Range<usize>,
+        corners: &[[u32; 3]],
+        vertices: usize,
+        order: &[usize],
+    ) -> Self {
         let is_own = |v: u32| range.contains(&(v as usize));
         let corners_of = |j: &u32| corners[*j as usize];
-        let touches = |j: &u32| corners_of(j).into_iter().any(is_own);
-        let faces: Vec<u32> = faces.iter().copied().filter(touches).collect();
+        let faces = faces_at(&range, corners, vertices);
         let mut ghosts: Vec<u32> =
             faces.iter().flat_map(corners_of).filter(|&v| !is_own(v)).collect();
         ghosts.sort_unstable();
@@ -122,11 +126,50 @@ impl Layout {
         self.own_from() + v - self.range.start
     }
 
-    /// The place of each vertex.
-    pub fn places(&self) -> Vec<(usize, usize)> {
-        let ghosts = self.ghosts.iter().enumerate().map(|(i, &v)| (i, v as usize));
-        ghosts.chain(self.range.clone().map(|v| (self.place(v), v))).collect()
+    /// Every place that has a vertex, and that vertex.
+    #[inline(always)]
+    pub fn each_place(&self, mut work: impl FnMut(usize, usize)) {
+        for (place, &v) in self.ghosts.iter().enumerate() {
+            work(place, v as usize);
+        }
+        for (place, v) in (self.own_from()..).zip(self.range.clone()) {
+            work(place, v);
+        }
     }
+
+    /// Every place that only fills up a block.
+    pub fn each_gap(&self, work: impl FnMut(usize)) {
+        let behind = self.own_from() + self.range.len()..self.room().0;
+        (self.ghosts.len()..self.own_from()).chain(behind).for_each(work);
+    }
+}
+
+/// The last of its vertices.
+pub fn last(corners: &[u32; 3]) -> usize {
+    let [a, b, c] = *corners;
+    a.max(b).max(c) as usize
+}
+
+/// The faces with a vertex in the range, by counting sort in the order of their last vertex.
+fn faces_at(range: &Range<usize>, corners: &[[u32; 3]], vertices: usize) -> Vec<u32> {
+    let is_own = |&v: &u32| (v as usize).wrapping_sub(range.start) < range.len();
+    let touches = |corners: &[u32; 3]| corners.iter().any(is_own);
+    let mut start = vec![0_u32; vertices + 1];
+    for corners in corners.iter().filter(|corners| touches(corners)) {
+        start[last(corners) + 1] += 1;
+    }
+    let mut sum = 0;
+    for start in &mut start {
+        sum += *start;
+        *start = sum;
+    }
+    let mut faces = vec![0; sum as usize];
+    for (j, corners) in corners.iter().enumerate().filter(|(_, corners)| touches(corners)) {
+        let place = &mut start[last(corners)];
+        faces[*place as usize] = j as u32;
+        *place += 1;
+    }
+    faces
 }
 
 /// Tells each part which of its vertices the others need, and where they find those of others.

@@ -15,21 +15,24 @@ mod pass;
 #[cfg(test)]
 mod tests;
 
+use std::ops::Range;
+
 use pulp::Arch;
 
 use bound::{Bounds, Scratch};
 use lanes::{Real, lane_order};
-use layout::{Layout, connect};
+use layout::{Layout, connect, last};
 use part::{Outbox, Part, Units};
+use pass::Pass;
 
 use super::Method;
 use super::steps::Steps;
 use crate::field::{Row, Tangent};
 use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
-use crate::prox::{project_ball, project_simplex};
+use crate::prox::project_ball;
 use crate::solver::{Iterate, Solver};
-use crate::sweep::{each, max, results, sum, sweep, threads};
+use crate::sweep::{collect, each, max, results, sum, sweep, sweep_parts, threads};
 
 /// A thread with fewer vertices than this spends its time at the border.
 const LEAST_VERTICES: usize = 2048;
@@ -37,7 +40,7 @@ const LEAST_VERTICES: usize = 2048;
 pub struct Fused<T, const M: usize> {
     /// The vector instructions to use.
     arch: Arch,
-    parts: Vec<Part<T, M>>,
+    parts: Vec<Part<T>>,
     /// What the parts sent after the last step, and room for what they send after the next.
     outboxes: [Vec<Outbox<T>>; 2],
     units: Units,
@@ -71,22 +74,27 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let order = lane_order::<T>(arch);
         let units = units::<T>(stencil, &method.steps);
         let count = threads().min(u.len() / LEAST_VERTICES).max(1);
-        let (ranges, faces) = split(stencil.corners(), u.len(), count);
+        let ranges = split(stencil.corners(), u.len(), count);
         let mut layouts =
-            results(count, |k| Layout::new(ranges[k].clone(), &faces, stencil.corners(), &order));
+            results(ranges, |range| Layout::new(range, stencil.corners(), u.len(), &order));
         connect(&mut layouts);
-        let mut parts: Vec<Part<T, M>> = layouts.into_iter().map(Part::new).collect();
-        each(parts.iter_mut().collect(), &|part| {
-            part.set_u(&u);
-            part.set_f(&problem.f, units);
+        let kq = q.as_ref().map(|q| {
+            problem.k.prepare_adjoint();
+            collect(u.len(), |v| problem.k.adjoint_at(q, v))
+        });
+        let parts = results(layouts, |layout| {
+            let mut part = Part::new(layout, M);
+            part.set_u(&|v| &u[v].0);
+            part.set_f(&|v| &problem.f[v].0, units);
             part.set_weights(stencil.weights(), units);
             part.set_steps(&method.steps, units);
-            if let Some(q) = &q {
-                part.set_q(q, |v| problem.k.adjoint_at(q, v), units);
+            if let (Some(q), Some(kq)) = (&q, &kq) {
+                part.set_q(&|j| q[j].0.each_ref().map(|row| &row.0[..]), &|v| &kq[v].0, units);
             }
+            part
         });
         let outboxes = [0, 1].map(|_| {
-            let post = |part: &Part<T, M>| {
+            let post = |part: &Part<T>| {
                 let mut outbox = Outbox::new();
                 part.post(&mut outbox);
                 outbox
@@ -114,13 +122,9 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 }
 
-/// Ranges of vertices with about the same number of faces, and all faces in the order of their largest vertex.
-fn split(
-    corners: &[[u32; 3]],
-    vertices: usize,
-    count: usize,
-) -> (Vec<std::ops::Range<usize>>, Vec<u32>) {
-    let last = |corners: &[u32; 3]| corners.iter().copied().fold(0, u32::max) as usize;
+/// Ranges of vertices with about the same number of faces.
+fn split(corners: &[[u32; 3]], vertices: usize, count: usize) -> Vec<Range<usize>> {
+    // How many faces end before each vertex.
     let mut start = vec![0; vertices + 1];
     for corners in corners {
         start[last(corners) + 1] += 1;
@@ -135,14 +139,7 @@ fn split(
         (0..vertices).find(|&v| work(v) >= wanted).unwrap_or(vertices)
     };
     let borders: Vec<usize> = (0..count).map(border).chain([vertices]).collect();
-    let ranges = borders.windows(2).map(|pair| pair[0]..pair[1]).collect();
-    let mut faces = vec![0; corners.len()];
-    for (j, corners) in corners.iter().enumerate() {
-        let place = &mut start[last(corners)];
-        faces[*place] = j as u32;
-        *place += 1;
-    }
-    (ranges, faces)
+    borders.windows(2).map(|pair| pair[0]..pair[1]).collect()
 }
 
 /// Single precision needs numbers near 1; double precision takes them as they are.
@@ -166,7 +163,9 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         self.outboxes.swap(0, 1);
         let [sent, received] = &mut self.outboxes;
         each(self.parts.iter_mut().zip(sent).collect(), &|(part, outbox)| {
-            part.advance(arch, received, outbox, lambda, rho, land);
+            part.receive(received);
+            arch.dispatch(Pass::<T, M> { part, lambda, rho, land });
+            part.post(outbox);
         });
         (self.u_unpacked, self.q_unpacked) = (false, false);
         if self.method.due(land) {
@@ -193,7 +192,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
             sum(
                 self.u.len(),
                 #[inline(always)]
-                |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min(),
+                |v| (problem.f[v] + owner(&self.parts, v).kq::<M>(v)).min(),
             )
         } else {
             let stencil = problem.k.stencil().expect("the engine was built from it");
@@ -229,7 +228,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         self.unpack();
         self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
         let units = self.units;
-        each(self.parts.iter_mut().collect(), &|part| part.set_f(&problem.f, units));
+        each(self.parts.iter_mut().collect(), &|part| part.set_f(&|v| &problem.f[v].0, units));
         self.set_steps();
     }
 }
@@ -246,13 +245,21 @@ impl<T: Real, const M: usize> Fused<T, M> {
             return;
         }
         let Self { parts, u, landed, .. } = self;
+        let ends = parts.iter().map(|part| part.layout.range.end);
+        let cuts: Vec<usize> = [0].into_iter().chain(ends).collect();
         let feasible = T::DOUBLE || !*landed;
-        sweep(
-            &mut *u,
+        sweep_parts(
+            u,
+            &cuts,
             #[inline(always)]
-            |v, u| {
-                let row = owner(parts, v).u(v);
-                *u = if feasible { row } else { project_simplex(row) };
+            |first, u| {
+                owner(parts, first).read_u(u);
+                if !feasible {
+                    for row in u {
+                        // A projection would give to closed regions too.
+                        *row = *row * (1.0 / row.0.iter().sum::<f64>());
+                    }
+                }
             },
         );
     }
@@ -273,7 +280,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
         }
         q.resize(home.len(), Tangent::ZERO);
         sweep(
-            (&mut *q, &*home),
+            (&mut q[..], &home[..]),
             #[inline(always)]
             |_, (q, &(part, i))| {
                 let tangent = parts[part as usize].q(i as usize, *units);
@@ -290,6 +297,6 @@ impl<T: Real, const M: usize> Fused<T, M> {
 }
 
 /// The part that owns vertex v.
-fn owner<T, const M: usize>(parts: &[Part<T, M>], v: usize) -> &Part<T, M> {
+fn owner<T>(parts: &[Part<T>], v: usize) -> &Part<T> {
     &parts[parts.partition_point(|part| part.layout.range.end <= v)]
 }

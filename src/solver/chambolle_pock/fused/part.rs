@@ -4,12 +4,9 @@
 //! `[block][axis][region][lane]`. What faces gather and scatter, u_bar and K^T q, lies by vertex, four regions
 //! of both beside each other.
 
-use pulp::Arch;
-
 use super::buffer::Buffer;
 use super::lanes::Real;
 use super::layout::{Lanes, Layout};
-use super::pass::Pass;
 use crate::field::{Row, Tangent};
 use crate::solver::chambolle_pock::steps::Steps;
 
@@ -29,8 +26,10 @@ pub const fn groups(m: usize) -> usize {
 /// K^T q at the vertices that other parts want to know.
 pub type Outbox<T> = Vec<[T; 4]>;
 
-pub struct Part<T, const M: usize> {
+pub struct Part<T> {
     pub layout: Layout,
+    /// How many numbers a row of u has.
+    m: usize,
     pub rows: Box<[RowPair<T>]>,
     pub u: Buffer<T>,
     pub f: Buffer<T>,
@@ -49,135 +48,140 @@ pub struct Units {
     pub k: f64,
 }
 
-impl<T: Real, const M: usize> Part<T, M> {
-    pub fn new(layout: Layout) -> Self {
+impl<T: Real> Part<T> {
+    pub fn new(layout: Layout, m: usize) -> Self {
         let (vertices, faces) = layout.room();
         // The pass relies on it: a test of every gather would cost a tenth of a step.
         assert!(layout.corners.iter().all(|&place| (place as usize) < vertices));
         Part {
-            rows: vec![RowPair { u_bar: [T::ZERO; 4], kq: [T::ZERO; 4] }; vertices * groups(M)]
+            m,
+            rows: vec![RowPair { u_bar: [T::ZERO; 4], kq: [T::ZERO; 4] }; vertices * groups(m)]
                 .into_boxed_slice(),
-            u: Buffer::zeroed(vertices * M),
-            f: Buffer::zeroed(vertices * M),
+            u: Buffer::zeroed(vertices * m),
+            f: Buffer::zeroed(vertices * m),
             tau: Buffer::zeroed(vertices),
             weights: Buffer::zeroed(faces * 4),
-            q: Buffer::zeroed(faces * 2 * M),
+            q: Buffer::zeroed(faces * 2 * m),
             change: 0.0,
             layout,
         }
     }
 
-    pub fn set_u(&mut self, u: &[Row<M>]) {
+    pub fn set_u<'a>(&mut self, u: &dyn Fn(usize) -> &'a [f64]) {
+        let Part { layout, u: buffer, .. } = self;
+        layout.each_place(|place, v| put(buffer, &layout.lanes, place, u(v), 1.0));
         // What fills up a block stays where it is in every step, and so in the corner of the simplex.
-        for place in 0..self.tau.len() {
-            put(&mut self.u, &self.layout.lanes, place, Row::<M>::one_hot(0).0);
-        }
-        for (place, v) in self.layout.places() {
-            put(&mut self.u, &self.layout.lanes, place, u[v].0);
-        }
+        layout.each_gap(|place| buffer[layout.lanes.first(place, self.m)] = T::from_f64(1.0));
     }
 
-    pub fn set_f(&mut self, f: &[Row<M>], units: Units) {
-        for (place, v) in self.layout.places() {
-            put(&mut self.f, &self.layout.lanes, place, (f[v] * (units.q * units.k)).0);
-        }
+    pub fn set_f<'a>(&mut self, f: &dyn Fn(usize) -> &'a [f64], units: Units) {
+        let Part { layout, f: buffer, .. } = self;
+        let unit = units.q * units.k;
+        layout.each_place(|place, v| put(buffer, &layout.lanes, place, f(v), unit));
     }
 
     /// sigma and tau.
     pub fn set_steps(&mut self, steps: &Steps, units: Units) {
-        for (place, v) in self.layout.places() {
-            put(&mut self.tau, &self.layout.lanes, place, [steps.tau[v] / (units.q * units.k)]);
-        }
-        let width = self.layout.lanes.width();
-        for (i, &j) in self.layout.faces.iter().enumerate() {
-            self.weights[self.layout.lanes.first(i, 4) + 3 * width] =
-                T::from_f64(steps.sigma[j as usize] * (units.q / units.k));
+        let Part { layout, tau, weights, .. } = self;
+        let unit = 1.0 / (units.q * units.k);
+        layout.each_place(|place, v| put(tau, &layout.lanes, place, &[steps.tau[v]], unit));
+        let width = layout.lanes.width();
+        let unit = units.q / units.k;
+        for (i, &j) in layout.faces.iter().enumerate() {
+            weights[layout.lanes.first(i, 4) + 3 * width] =
+                T::from_f64(steps.sigma[j as usize] * unit);
         }
     }
 
     /// c1, c2, c3, before the steps are set.
     pub fn set_weights(&mut self, weights: &[[f64; 3]], units: Units) {
-        for (i, &j) in self.layout.faces.iter().enumerate() {
-            let [c1, c2, c3] = weights[j as usize].map(|c| c * units.k);
-            put(&mut self.weights, &self.layout.lanes, i, [c1, c2, c3, 0.0]);
+        let Part { layout, weights: buffer, .. } = self;
+        for (i, &j) in layout.faces.iter().enumerate() {
+            let [c1, c2, c3] = weights[j as usize];
+            put(buffer, &layout.lanes, i, &[c1, c2, c3, 0.0], units.k);
         }
     }
 
-    /// q, and K^T q at every vertex.
-    pub fn set_q(&mut self, q: &[Tangent<M>], kq: impl Fn(usize) -> Row<M>, units: Units) {
-        let width = self.layout.lanes.width();
-        for (i, &j) in self.layout.faces.iter().enumerate() {
-            let first = self.layout.lanes.first(i, 2 * M);
-            for (axis, row) in (q[j as usize] * units.q).0.into_iter().enumerate() {
-                for (p, &entry) in row.0.iter().enumerate() {
-                    self.q[first + (axis * M + p) * width] = T::from_f64(entry);
+    /// The two rows of q on every face, and K^T q at every vertex.
+    pub fn set_q<'a>(
+        &mut self,
+        q: &dyn Fn(usize) -> [&'a [f64]; 2],
+        kq: &dyn Fn(usize) -> &'a [f64],
+        units: Units,
+    ) {
+        let Part { layout, m, q: buffer, rows, .. } = self;
+        let width = layout.lanes.width();
+        for (i, &j) in layout.faces.iter().enumerate() {
+            let first = layout.lanes.first(i, 2 * *m);
+            for (axis, row) in q(j as usize).into_iter().enumerate() {
+                for (p, &entry) in row.iter().enumerate() {
+                    buffer[first + (axis * *m + p) * width] = T::from_f64(entry * units.q);
                 }
             }
         }
-        for (place, v) in self.layout.places() {
-            for (p, &entry) in (kq(v) * (units.q * units.k)).0.iter().enumerate() {
-                self.rows[place * groups(M) + p / 4].kq[p % 4] = T::from_f64(entry);
+        layout.each_place(|place, v| {
+            for (p, &entry) in kq(v).iter().enumerate() {
+                rows[place * groups(*m) + p / 4].kq[p % 4] =
+                    T::from_f64(entry * (units.q * units.k));
             }
-        }
+        });
     }
 
-    /// u of an own vertex.
+    /// u of the own vertices.
     #[inline(always)]
-    pub fn u(&self, v: usize) -> Row<M> {
-        let first = self.layout.lanes.first(self.layout.place(v), M);
-        Row::from_fn(|p| self.u[first + p * self.layout.lanes.width()].to_f64())
+    pub fn read_u<const M: usize>(&self, rows: &mut [Row<M>]) {
+        let Layout { lanes, .. } = &self.layout;
+        let width = lanes.width();
+        let blocks = self.u[self.layout.own_from() * M..].chunks_exact(M * width);
+        for (rows, block) in rows.chunks_mut(width).zip(blocks) {
+            for (row, &lane) in rows.iter_mut().zip(&lanes.order) {
+                *row = Row::from_fn(|p| block[p * width + lane].to_f64());
+            }
+        }
     }
 
     /// K^T q of an own vertex.
     #[inline(always)]
-    pub fn kq(&self, v: usize) -> Row<M> {
+    pub fn kq<const M: usize>(&self, v: usize) -> Row<M> {
         let place = self.layout.place(v);
         Row::from_fn(|p| self.rows[place * groups(M) + p / 4].kq[p % 4].to_f64())
     }
 
     /// q of the i-th face.
     #[inline(always)]
-    pub fn q(&self, i: usize, units: Units) -> Tangent<M> {
+    pub fn q<const M: usize>(&self, i: usize, units: Units) -> Tangent<M> {
         let (first, width) = (self.layout.lanes.first(i, 2 * M), self.layout.lanes.width());
         let row = |axis: usize| Row::from_fn(|p| self.q[first + (axis * M + p) * width].to_f64());
         Tangent([row(0), row(1)]) * (1.0 / units.q)
     }
 
-    /// One iteration, with K^T q of the ghosts as their owners sent it.
-    pub fn advance(
-        &mut self,
-        arch: Arch,
-        received: &[Outbox<T>],
-        outbox: &mut Outbox<T>,
-        lambda: f64,
-        rho: f64,
-        land: bool,
-    ) {
+    /// K^T q of the ghosts, as their owners sent it.
+    pub fn receive(&mut self, received: &[Outbox<T>]) {
+        let groups = groups(self.m);
         for (ghost, &(owner, letter)) in self.layout.sources.iter().enumerate() {
-            for g in 0..groups(M) {
-                self.rows[ghost * groups(M) + g].kq =
-                    received[owner as usize][letter as usize * groups(M) + g];
+            for g in 0..groups {
+                self.rows[ghost * groups + g].kq =
+                    received[owner as usize][letter as usize * groups + g];
             }
         }
-        arch.dispatch(Pass { part: self, lambda, rho, land });
-        self.post(outbox);
     }
 
     /// K^T q as others will need it.
     pub fn post(&self, outbox: &mut Outbox<T>) {
+        let groups = groups(self.m);
         outbox.clear();
         for &place in &self.layout.sent {
-            let first = place as usize * groups(M);
-            outbox.extend(self.rows[first..first + groups(M)].iter().map(|row| row.kq));
+            let first = place as usize * groups;
+            outbox.extend(self.rows[first..first + groups].iter().map(|row| row.kq));
         }
     }
 }
 
-/// The entries of the i-th of many, a block after the other.
+/// The entries of the i-th of many in units of their own, a block after the other.
 #[inline(always)]
-fn put<T: Real, const N: usize>(buffer: &mut [T], lanes: &Lanes, i: usize, entries: [f64; N]) {
-    let (first, width) = (lanes.first(i, N), lanes.width());
+fn put<T: Real>(buffer: &mut [T], lanes: &Lanes, i: usize, entries: &[f64], unit: f64) {
+    let (first, width) = (lanes.first(i, entries.len()), lanes.width());
     for (p, &entry) in entries.iter().enumerate() {
-        buffer[first + p * width] = T::from_f64(entry);
+        buffer[first + p * width] = T::from_f64(entry * unit);
     }
 }

@@ -20,7 +20,7 @@ use super::part::{Part, RowPair, groups};
 const SORTED_UP_TO: usize = 16;
 
 pub struct Pass<'a, T, const M: usize> {
-    pub part: &'a mut Part<T, M>,
+    pub part: &'a mut Part<T>,
     pub lambda: f64,
     pub rho: f64,
     pub land: bool,

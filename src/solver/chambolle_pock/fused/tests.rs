@@ -97,20 +97,16 @@ fn the_iterates_are_those_of_the_rows() {
     }
     // Large enough for three threads, with a seam between the first vertices and the last.
     for (name, mesh) in [("torus", shape("torus:90x90")), ("bumpy", bumpy(90))] {
-        check_iterates::<2>(name, &mesh);
-        check_iterates::<5>(name, &mesh);
+        check_iterates::<3>(name, &mesh);
+        check_iterates::<4>(name, &mesh);
     }
 }
 
+/// Each number is compiled by itself, which takes its time: `tests/optimum.rs` compares all of them.
 #[test]
-fn any_number_of_regions_fits() {
+fn many_regions_fit() {
     let mesh = with_isolated_vertices(bumpy(9));
-    check_iterates::<6>("bumpy", &mesh);
-    check_iterates::<7>("bumpy", &mesh);
-    check_iterates::<8>("bumpy", &mesh);
-    check_iterates::<12>("bumpy", &mesh);
     check_iterates::<16>("bumpy", &mesh);
-    check_iterates::<32>("bumpy", &mesh);
     check_iterates::<64>("bumpy", &mesh);
 }
 
@@ -134,6 +130,7 @@ fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
                 let Some(before) = before else { continue };
                 let (bound, change) = (solver.dual_bound(&problem), solver.change().unwrap());
                 let now = solver.iterate();
+                assert!(now.u.iter().all(|u| u.0[M - 1] == 0.0), "{name}: a closed region");
                 let differences =
                     now.u.iter().zip(before).map(|(&u, before)| (u - before).max_abs());
                 let (expected, rounding) =
@@ -156,8 +153,8 @@ fn bound_and_change_are_those_of_the_fields() {
         check_numbers::<f32, 3>(name, &mesh);
     }
     for (name, mesh) in [("torus", shape("torus:90x90")), ("bumpy", bumpy(90))] {
-        check_numbers::<f64, 5>(name, &mesh);
-        check_numbers::<f32, 5>(name, &mesh);
+        check_numbers::<f64, 16>(name, &mesh);
+        check_numbers::<f32, 16>(name, &mesh);
     }
 }
 
@@ -165,7 +162,7 @@ fn bound_and_change_are_those_of_the_fields() {
 #[test]
 fn instruction_sets_give_the_same_bits() {
     let mesh = bumpy(20);
-    let problem = random_problem::<5>(&mesh, 0.02, 113);
+    let problem = random_problem::<4>(&mesh, 0.02, 113);
     let start = start(&problem, 114);
     let mut sets = vec![Arch::Scalar, Arch::new()];
     #[cfg(target_arch = "x86_64")]
@@ -173,8 +170,8 @@ fn instruction_sets_give_the_same_bits() {
     let results: Vec<_> = sets
         .into_iter()
         .map(|arch| {
-            let double = after(fused::<f64, 5>(&problem, &start, arch), &problem, 30);
-            (double, after(fused::<f32, 5>(&problem, &start, arch), &problem, 30))
+            let double = after(fused::<f64, 4>(&problem, &start, arch), &problem, 30);
+            (double, after(fused::<f32, 4>(&problem, &start, arch), &problem, 30))
         })
         .collect();
     assert!(results.windows(2).all(|pair| pair[0] == pair[1]));
@@ -184,13 +181,13 @@ fn instruction_sets_give_the_same_bits() {
 #[test]
 fn what_changes_on_the_way_changes_in_both() {
     let mesh = shape("torus:40x30");
-    let mut problem = random_problem::<12>(&mesh, 0.02, 115);
+    let mut problem = random_problem::<16>(&mesh, 0.02, 115);
     close_from(9, &mut problem.f);
     let u = vec![Row::from_fn(|p| if p < 9 { 1.0 / 9.0 } else { 0.0 }); mesh.vertices.len()];
     let start = (u, vec![Tangent::ZERO; mesh.faces.len()]);
-    let mut solvers: [Box<dyn Solver<Stencil, 12>>; 2] = [
+    let mut solvers: [Box<dyn Solver<Stencil, 16>>; 2] = [
         Box::new(rows(&problem, &start)),
-        Box::new(fused::<f64, 12>(&problem, &start, Arch::new())),
+        Box::new(fused::<f64, 16>(&problem, &start, Arch::new())),
     ];
     for round in 0..6 {
         let states = [0, 1].map(|i| {
