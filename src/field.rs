@@ -88,7 +88,9 @@ impl<const M: usize> Tangent<M> {
     /// Squared Frobenius norm.
     #[inline(always)]
     pub fn norm_squared(self) -> f64 {
-        self.dot(self)
+        // Region by region: a row of them fits a vector, the two sums of `dot` do not.
+        let Tangent([a, b]) = self;
+        Row::<M>::from_fn(|p| a.0[p] * a.0[p] + b.0[p] * b.0[p]).0.iter().sum()
     }
 
     /// Frobenius norm, the |.| of the total variation.

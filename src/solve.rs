@@ -205,7 +205,17 @@ fn solve_compiled<const M: usize>(
 
 /// The faces with an area, and what was left out. What is left out couples its corners no more.
 pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
-    let (model, dropped) = mesh.without_degenerate_faces();
+    // One look at every face, as long as all are fine.
+    let mut area = sweep::sum(
+        mesh.faces.len(),
+        #[inline(always)]
+        |j| if mesh.is_degenerate(j) { f64::NAN } else { mesh.face_area(j) },
+    );
+    let (mut model, mut dropped) = (Cow::Borrowed(mesh), 0);
+    if area.is_nan() {
+        (model, dropped) = mesh.without_degenerate_faces();
+        area = model.area();
+    }
     let mut warnings = Vec::new();
     if dropped > 0 {
         warnings.push(format!("{dropped} faces without area were left out"));
@@ -213,7 +223,6 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     if model.faces.is_empty() {
         return Err(Error::unsuitable("the mesh has no face with an area"));
     }
-    let area = model.area();
     if !(area.is_normal() && area.sqrt().is_normal()) {
         return Err(Error::unsuitable(format!(
             "the area of the mesh is {area:e}: scale its coordinates to ordinary numbers"
@@ -246,7 +255,7 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
     let length = sweep::sum(
         problem.k.faces(),
         #[inline(always)]
-        |j| problem.k.face(j).row_bound().sqrt(),
+        |j| problem.k.weights()[j].iter().map(|c| c.abs()).sum(),
     );
     if costs && in_range(problem.lambda * length) {
         Ok(())

@@ -221,7 +221,7 @@ impl Faces {
         let texcoord = element.list(path, "texcoord")?.map(|(at, _)| at);
         self.uv_missing |= texcoord.is_none();
         self.corners.reserve(values.capacity(element));
-        let mut polygon = Vec::new();
+        let (mut list, mut polygon) = (Vec::new(), Vec::new());
         let mut textures: Vec<[f64; 2]> = Vec::new();
         for j in 0..element.count {
             values.begin()?;
@@ -230,8 +230,10 @@ impl Faces {
             for (at, property) in element.properties.iter().enumerate() {
                 match property.kind {
                     Kind::List { count, item } if at == indices => {
-                        for _ in 0..list_length(values, count)? {
-                            let k = values.integer(item)?;
+                        let n = list_length(values, count)?;
+                        list.clear();
+                        values.integers(item, n, &mut list)?;
+                        for &k in &list {
                             polygon
                                 .push(vertex_index(k, vertices).map_err(wrong(values, "face", j))?);
                         }

@@ -20,6 +20,13 @@ pub trait Values {
     fn number(&mut self, scalar: Scalar) -> Result<f64>;
     /// A number of an integer type.
     fn integer(&mut self, scalar: Scalar) -> Result<i64>;
+    /// The next n numbers of an integer type, put behind what `list` has.
+    fn integers(&mut self, scalar: Scalar, n: u64, list: &mut Vec<i64>) -> Result<()> {
+        for _ in 0..n {
+            list.push(self.integer(scalar)?);
+        }
+        Ok(())
+    }
     fn skip(&mut self, scalar: Scalar, n: u64) -> Result<()>;
     /// For how many such elements memory may be taken at once.
     fn capacity(&self, element: &Element) -> usize;
@@ -132,6 +139,26 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
         Ok(bytes)
     }
 
+    fn take_list<const N: usize>(
+        &mut self,
+        n: u64,
+        list: &mut Vec<i64>,
+        number: impl Fn([u8; N]) -> i64,
+    ) -> Result<()> {
+        let size = usize::try_from(n).ok().and_then(|n| n.checked_mul(N));
+        let split = size.and_then(|size| self.rest.split_at_checked(size));
+        let Some((items, rest)) = split else { return Err(self.too_short()) };
+        self.rest = rest;
+        for item in items.as_chunks().0 {
+            let mut bytes = *item;
+            if BIG_ENDIAN {
+                bytes.reverse();
+            }
+            list.push(number(bytes));
+        }
+        Ok(())
+    }
+
     fn too_short(&self) -> Error {
         Error::malformed(
             self.path,
@@ -197,6 +224,19 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
             Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
             Scalar::F32 | Scalar::F64 => unreachable!("the header refuses them as integers"),
         })
+    }
+
+    #[inline]
+    fn integers(&mut self, scalar: Scalar, n: u64, list: &mut Vec<i64>) -> Result<()> {
+        match scalar {
+            Scalar::I8 => self.take_list(n, list, |b| i8::from_le_bytes(b).into()),
+            Scalar::U8 => self.take_list(n, list, |b| u8::from_le_bytes(b).into()),
+            Scalar::I16 => self.take_list(n, list, |b| i16::from_le_bytes(b).into()),
+            Scalar::U16 => self.take_list(n, list, |b| u16::from_le_bytes(b).into()),
+            Scalar::I32 => self.take_list(n, list, |b| i32::from_le_bytes(b).into()),
+            Scalar::U32 => self.take_list(n, list, |b| u32::from_le_bytes(b).into()),
+            Scalar::F32 | Scalar::F64 => unreachable!("the header refuses them as integers"),
+        }
     }
 
     fn skip(&mut self, scalar: Scalar, n: u64) -> Result<()> {

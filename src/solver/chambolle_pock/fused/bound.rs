@@ -4,17 +4,18 @@
 //! D(q) = sum_k min_p ( f_k + (K^T q)_k )_p,   |q_j| <= lambda
 //! ```
 
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, WIDEST, width};
-use super::part::{Part, Units};
+use super::part::{Part, Units, groups};
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
 
-/// K^T q in double precision by place, ghosts included: kept from one look to the next.
-#[derive(Default)]
-pub struct Scratch<const M: usize>(Vec<Row<M>>);
+/// K^T q in double precision by place, ghosts included, four regions beside each other: kept from one look to the
+/// next.
+pub type Scratch = Vec<[f64; 4]>;
 
 /// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part. A vertex sums its faces in the order of all parts.
 pub struct Bounds<'a, K, T, const M: usize> {
@@ -22,52 +23,97 @@ pub struct Bounds<'a, K, T, const M: usize> {
     pub problem: &'a Problem<K, M>,
     pub stencil: &'a Stencil,
     pub units: Units,
-    pub scratch: &'a mut Scratch<M>,
+    /// The lane of each row in a vector of double precision.
+    pub order: &'a [usize],
+    pub scratch: &'a mut Scratch,
     pub bounds: &'a mut [f64],
 }
+
+type V<S> = <f64 as Real>::Vector<S>;
+
+/// A block of single precision has as many lanes as two vectors of double precision, at most.
+type Pair<S> = [V<S>; 2];
 
 impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Bounds { part, problem, stencil, units, scratch: Scratch(kq), bounds } = self;
-        let (width, lambda) = (width::<T, S>(), problem.lambda);
-        let unit = 1.0 / units.q;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Bounds { part, problem, stencil, units, order, scratch: kq, bounds } = self;
+        let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
+        let lanes = &part.layout.lanes;
+        // Where a pair of vectors has the o-th face of a block, and the lane of the block that goes to each place.
+        let place = |o: usize| o / narrow * narrow + order[o % narrow];
+        let mut from = [0; WIDEST];
+        for o in 0..wide {
+            from[place(o)] = lanes.order[o];
+        }
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        let (lambda, unit) = (simd.splat_f64s(problem.lambda), simd.splat_f64s(1.0 / units.q));
         kq.clear();
-        kq.resize(part.tau.len(), Row::ZERO);
-        let blocks = part.layout.faces.chunks(width).zip(part.q.chunks_exact(2 * M * width));
-        for ((faces, q), corners) in blocks.zip(part.layout.corners.chunks_exact(3 * width)) {
-            let mut y = [[[0.0; WIDEST]; M]; 2];
-            let mut squares = [0.0; WIDEST];
-            for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(width)) {
-                for o in 0..width {
-                    y[o] = q[o].to_f64() * unit;
-                    squares[o] += y[o] * y[o];
+        kq.resize(part.tau.len() * groups(M), [0.0; 4]);
+        let blocks = part.layout.faces.chunks(wide).zip(part.q.chunks_exact(2 * M * wide));
+        for ((faces, q), corners) in blocks.zip(part.layout.corners.chunks_exact(3 * wide)) {
+            let mut y: [[Pair<S>; M]; 2] = [[[zero; 2]; M]; 2];
+            for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(wide)) {
+                for (y, &lane) in cast_slice_mut::<_, f64>(y).iter_mut().zip(&from[..wide]) {
+                    *y = q[lane].to_f64();
                 }
             }
-            // y = Proj_{|.|<=lambda}( y )
-            let mut scale = [1.0; WIDEST];
-            for o in 0..width {
-                let norm = squares[o].sqrt();
-                let outside = norm > lambda;
-                scale[o] = if outside { lambda } else { 1.0 } / if outside { norm } else { 1.0 };
-            }
+            // Faces that only fill up the block keep weights of zero.
+            let mut weights: [Pair<S>; 3] = [[zero; 2]; 3];
             for (o, &j) in faces.iter().enumerate() {
-                let lane = part.layout.lanes.order[o];
-                let [c1, c2, c3] = stencil.weights()[j as usize].map(|c| c * scale[lane]);
-                let [q1, q2] = [0, 1].map(|axis| Row::<M>::from_fn(|p| y[axis][p][lane]));
-                let second = q1 * c1 + q2 * c2;
-                let third = q2 * c3;
-                kq[corners[o] as usize] += (second + third) * -1.0;
-                kq[corners[width + o] as usize] += second;
-                kq[corners[2 * width + o] as usize] += third;
+                for (weights, c) in weights.iter_mut().zip(stencil.weights()[j as usize]) {
+                    cast_slice_mut::<_, f64>(weights)[place(o)] = c;
+                }
+            }
+            for half in 0..wide.div_ceil(narrow) {
+                let mut squares = zero;
+                for y in y.as_flattened_mut() {
+                    y[half] = simd.mul_f64s(y[half], unit);
+                    squares = simd.add_f64s(squares, simd.mul_f64s(y[half], y[half]));
+                }
+                // y = Proj_{|.|<=lambda}( y )
+                let norm = simd.sqrt_f64s(squares);
+                let outside = simd.less_than_f64s(lambda, norm);
+                let scale = simd.div_f64s(
+                    simd.select_f64s(outside, lambda, one),
+                    simd.select_f64s(outside, norm, one),
+                );
+                let c1 = simd.mul_f64s(weights[0][half], scale);
+                let c2 = simd.mul_f64s(weights[1][half], scale);
+                let c3 = simd.mul_f64s(weights[2][half], scale);
+                for g in 0..groups(M) {
+                    let mut sums = [[zero; 4]; 3];
+                    for p in 4 * g..M.min(4 * g + 4) {
+                        let [y1, y2] = [y[0][p][half], y[1][p][half]];
+                        let second = simd.add_f64s(simd.mul_f64s(y1, c1), simd.mul_f64s(y2, c2));
+                        let third = simd.mul_f64s(y2, c3);
+                        sums[0][p % 4] = simd.sub_f64s(zero, simd.add_f64s(second, third));
+                        sums[1][p % 4] = second;
+                        sums[2][p % 4] = third;
+                    }
+                    let sums = [
+                        simd.interleave_shfl_f64s(sums[0]),
+                        simd.interleave_shfl_f64s(sums[1]),
+                        simd.interleave_shfl_f64s(sums[2]),
+                    ];
+                    let sums: [&[[f64; 4]]; 3] =
+                        [cast_slice(&sums[0]), cast_slice(&sums[1]), cast_slice(&sums[2])];
+                    for o in 0..narrow {
+                        for i in 0..3 {
+                            let corner = corners[i * wide + half * narrow + o] as usize;
+                            let row = &mut kq[corner * groups(M) + g];
+                            *row = f64::add_rows(*row, sums[i][o]);
+                        }
+                    }
+                }
             }
         }
-        let own = &kq[part.layout.own_from()..];
+        let own = &kq[part.layout.own_from() * groups(M)..];
         let f = &problem.f[part.layout.range.clone()];
-        for ((bound, &kq), &f) in bounds.iter_mut().zip(own).zip(f) {
-            *bound = (f + kq).min();
+        for ((bound, kq), &f) in bounds.iter_mut().zip(own.chunks_exact(groups(M))).zip(f) {
+            *bound = (f + Row::from_fn(|p| kq[p / 4][p % 4])).min();
         }
     }
 }

@@ -96,7 +96,7 @@ impl Layout {
                 for (c, v) in corners_of(j).into_iter().enumerate() {
                     let place = place(v);
                     corners[(3 * block + c) * width + o] = place as u32;
-                    last = last.max(place / width);
+                    last = last.max(layout.lanes.block(place).0);
                 }
             }
             faces_due[last] = block as u32 + 1;

@@ -52,7 +52,7 @@ pub struct Fused<T, const M: usize> {
     q: Vec<Tangent<M>>,
     /// D(q) vertex by vertex, and what the parts need for it; empty until then.
     bounds: Vec<f64>,
-    scratch: Vec<Scratch<M>>,
+    scratch: Vec<Scratch>,
     u_unpacked: bool,
     q_unpacked: bool,
     /// Whether the last step landed; if not, u is infeasible and stays so.
@@ -197,9 +197,9 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         } else {
             let stencil = problem.k.stencil().expect("the engine was built from it");
             let Self { arch, parts, units, bounds, scratch, u, .. } = self;
-            let (arch, units) = (*arch, *units);
+            let (arch, units, order) = (*arch, *units, &lane_order::<f64>(*arch)[..]);
             bounds.resize(u.len(), 0.0);
-            scratch.resize_with(parts.len(), Scratch::default);
+            scratch.resize_with(parts.len(), Scratch::new);
             let mut rest = &mut bounds[..];
             let mut tasks = Vec::with_capacity(parts.len());
             for (part, scratch) in parts.iter().zip(scratch) {
@@ -208,7 +208,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
                 rest = behind;
             }
             each(tasks, &|(part, scratch, bounds)| {
-                arch.dispatch(Bounds { part, problem, stencil, units, scratch, bounds });
+                arch.dispatch(Bounds { part, problem, stencil, units, order, scratch, bounds });
             });
             sum(
                 bounds.len(),
