@@ -116,4 +116,4 @@ macro_rules! tuple_of_columns {
 tuple_of_columns!(A B);
 tuple_of_columns!(A B C);
 tuple_of_columns!(A B C D);
-tuple_of_columns!(A B C D E G);
+tuple_of_columns!(A B C D E F);

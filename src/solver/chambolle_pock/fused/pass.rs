@@ -141,17 +141,12 @@ impl<T: Real, S: Simd> Step<T, S> {
         let mut y = [[self.zero; M]; 2];
         let mut squares = [self.zero; 2];
         for g in 0..groups(M) {
-            let mut u = [[self.zero; 4]; 3];
-            for (u, corner) in u.iter_mut().zip(corner) {
-                *u = self.gather(
-                    #[inline(always)]
-                    |o| {
-                        let place = corner[o] as usize * groups(M) + g;
-                        // SAFETY: `Part::new` checked that every corner has its place in `rows`.
-                        unsafe { rows.get_unchecked(place) }.u_bar
-                    },
-                );
-            }
+            // Not in a loop over the corners, which would keep in memory what it gathers.
+            let u = [
+                self.gather_u_bar::<M>(rows, corner1, g),
+                self.gather_u_bar::<M>(rows, corner2, g),
+                self.gather_u_bar::<M>(rows, corner3, g),
+            ];
             for p in 4 * g..M.min(4 * g + 4) {
                 let ua = T::sub(simd, u[1][p % 4], u[0][p % 4]);
                 let ub = T::sub(simd, u[2][p % 4], u[0][p % 4]);
@@ -195,12 +190,30 @@ impl<T: Real, S: Simd> Step<T, S> {
             for o in 0..width::<T, S>() {
                 for i in 0..3 {
                     let place = corner[i][o] as usize * groups(M) + g;
-                    // SAFETY: as above.
+                    // SAFETY: as in `gather_u_bar`.
                     let row = unsafe { rows.get_unchecked_mut(place) };
                     row.kq = T::add_rows(row.kq, kq[i][o]);
                 }
             }
         }
+    }
+
+    /// The g-th four entries of u_bar at a corner of each face.
+    #[inline(always)]
+    fn gather_u_bar<const M: usize>(
+        &self,
+        rows: &[RowPair<T>],
+        corner: &[u32],
+        g: usize,
+    ) -> [T::Vector<S>; 4] {
+        self.gather(
+            #[inline(always)]
+            |o| {
+                let place = corner[o] as usize * groups(M) + g;
+                // SAFETY: `Part::new` checked that every corner has its place in `rows`.
+                unsafe { rows.get_unchecked(place) }.u_bar
+            },
+        )
     }
 
     /// Four entries of a row for each lane.
