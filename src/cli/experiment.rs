@@ -351,7 +351,7 @@ pub fn draw(misfit: &experiment::Misfit) {
     let place = misfit.place.start..misfit.place.end.max(misfit.place.start + 1);
     let path = misfit.path.display().to_string();
     let lines = Snippet::source(&misfit.text).path(path);
-    let lines = lines.annotation(AnnotationKind::Primary.span(place).label(&misfit.message));
+    let lines = lines.annotation(AnnotationKind::Primary.span(place));
     let renderer = match std::env::var_os("NO_COLOR") {
         Some(_) => Renderer::plain(),
         None => Renderer::styled(),
