@@ -29,7 +29,7 @@ pub type Outbox<T> = Vec<[T; 4]>;
 pub struct Part<T> {
     pub layout: Layout,
     /// How many numbers a row of u has.
-    m: usize,
+    pub m: usize,
     pub rows: Box<[RowPair<T>]>,
     pub u: Buffer<T>,
     pub f: Buffer<T>,

@@ -31,6 +31,8 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        // So many rows the part has room for, which the gathers rely on.
+        assert_eq!(self.part.m, M);
         let width = width::<T, S>();
         let Part { layout: Layout { corners, faces_due, .. }, rows, u, f, tau, weights, q, .. } =
             self.part;
@@ -210,7 +212,8 @@ impl<T: Real, S: Simd> Step<T, S> {
             #[inline(always)]
             |o| {
                 let place = corner[o] as usize * groups(M) + g;
-                // SAFETY: `Part::new` checked that every corner has its place in `rows`.
+                // SAFETY: `Part::new` checked that every corner has its place in `rows`, and `with_simd` that a
+                // place has as many rows as are looked at here.
                 unsafe { rows.get_unchecked(place) }.u_bar
             },
         )
