@@ -3,7 +3,8 @@
 # Every test the project has. Release, because the mathematics is slow without it.
 test:
 	$(MAKE) --jobs=2 build environment
-	$(MAKE) --jobs=2 rust page
+	$(MAKE) rust
+	$(MAKE) page
 
 rust:
 	cargo test --release --locked
@@ -15,9 +16,10 @@ page:
 build:
 	cargo test --release --locked --no-run
 
-# Of the reference solvers, with which some tests compare.
+# Of Python: the reference solvers, with which some tests compare, and Snakemake, which runs what tests write.
 environment:
 	./experiments/reference/run python -c pass
+	./tests/cli/experiment/snakemake --version
 
 lint:
 	cargo fmt --all --check

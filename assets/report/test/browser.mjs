@@ -7,8 +7,15 @@ import { delimiter, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import puppeteer from "puppeteer-core";
 
-/** WebGL without a graphics card. */
-const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"];
+/** WebGL without a graphics card, on a machine so loaded that a slow frame is no reason to give drawing up. */
+const FLAGS = [
+  "--no-sandbox",
+  "--use-gl=angle",
+  "--use-angle=swiftshader",
+  "--enable-unsafe-swiftshader",
+  "--disable-gpu-watchdog",
+  "--hide-scrollbars",
+];
 
 /** The browser of the environment or of the PATH, or null. */
 export function chromium() {
@@ -81,32 +88,25 @@ export async function shot(page, name, selector) {
   else await page.screenshot({ path, fullPage: true });
 }
 
-/** Share of the pixels of an element that are of a kind, `kind` being the text of a function of r, g, b. */
-export async function pixels(browser, page, selector, kind) {
-  const image = await (await page.$(selector)).screenshot({ encoding: "base64" });
-  const blank = await blankPage(browser);
-  const share = await blank.evaluate(
-    async (image, kind) => {
-      const picture = new Image();
-      picture.src = `data:image/png;base64,${image}`;
-      await picture.decode();
-      const canvas = new OffscreenCanvas(picture.width, picture.height);
-      const context = canvas.getContext("2d");
-      context.drawImage(picture, 0, 0);
-      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-      const is = new Function("r", "g", "b", `return ${kind}`);
-      let count = 0;
-      for (let i = 0; i < data.length; i += 4) if (is(data[i], data[i + 1], data[i + 2])) count++;
-      return (4 * count) / data.length;
-    },
-    image,
-    kind,
-  );
-  return { share, image };
+/** An element as a picture: PNG in base64. */
+export async function picture(page, selector) {
+  return (await page.$(selector)).screenshot({ encoding: "base64" });
 }
 
-/** Where pictures are looked at: the page that a browser starts with. */
-async function blankPage(browser) {
-  const [first] = await browser.pages();
-  return first;
+/**
+ * Share of the pixels of a picture of which `kind`, a function of r, g, b without anything around it, is true. It is
+ * decoded as a bitmap in the page in front: neither waits for a frame, which a page behind another may never draw.
+ */
+export function share(page, image, kind) {
+  const count = async (image, kind) => {
+    const bytes = Uint8Array.from(atob(image), (letter) => letter.charCodeAt(0));
+    const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+    context.drawImage(bitmap, 0, 0);
+    const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) if (kind(data[i], data[i + 1], data[i + 2])) count++;
+    return (4 * count) / data.length;
+  };
+  return page.evaluate(`(${count})(${JSON.stringify(image)}, ${kind})`);
 }

@@ -1,35 +1,17 @@
 //! The scripts for clusters: the Snakefile is run for real, the other's shell is checked.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use super::{SMALL_RUNS, outcomes, small};
 use crate::support::PROGRAM;
 
-/// Snakemake in an environment of its own below the folder of builds, made once.
-fn snakemake() -> PathBuf {
-    let requirements =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/experiment/snakemake.txt");
-    let environment = Path::new(env!("CARGO_TARGET_TMPDIR")).join("snakemake");
-    let program = environment.join("bin/snakemake");
-    let stamp = environment.join("requirements.txt");
-    let wanted = std::fs::read(&requirements).unwrap();
-    if std::fs::read(&stamp).is_ok_and(|there| there == wanted) && program.exists() {
-        return program;
-    }
-    let done = |command: &mut Command| {
-        let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
-        assert!(
-            output.status.success(),
-            "{command:?}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-    };
-    done(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&environment));
-    let pip = environment.join("bin/pip");
-    done(Command::new(pip).args(["install", "--quiet", "--no-deps", "-r"]).arg(&requirements));
-    std::fs::write(stamp, wanted).unwrap();
-    program
+/// The script that makes Snakemake's environment where it is missing, and starts it.
+fn snakemake() -> Command {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(project.join("tests/cli/experiment/snakemake"));
+    command.env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap());
+    command
 }
 
 #[test]
@@ -38,7 +20,7 @@ fn the_snakefile_makes_all_runs_and_the_report() {
     let snakefile = folder.done("experiment run small.toml --emit snakemake --jobs 3");
     folder.write("Snakefile", &snakefile);
     assert!(!folder.path("results").exists());
-    let output = Command::new(snakemake())
+    let output = snakemake()
         .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
         .current_dir(folder.path(""))
         .env("HOME", folder.path(""))
