@@ -11,7 +11,7 @@
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::sweep::{collect, sum};
+use crate::sweep::{collect, sum, sum_blocks};
 
 /// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
 /// no number to multiply by zero; u is exactly zero there from the start to the end.
@@ -44,10 +44,10 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// sum_j |(K U)_j|, in units of length.
     pub fn total_variation(&self, u: &[Row<M>]) -> f64 {
-        sum(
+        sum_blocks(
             self.k.faces(),
             #[inline(always)]
-            |j| self.k.at(u, j).norm(),
+            |first, norms| self.k.norms(u, first, norms),
         )
     }
 

@@ -231,6 +231,15 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     Ok((model, warnings))
 }
 
+/// Refuses what [`model_mesh`] refuses, and looks no further than to the first face with an area: coordinates that
+/// are read are too small for a sum of areas to overflow.
+pub fn check_mesh(mesh: &Mesh) -> Result<()> {
+    if (0..mesh.faces.len()).any(|j| !mesh.is_degenerate(j)) {
+        return Ok(());
+    }
+    model_mesh(mesh).map(drop)
+}
+
 /// The problem with costs integrated and unused regions closed.
 pub(crate) fn problem_of<const M: usize>(
     model: &Mesh,

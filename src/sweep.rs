@@ -134,24 +134,33 @@ pub fn copy_over<T: Copy + Send + Sync>(target: &mut [T], values: &[T]) {
     );
 }
 
-/// The sums over all (index, share) of n terms, in the order of the terms whatever the number of threads: each
-/// goes through all terms and takes what falls into its range of the sums.
+/// The sums of what n terms give to each index, `shares(term)` to `places(term)`, in the order of the terms whatever
+/// the number of threads: each thread looks at all places, and at the shares of those in its range.
 pub fn scatter<const N: usize>(
     length: usize,
     n: usize,
-    terms: impl Fn(usize) -> [(usize, f64); N] + Sync,
+    places: impl Fn(usize) -> [usize; N] + Sync,
+    shares: impl Fn(usize) -> [f64; N] + Sync,
 ) -> Vec<f64> {
     let mut sums = vec![0.0; length];
-    sweep_parts(&mut sums, &ranges(length), |first, sums| {
-        for term in 0..n {
-            for (index, share) in terms(term) {
+    sweep_parts(
+        &mut sums,
+        &ranges(length),
+        #[inline(always)]
+        |first, sums| {
+            for term in 0..n {
                 // Below the range the difference wraps around.
-                if let Some(sum) = sums.get_mut(index.wrapping_sub(first)) {
-                    *sum += share;
+                let places = places(term).map(|index| index.wrapping_sub(first));
+                if places.iter().any(|&place| place < sums.len()) {
+                    for (place, share) in places.into_iter().zip(shares(term)) {
+                        if let Some(sum) = sums.get_mut(place) {
+                            *sum += share;
+                        }
+                    }
                 }
             }
-        }
-    });
+        },
+    );
     sums
 }
 
@@ -168,19 +177,36 @@ const LANES: usize = 8;
 /// `#[inline(always)]` is compiled for each set of vector instructions.
 #[inline]
 pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    sum_blocks(
+        n,
+        #[inline(always)]
+        |first, terms| {
+            for (place, index) in terms.iter_mut().zip(first..) {
+                *place = term(index);
+            }
+        },
+    )
+}
+
+/// The same for terms that come in blocks: `write(first, terms)` writes those from index `first` on.
+#[inline]
+pub fn sum_blocks(n: usize, write: impl Fn(usize, &mut [f64]) + Sync) -> f64 {
     let block = |from: usize, to: usize| {
         vectorized(
             #[inline(always)]
             || {
+                let mut terms = [0.0; BLOCK];
+                let terms = &mut terms[..to - from];
+                write(from, terms);
                 let mut lanes = [0.0; LANES];
-                let whole = from + (to - from) / LANES * LANES;
-                for first in (from..whole).step_by(LANES) {
-                    for (lane, index) in lanes.iter_mut().zip(first..) {
-                        *lane += term(index);
+                let (whole, rest) = terms.as_chunks::<LANES>();
+                for terms in whole {
+                    for (lane, term) in lanes.iter_mut().zip(terms) {
+                        *lane += term;
                     }
                 }
-                for (lane, index) in lanes.iter_mut().zip(whole..to) {
-                    *lane += term(index);
+                for (lane, term) in lanes.iter_mut().zip(rest) {
+                    *lane += term;
                 }
                 let [a, b, c, d, e, f, g, h] = lanes;
                 ((a + e) + (c + g)) + ((b + f) + (d + h))
@@ -288,19 +314,19 @@ mod tests {
     #[test]
     fn scattered_terms_arrive_in_their_order() {
         let n = 30_011;
-        let term = |i: usize| {
-            let share = ((i * 7919) as f64).sin();
-            [(i * i % 5003, share), (i * 31 % 5003, 1e3 * share)]
-        };
+        let places = |i: usize| [i * i % 5003, i * 31 % 5003];
+        let shares = |i: usize| [1.0, 1e3].map(|size| size * ((i * 7919) as f64).sin());
         let mut plain = vec![0.0; 5003];
-        for (index, share) in (0..n).flat_map(term) {
-            plain[index] += share;
+        for i in 0..n {
+            for (index, share) in places(i).into_iter().zip(shares(i)) {
+                plain[index] += share;
+            }
         }
         for threads in [1, 2, 3, 8] {
-            let sums = with_threads(Some(threads), || scatter(5003, n, term)).unwrap();
+            let sums = with_threads(Some(threads), || scatter(5003, n, places, shares)).unwrap();
             assert_eq!(sums, plain);
         }
-        assert!(scatter(0, 0, term).is_empty());
+        assert!(scatter(0, 0, places, shares).is_empty());
     }
 
     #[test]

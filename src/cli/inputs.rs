@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use meshseg::mesh::{Mesh, source};
-use meshseg::solve::model_mesh;
+use meshseg::solve::check_mesh;
 use meshseg::{Result, npy, regions, sweep};
 use ndarray::Array2;
 
 /// The mesh of the argument MESH; at least one of its faces has an area.
 fn mesh_with_area(path: &Path) -> Result<Mesh> {
     let mesh = source(path)?;
-    model_mesh(&mesh).map_err(|error| error.of_file(path))?;
+    check_mesh(&mesh).map_err(|error| error.of_file(path))?;
     Ok(mesh)
 }
 

@@ -8,7 +8,7 @@ use meshseg::mesh::Source;
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::outcome::{self, Looks};
 use meshseg::segment::{Alternation, Initial, Segmentation, segment};
-use meshseg::solve::{Summary, model_mesh};
+use meshseg::solve::{Summary, check_mesh};
 use meshseg::{Error, sweep};
 use serde::Serialize;
 
@@ -113,7 +113,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
         Normalize::Area | Normalize::None => 1.0,
     };
     let scaled = mesh.clone().scaled(scale);
-    model_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
+    check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
     let seen = seen::see(&source, &scaled, arguments.data.as_ref())?;
 
     let cells = barycentric_areas(&scaled);

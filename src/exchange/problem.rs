@@ -32,7 +32,7 @@ use crate::operator::export::ByteString;
 use crate::operator::{Mass, Matrix, mass};
 use crate::problem::NEVER;
 use crate::regions::{self, with_regions};
-use crate::solve::{self, model_mesh};
+use crate::solve::{self, check_mesh, model_mesh};
 use crate::start::Start;
 
 const FORMAT: &[u8; 15] = b"meshseg-problem";
@@ -178,7 +178,7 @@ impl Exchanged {
         if dropped > 0 || model.faces.is_empty() {
             return Err(unsuitable("every face must have an area".into()));
         }
-        model_mesh(&mesh).map_err(of_file)?;
+        check_mesh(&mesh).map_err(of_file)?;
         Ok(Exchanged { mesh, f, lambda, mass: *mass, u0 })
     }
 }

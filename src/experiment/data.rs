@@ -25,7 +25,7 @@ use crate::mesh::{Mesh, Source};
 use crate::npy;
 use crate::regions;
 use crate::render::colormap::categorical;
-use crate::solve::model_mesh;
+use crate::solve::check_mesh;
 
 /// The key `data` of an instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -181,7 +181,7 @@ impl Places {
         if cell.normalize && area > 0.0 && area.is_finite() {
             mesh = mesh.scaled(1.0 / area.sqrt());
         }
-        model_mesh(&mesh).map_err(named)?;
+        check_mesh(&mesh).map_err(named)?;
         let choice = self.data(&cell.data)?;
         let noise = |data: &mut Data| {
             let mut rng = Pcg64::seed_from_u64(cell.seed);

@@ -81,19 +81,13 @@ pub fn frame(mesh: &Mesh, j: usize) -> [Vector3<f64>; 2] {
 
 /// Sums a share per face corner into its vertex, over the faces that are not degenerate.
 fn corner_sums(mesh: &Mesh, share: impl Fn(usize) -> [f64; 3] + Sync) -> Vec<f64> {
-    let shares: Vec<[f64; 3]> = sweep::collect(
-        mesh.faces.len(),
-        #[inline(always)]
-        |j| if mesh.is_degenerate(j) { [0.0; 3] } else { share(j) },
-    );
     sweep::scatter(
         mesh.vertices.len(),
         mesh.faces.len(),
         #[inline(always)]
-        |j| {
-            let ([a, b, c], [x, y, z]) = (mesh.faces[j].map(|v| v as usize), shares[j]);
-            [(a, x), (b, y), (c, z)]
-        },
+        |j| mesh.faces[j].map(|v| v as usize),
+        #[inline(always)]
+        |j| if mesh.is_degenerate(j) { [0.0; 3] } else { share(j) },
     )
 }
 

@@ -10,7 +10,7 @@
 //! this bounds lmax(D^-1 K^T diag(w) K). It is exact on a grid of right-angled isosceles triangles.
 
 use super::{Face, Operator};
-use crate::sweep::{collect, scatter};
+use crate::sweep::scatter;
 
 impl Face {
     /// l_j, squared units of length.
@@ -49,22 +49,16 @@ fn largest_eigenvalue(terms: [(f64, [f64; 2]); 3]) -> f64 {
 
 /// sum_{j at k} w_j b_j |K_jk|^2 for every vertex: a diagonal matrix above K^T diag(w) K.
 pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
-    let shares: Vec<[f64; 3]> = collect(
+    scatter(
+        k.vertices(),
         k.faces(),
+        #[inline(always)]
+        |j| k.face(j).corners,
         #[inline(always)]
         |j| {
             let face = k.face(j);
             let scale = weight(j) * face.column_bound();
             face.columns.map(|column| scale * squared(column))
-        },
-    );
-    scatter(
-        k.vertices(),
-        k.faces(),
-        #[inline(always)]
-        |j| {
-            let ([a, b, c], [x, y, z]) = (k.face(j).corners, shares[j]);
-            [(a, x), (b, y), (c, z)]
         },
     )
 }

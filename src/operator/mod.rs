@@ -15,6 +15,7 @@ mod gauss_seidel;
 pub mod mass;
 mod matrix;
 mod normal;
+mod norms;
 mod stencil;
 
 #[cfg(test)]
@@ -57,6 +58,14 @@ pub trait Operator: Sync {
 
     /// (K u)_j; u has one row per vertex.
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
+
+    /// |(K u)_j| of the faces from `first` on, as many as there is room for.
+    #[inline(always)]
+    fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
+        for (norm, j) in norms.iter_mut().zip(first..) {
+            *norm = self.at(u, j).norm();
+        }
+    }
 
     /// (K^T q)_v; q has one tangent per face.
     fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M>;

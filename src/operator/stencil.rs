@@ -13,7 +13,9 @@
 use std::sync::OnceLock;
 
 use nalgebra::Point3;
+use pulp::Arch;
 
+use super::norms::Norms;
 use super::{Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::{Incidence, Mesh};
@@ -123,6 +125,10 @@ impl Operator for Stencil {
         let [c1, c2, c3] = self.weights[j];
         let (ua, ub) = (u2 - u1, u3 - u1);
         Tangent([ua * c1, ua * c2 + ub * c3])
+    }
+
+    fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
+        Arch::new().dispatch(Norms { stencil: self, u, first, norms });
     }
 
     #[inline(always)]

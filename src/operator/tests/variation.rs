@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::column;
 use crate::mesh::{Mesh, Shape};
 use crate::operator::{Operator, Stencil};
-use crate::samples::observed_order;
+use crate::samples::{observed_order, random_rows, rng, shape};
 use nalgebra::Point3;
 
 fn variation(mesh: &Mesh, value: impl Fn(&Point3<f64>) -> f64) -> f64 {
@@ -18,6 +18,29 @@ fn variation(mesh: &Mesh, value: impl Fn(&Point3<f64>) -> f64) -> f64 {
 fn assert_order_2(steps: &[f64], errors: &[f64]) {
     let order = observed_order(steps, errors);
     assert!((order - 2.0).abs() < 0.05, "observed order {order} of {errors:?}");
+}
+
+/// Lane by lane or face by face, in blocks of any size: the same bits.
+fn assert_same_norms<const M: usize>(mesh: &Mesh) {
+    let k = Stencil::new(mesh);
+    let u = random_rows::<M>(k.vertices(), &mut rng(M as u64));
+    let single: Vec<f64> = (0..k.faces()).map(|j| k.at(&u, j).norm()).collect();
+    for block in [1, 3, 8, 13, k.faces()] {
+        let mut norms = vec![0.0; k.faces()];
+        for (i, norms) in norms.chunks_mut(block).enumerate() {
+            k.norms(&u, i * block, norms);
+        }
+        assert_eq!(norms, single, "{M} regions, blocks of {block}");
+    }
+}
+
+#[test]
+fn norms_come_in_blocks_of_any_size() {
+    for mesh in [shape("torus:13x7"), shape("sphere:2").scaled(1e-4)] {
+        assert_same_norms::<3>(&mesh);
+        assert_same_norms::<4>(&mesh);
+        assert_same_norms::<16>(&mesh);
+    }
 }
 
 /// On the unit sphere |grad z| = sin(polar angle t), and its integral is

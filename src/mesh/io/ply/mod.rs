@@ -32,6 +32,7 @@ use self::values::{Ascii, Binary, Values};
 use super::{check_color, check_coordinate, check_texture, fan, uv_of_vertices};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::sweep::join;
 
 pub use self::header::recognizes;
 pub use self::write::{write, write_labeled};
@@ -45,16 +46,47 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     }
 }
 
-fn body(path: &Path, header: &Header, mut values: impl Values) -> Result<Mesh> {
+fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<Mesh> {
     let vertex_count = header
         .elements
         .iter()
         .find(|element| element.name == "vertex")
         .ok_or_else(|| Error::malformed(path, "has no vertices"))?
         .count;
+    // What comes behind vertices of one size can be read at the same time.
+    let (first, behind) = header.elements.split_first().expect("it has vertices");
+    let apart = match first.name == "vertex" && !first.properties.is_empty() {
+        true => values.apart(first)?,
+        false => None,
+    };
+    let (vertices, faces) = match apart {
+        Some(mut own) => {
+            let (vertices, rest) = join(
+                || Vertices::read(path, first, &mut own),
+                || elements(path, behind, vertex_count, values),
+            );
+            (vertices?, rest?.1)
+        }
+        None => elements(path, &header.elements, vertex_count, values)?,
+    };
+    let uv = match (faces.uv_missing, vertices.uv) {
+        (false, _) => Some(faces.uv),
+        (true, Some(uv)) => Some(uv_of_vertices(&faces.corners, &uv)),
+        (true, None) => None,
+    };
+    Ok(Mesh { vertices: vertices.positions, colors: vertices.colors, faces: faces.corners, uv })
+}
+
+/// The elements that the rest of the file has.
+fn elements(
+    path: &Path,
+    elements: &[Element],
+    vertex_count: usize,
+    mut values: impl Values,
+) -> Result<(Vertices, Faces)> {
     let mut vertices = Vertices::default();
     let mut faces = Faces::default();
-    for element in &header.elements {
+    for element in elements {
         // Without properties there is nothing to read, however many there are said to be.
         if element.properties.is_empty() && element.count > 0 {
             if matches!(element.name.as_str(), "vertex" | "face" | "tristrips") {
@@ -72,12 +104,7 @@ fn body(path: &Path, header: &Header, mut values: impl Values) -> Result<Mesh> {
         }
     }
     values.finish()?;
-    let uv = match (faces.uv_missing, vertices.uv) {
-        (false, _) => Some(faces.uv),
-        (true, Some(uv)) => Some(uv_of_vertices(&faces.corners, &uv)),
-        (true, None) => None,
-    };
-    Ok(Mesh { vertices: vertices.positions, colors: vertices.colors, faces: faces.corners, uv })
+    Ok((vertices, faces))
 }
 
 fn skip(element: &Element, values: &mut impl Values) -> Result<()> {

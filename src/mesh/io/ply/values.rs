@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
-use super::header::{Element, Header, Scalar};
+use super::header::{Element, Header, Kind, Scalar};
 use crate::error::{Error, Result};
 use crate::mesh::io::text::{Text, quote};
 
 /// A source of numbers, in the order of the file.
-pub trait Values {
+pub trait Values: Sized {
     /// Before the first of such elements. Refuses more than the file can hold.
     fn expect(&mut self, element: &Element) -> Result<()>;
+    /// The numbers of the next elements by themselves, if it can be told where they end; reading goes on behind them.
+    fn apart(&mut self, element: &Element) -> Result<Option<Self>>;
     /// Before each element.
     fn begin(&mut self) -> Result<()>;
     /// After each element.
@@ -59,6 +61,10 @@ impl Values for Ascii<'_> {
         self.begun = 0;
         self.count = element.count;
         Ok(())
+    }
+
+    fn apart(&mut self, _: &Element) -> Result<Option<Self>> {
+        Ok(None)
     }
 
     #[inline]
@@ -149,13 +155,14 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
         let split = size.and_then(|size| self.rest.split_at_checked(size));
         let Some((items, rest)) = split else { return Err(self.too_short()) };
         self.rest = rest;
-        for item in items.as_chunks().0 {
-            let mut bytes = *item;
+        let numbers = items.as_chunks().0.iter().map(|&item| {
+            let mut bytes: [u8; N] = item;
             if BIG_ENDIAN {
                 bytes.reverse();
             }
-            list.push(number(bytes));
-        }
+            number(bytes)
+        });
+        list.extend(numbers);
         Ok(())
     }
 
@@ -180,6 +187,16 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
                 ),
             )),
         }
+    }
+
+    fn apart(&mut self, element: &Element) -> Result<Option<Self>> {
+        if element.properties.iter().any(|property| matches!(property.kind, Kind::List { .. })) {
+            return Ok(None);
+        }
+        self.expect(element)?;
+        let (own, behind) = self.rest.split_at(element.count * element.least_size());
+        self.rest = behind;
+        Ok(Some(Binary { path: self.path, rest: own }))
     }
 
     #[inline]

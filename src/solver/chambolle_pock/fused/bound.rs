@@ -13,8 +13,8 @@ use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
 
-/// K^T q in double precision by place, ghosts included, four regions beside each other: kept from one look to the
-/// next.
+/// K^T q in double precision by place, ghosts included, four regions beside each other: all zeros, or empty, from one
+/// look to the next.
 pub type Scratch = Vec<[f64; 4]>;
 
 /// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part. A vertex sums its faces in the order of all parts.
@@ -41,33 +41,36 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Bounds { part, problem, stencil, units, order, scratch: kq, bounds } = self;
         let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
-        let lanes = &part.layout.lanes;
-        // Where a pair of vectors has the o-th face of a block, and the lane of the block that goes to each place.
-        let place = |o: usize| o / narrow * narrow + order[o % narrow];
-        let mut from = [0; WIDEST];
-        for o in 0..wide {
-            from[place(o)] = lanes.order[o];
+        let halves = wide.div_ceil(narrow);
+        // Vectors of double precision take the lanes of a block as they come. To each row its place behind them.
+        let lanes = &part.layout.lanes.order;
+        let mut place_of_lane = [0; WIDEST];
+        for (o, &lane) in order.iter().enumerate() {
+            place_of_lane[lane] = o;
+        }
+        let mut place = [0; WIDEST];
+        for (place, lane) in place.iter_mut().zip(lanes) {
+            *place = lane / narrow * narrow + place_of_lane[lane % narrow];
         }
         let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
         let (lambda, unit) = (simd.splat_f64s(problem.lambda), simd.splat_f64s(1.0 / units.q));
-        kq.clear();
         kq.resize(part.tau.len() * groups(M), [0.0; 4]);
         let blocks = part.layout.faces.chunks(wide).zip(part.q.chunks_exact(2 * M * wide));
         for ((faces, q), corners) in blocks.zip(part.layout.corners.chunks_exact(3 * wide)) {
             let mut y: [[Pair<S>; M]; 2] = [[[zero; 2]; M]; 2];
             for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(wide)) {
-                for (y, &lane) in cast_slice_mut::<_, f64>(y).iter_mut().zip(&from[..wide]) {
-                    *y = q[lane].to_f64();
+                for (y, q) in cast_slice_mut::<_, f64>(y).iter_mut().zip(q) {
+                    *y = q.to_f64();
                 }
             }
             // Faces that only fill up the block keep weights of zero.
-            let mut weights: [Pair<S>; 3] = [[zero; 2]; 3];
-            for (o, &j) in faces.iter().enumerate() {
-                for (weights, c) in weights.iter_mut().zip(stencil.weights()[j as usize]) {
-                    cast_slice_mut::<_, f64>(weights)[place(o)] = c;
+            let mut c: [Pair<S>; 3] = [[zero; 2]; 3];
+            for (&j, &lane) in faces.iter().zip(lanes) {
+                for (c, weight) in c.iter_mut().zip(stencil.weights()[j as usize]) {
+                    cast_slice_mut::<_, f64>(c)[lane] = weight;
                 }
             }
-            for half in 0..wide.div_ceil(narrow) {
+            for half in 0..halves {
                 let mut squares = zero;
                 for y in y.as_flattened_mut() {
                     y[half] = simd.mul_f64s(y[half], unit);
@@ -80,40 +83,42 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
                     simd.select_f64s(outside, lambda, one),
                     simd.select_f64s(outside, norm, one),
                 );
-                let c1 = simd.mul_f64s(weights[0][half], scale);
-                let c2 = simd.mul_f64s(weights[1][half], scale);
-                let c3 = simd.mul_f64s(weights[2][half], scale);
-                for g in 0..groups(M) {
-                    let mut sums = [[zero; 4]; 3];
+                for c in &mut c {
+                    c[half] = simd.mul_f64s(c[half], scale);
+                }
+            }
+            for g in 0..groups(M) {
+                let mut sums = [[[zero; 4]; 2]; 3];
+                for half in 0..halves {
                     for p in 4 * g..M.min(4 * g + 4) {
                         let [y1, y2] = [y[0][p][half], y[1][p][half]];
-                        let second = simd.add_f64s(simd.mul_f64s(y1, c1), simd.mul_f64s(y2, c2));
-                        let third = simd.mul_f64s(y2, c3);
-                        sums[0][p % 4] = simd.sub_f64s(zero, simd.add_f64s(second, third));
-                        sums[1][p % 4] = second;
-                        sums[2][p % 4] = third;
+                        let second = simd
+                            .add_f64s(simd.mul_f64s(y1, c[0][half]), simd.mul_f64s(y2, c[1][half]));
+                        let third = simd.mul_f64s(y2, c[2][half]);
+                        sums[0][half][p % 4] = simd.sub_f64s(zero, simd.add_f64s(second, third));
+                        sums[1][half][p % 4] = second;
+                        sums[2][half][p % 4] = third;
                     }
-                    let sums = [
-                        simd.interleave_shfl_f64s(sums[0]),
-                        simd.interleave_shfl_f64s(sums[1]),
-                        simd.interleave_shfl_f64s(sums[2]),
-                    ];
-                    let sums: [&[[f64; 4]]; 3] =
-                        [cast_slice(&sums[0]), cast_slice(&sums[1]), cast_slice(&sums[2])];
-                    for o in 0..narrow {
-                        for i in 0..3 {
-                            let corner = corners[i * wide + half * narrow + o] as usize;
-                            let row = &mut kq[corner * groups(M) + g];
-                            *row = f64::add_rows(*row, sums[i][o]);
-                        }
+                    for sums in &mut sums {
+                        sums[half] = simd.interleave_shfl_f64s(sums[half]);
+                    }
+                }
+                let sums: [&[[f64; 4]]; 3] =
+                    [cast_slice(&sums[0]), cast_slice(&sums[1]), cast_slice(&sums[2])];
+                for (o, &place) in place[..wide].iter().enumerate() {
+                    for i in 0..3 {
+                        let row = &mut kq[corners[i * wide + o] as usize * groups(M) + g];
+                        *row = f64::add_rows(*row, sums[i][place]);
                     }
                 }
             }
         }
-        let own = &kq[part.layout.own_from() * groups(M)..];
+        let (ghosts, own) = kq.split_at_mut(part.layout.own_from() * groups(M));
         let f = &problem.f[part.layout.range.clone()];
-        for ((bound, kq), &f) in bounds.iter_mut().zip(own.chunks_exact(groups(M))).zip(f) {
+        for ((bound, kq), &f) in bounds.iter_mut().zip(own.chunks_exact_mut(groups(M))).zip(f) {
             *bound = (f + Row::from_fn(|p| kq[p / 4][p % 4])).min();
+            kq.fill([0.0; 4]);
         }
+        ghosts.fill([0.0; 4]);
     }
 }

@@ -1,0 +1,100 @@
+//! |(K u)_j| of the stencil, a lane a face.
+//!
+//! ```text
+//! |(K u)_j|^2 = sum_p (c1 ua)_p^2 + (c2 ua + c3 ub)_p^2,   ua = u2 - u1, ub = u3 - u1
+//! ```
+//!
+//! The same bits as the norm of [`Operator::at`], whatever the vector instructions.
+
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
+use pulp::{Simd, WithSimd};
+
+use super::{Operator, Stencil};
+use crate::field::Row;
+
+pub struct Norms<'a, const M: usize> {
+    pub stencil: &'a Stencil,
+    pub u: &'a [Row<M>],
+    pub first: usize,
+    /// Of the faces from `first` on.
+    pub norms: &'a mut [f64],
+}
+
+impl<const M: usize> WithSimd for Norms<'_, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Norms { stencil, u, first, norms } = self;
+        let faces = first..first + norms.len();
+        let lanes = size_of::<S::f64s>() / size_of::<f64>();
+        let corners = stencil.corners()[faces.clone()].chunks_exact(lanes);
+        let weights = stencil.weights()[faces.clone()].chunks_exact(lanes);
+        let mut blocks = norms.chunks_exact_mut(lanes);
+        for ((corners, weights), norms) in corners.zip(weights).zip(&mut blocks) {
+            let [c1, c2, c3, _] = gather(
+                simd,
+                #[inline(always)]
+                |o| [weights[o][0], weights[o][1], weights[o][2], 0.0],
+            );
+            let mut squares = simd.splat_f64s(0.0);
+            for g in 0..M.div_ceil(4) {
+                // Not in a loop over the corners, which would keep in memory what it gathers.
+                let u1 = gather_u(simd, u, corners, 0, g);
+                let u2 = gather_u(simd, u, corners, 1, g);
+                let u3 = gather_u(simd, u, corners, 2, g);
+                for p in 0..4.min(M - 4 * g) {
+                    let ua = simd.sub_f64s(u2[p], u1[p]);
+                    let ub = simd.sub_f64s(u3[p], u1[p]);
+                    let ku1 = simd.mul_f64s(ua, c1);
+                    let ku2 = simd.add_f64s(simd.mul_f64s(ua, c2), simd.mul_f64s(ub, c3));
+                    let square = simd.add_f64s(simd.mul_f64s(ku1, ku1), simd.mul_f64s(ku2, ku2));
+                    squares = simd.add_f64s(squares, square);
+                }
+            }
+            // From lanes back to the order of the faces.
+            let rows = simd.interleave_shfl_f64s([simd.sqrt_f64s(squares); 4]);
+            for (norm, row) in norms.iter_mut().zip(cast_slice::<_, [f64; 4]>(&rows)) {
+                *norm = row[0];
+            }
+        }
+        let rest = blocks.into_remainder();
+        let last = faces.end - rest.len();
+        for (norm, j) in rest.iter_mut().zip(last..) {
+            *norm = stencil.at(u, j).norm();
+        }
+    }
+}
+
+/// Entries 4g to 4g + 3 of u at one corner of each face, or zeros where a row has none.
+#[inline(always)]
+fn gather_u<S: Simd, const M: usize>(
+    simd: S,
+    u: &[Row<M>],
+    corners: &[[u32; 3]],
+    corner: usize,
+    g: usize,
+) -> [S::f64s; 4] {
+    gather(
+        simd,
+        #[inline(always)]
+        |o| {
+            let row = &u[corners[o][corner] as usize];
+            let mut entries = [0.0; 4];
+            for p in 4 * g..M.min(4 * g + 4) {
+                entries[p % 4] = row.0[p];
+            }
+            entries
+        },
+    )
+}
+
+/// As many rows of four as there are lanes, a lane for each row.
+#[inline(always)]
+fn gather<S: Simd>(simd: S, row: impl Fn(usize) -> [f64; 4]) -> [S::f64s; 4] {
+    let mut rows = [simd.splat_f64s(0.0); 4];
+    for (o, place) in cast_slice_mut::<_, [f64; 4]>(&mut rows).iter_mut().enumerate() {
+        *place = row(o);
+    }
+    simd.deinterleave_shfl_f64s(rows)
+}
