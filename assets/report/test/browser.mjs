@@ -26,7 +26,7 @@ export function chromium() {
 }
 
 export function launch() {
-  return puppeteer.launch({ executablePath: chromium(), headless: true, args: FLAGS });
+  return puppeteer.launch({ executablePath: chromium(), headless: true, args: FLAGS, protocolTimeout: 60_000 });
 }
 
 /** Opens a file; everything the page complains about or asks the network for is listed in `complaints`. */
