@@ -231,8 +231,8 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     Ok((model, warnings))
 }
 
-/// Refuses what [`model_mesh`] refuses, and looks no further than to the first face with an area: coordinates that
-/// are read are too small for a sum of areas to overflow.
+/// Refuses what [`model_mesh`] refuses, and looks no further than to the first face with an area. No sum overflows:
+/// a face has an area only if the square of it is a number.
 pub fn check_mesh(mesh: &Mesh) -> Result<()> {
     if (0..mesh.faces.len()).any(|j| !mesh.is_degenerate(j)) {
         return Ok(());

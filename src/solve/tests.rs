@@ -94,3 +94,24 @@ fn renumbering_repeats_itself_with_any_number_of_threads() {
     };
     assert_eq!(bits(1), bits(3));
 }
+
+/// At every size that numbers have, with and without faces of area in front.
+#[test]
+fn the_short_look_at_a_mesh_refuses_what_the_long_one_does() {
+    let mut refused = 0;
+    for exponent in (-320..=308).step_by(2) {
+        let mesh = shape("torus:12x8").scaled(10_f64.powi(exponent));
+        let mut flat_first = mesh.clone();
+        flat_first.faces.insert(0, [0, 0, 1]);
+        let mut flat = mesh.clone();
+        flat.faces = vec![[0, 0, 1]; 3];
+        for mesh in [mesh, flat_first, flat] {
+            let long = model_mesh(&mesh).map(drop).map_err(|error| error.to_string());
+            let short = check_mesh(&mesh).map_err(|error| error.to_string());
+            assert_eq!(short, long, "1e{exponent}");
+            refused += usize::from(short.is_err());
+        }
+    }
+    // All flat ones, and the others far away from 1 only.
+    assert!((400..800).contains(&refused), "{refused}");
+}
