@@ -83,7 +83,7 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     writeln!(page, "\n## To a certified gap\n")?;
     writeln!(
         page,
-        "The time in the steps, with two threads; the gap is looked at every 4 steps, off the clock.\n"
+        "The time in the steps, with two threads; the gap is looked at every 4 steps, with the larger lambda every 20, off the clock.\n"
     )?;
     table(&mut page, all, |group| group.starts_with("solve, "))?;
     writeln!(page, "\n## Before the first step\n")?;

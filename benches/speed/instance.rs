@@ -1,6 +1,9 @@
-//! The instance: torus:400x250 with the noisy palette.
+//! The instance: torus:400x250 with the noisy palette, in the order in which the program solves it.
+
+use std::borrow::Cow;
 
 use meshseg::field::Row;
+use meshseg::mesh::order::Order;
 use meshseg::mesh::{Mesh, Shape};
 use meshseg::operator::{Mass, Operator};
 use meshseg::problem::Problem;
@@ -9,8 +12,13 @@ use rand_pcg::Pcg64;
 
 pub const LAMBDA: f64 = 0.005;
 
-pub fn mesh() -> Mesh {
+pub fn torus() -> Mesh {
     Shape::Torus { nu: 400, nv: 250 }.mesh()
+}
+
+pub fn mesh() -> Mesh {
+    let torus = torus();
+    Order::of(&torus).mesh(Cow::Borrowed(&torus)).into_owned()
 }
 
 /// s_p = |C - palette_p|^2, C = the color of one of four bands + N(0, 0.3^2); further regions have colors between.
@@ -26,7 +34,7 @@ pub fn costs<const M: usize>(mesh: &Mesh) -> Vec<Row<M>> {
         let (a, b): (f64, f64) = (rng.random(), rng.random());
         (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
     };
-    (0..mesh.vertices.len())
+    let costs = (0..mesh.vertices.len())
         .map(|k| {
             let turn = |i: usize, n: usize| std::f64::consts::TAU * i as f64 / n as f64;
             let (u, v) = (turn(k / 250, 400), turn(k % 250, 250));
@@ -35,7 +43,8 @@ pub fn costs<const M: usize>(mesh: &Mesh) -> Vec<Row<M>> {
             let color = palette(band % M).map(|c| c + 0.3 * normal());
             Row::from_fn(|p| (0..3).map(|i| (color[i] - palette(p)[i]).powi(2)).sum())
         })
-        .collect()
+        .collect();
+    Order::of(&torus()).applied(costs)
 }
 
 pub fn problem<K: Operator, const M: usize>(mesh: &Mesh, k: K, lambda: f64) -> Problem<K, M> {

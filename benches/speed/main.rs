@@ -16,6 +16,11 @@ use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 
+/// As in the program.
+#[cfg(target_os = "linux")]
+#[global_allocator]
+static ALLOCATOR: meshseg::memory::LargePages = meshseg::memory::LargePages;
+
 // All of it within ten minutes.
 criterion_group! {
     name = benches;

@@ -1,5 +1,6 @@
 //! What comes before the first step, and the projection.
 
+use std::borrow::Cow;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -7,13 +8,14 @@ use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion};
 use meshseg::field::Row;
 use meshseg::mesh::io;
+use meshseg::mesh::order::Order;
 use meshseg::operator::{Mass, Matrix, Stencil};
 use meshseg::prox::project_simplex;
 use meshseg::sweep::with_threads;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use super::instance::{LAMBDA, costs, mesh, problem};
+use super::instance::{LAMBDA, costs, mesh, problem, torus};
 use super::steps::solver;
 
 pub fn parts(criterion: &mut Criterion) {
@@ -28,10 +30,14 @@ pub fn parts(criterion: &mut Criterion) {
     let mesh = mesh();
     let mut group = criterion.benchmark_group("set-up");
     group.sample_size(20);
+    let torus = torus();
     let s = costs::<4>(&mesh);
     let stencil = problem::<_, 4>(&mesh, Stencil::new(&mesh), LAMBDA);
     for threads in [1, 2] {
         let id = |what: &str| format!("{what}, {threads} thread(s)");
+        timed(&mut group, id("order of vertices and faces"), threads, || {
+            Order::of(&torus).mesh(Cow::Borrowed(&torus)).into_owned()
+        });
         timed(&mut group, id("gradient as a stencil"), threads, || Stencil::new(&mesh));
         timed(&mut group, id("gradient as a matrix"), threads, || Matrix::new(&mesh));
         timed(&mut group, id("costs integrated"), threads, || {

@@ -8,18 +8,20 @@ use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, WIDEST, width};
+use super::layout::{Layout, NO_FACE};
 use super::part::{Part, Units, groups};
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
 
-/// K^T q in double precision by place, ghosts included, four regions beside each other: all zeros, or empty, from one
+/// K^T q in double precision by place, four regions beside each other: all zeros, or empty, from one
 /// look to the next.
 pub type Scratch = Vec<[f64; 4]>;
 
 /// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part. A vertex sums its faces in the order of all parts.
 pub struct Bounds<'a, K, T, const M: usize> {
     pub part: &'a Part<T>,
+    pub layout: &'a Layout,
     pub problem: &'a Problem<K, M>,
     pub stencil: &'a Stencil,
     pub units: Units,
@@ -39,11 +41,11 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Bounds { part, problem, stencil, units, order, scratch: kq, bounds } = self;
+        let Bounds { part, layout, problem, stencil, units, order, scratch: kq, bounds } = self;
         let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
         let halves = wide.div_ceil(narrow);
         // Vectors of double precision take the lanes of a block as they come. To each row its place behind them.
-        let lanes = &part.layout.lanes.order;
+        let lanes = &layout.lanes.order;
         let mut place_of_lane = [0; WIDEST];
         for (o, &lane) in order.iter().enumerate() {
             place_of_lane[lane] = o;
@@ -55,8 +57,12 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
         let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
         let (lambda, unit) = (simd.splat_f64s(problem.lambda), simd.splat_f64s(1.0 / units.q));
         kq.resize(part.tau.len() * groups(M), [0.0; 4]);
-        let blocks = part.layout.faces.chunks(wide).zip(part.q.chunks_exact(2 * M * wide));
-        for ((faces, q), corners) in blocks.zip(part.layout.corners.chunks_exact(3 * wide)) {
+        // Those at own vertices, and at some others.
+        let held = part.face_places(&layout.faces_at(&part.window.own));
+        let faces = part.window.faces[held.clone()].chunks_exact(wide);
+        let corners = part.window.places[3 * held.start..3 * held.end].chunks_exact(3 * wide);
+        let q = part.q[2 * M * held.start..2 * M * held.end].chunks_exact(2 * M * wide);
+        for ((faces, q), corners) in faces.zip(q).zip(corners) {
             let mut y: [[Pair<S>; M]; 2] = [[[zero; 2]; M]; 2];
             for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(wide)) {
                 for (y, q) in cast_slice_mut::<_, f64>(y).iter_mut().zip(q) {
@@ -66,6 +72,9 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
             // Faces that only fill up the block keep weights of zero.
             let mut c: [Pair<S>; 3] = [[zero; 2]; 3];
             for (&j, &lane) in faces.iter().zip(lanes) {
+                if j == NO_FACE {
+                    continue;
+                }
                 for (c, weight) in c.iter_mut().zip(stencil.weights()[j as usize]) {
                     cast_slice_mut::<_, f64>(c)[lane] = weight;
                 }
@@ -113,12 +122,12 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
                 }
             }
         }
-        let (ghosts, own) = kq.split_at_mut(part.layout.own_from() * groups(M));
-        let f = &problem.f[part.layout.range.clone()];
-        for ((bound, kq), &f) in bounds.iter_mut().zip(own.chunks_exact_mut(groups(M))).zip(f) {
+        let own = part.places(&part.window.own).start * groups(M);
+        let f = &problem.f[part.own()];
+        let kq_rows = kq[own..].chunks_exact(groups(M));
+        for ((bound, kq), &f) in bounds.iter_mut().zip(kq_rows).zip(f) {
             *bound = (f + Row::from_fn(|p| kq[p / 4][p % 4])).min();
-            kq.fill([0.0; 4]);
         }
-        ghosts.fill([0.0; 4]);
+        kq.fill([0.0; 4]);
     }
 }

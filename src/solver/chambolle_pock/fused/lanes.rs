@@ -1,6 +1,7 @@
 //! What the pass needs of single and double precision: vectors of the instruction set S, lane by lane.
 //!
-//! Multiplications and additions are never contracted, so that every instruction set gives the same bits.
+//! With AVX2 and AVX-512 a product and a sum are rounded once, in the same places, so that they give the same bits;
+//! portable code rounds twice.
 
 use pulp::bytemuck::Pod;
 use pulp::{Arch, Simd};
@@ -13,6 +14,10 @@ pub trait Real: Pod + Send + Sync {
     const ZERO: Self;
     /// Whether this is the precision of everything else.
     const DOUBLE: bool;
+    /// What sums of numbers near 1 do not notice, and far from what is too small to be a normal number.
+    const NEGLIGIBLE: f64;
+    /// The distance from 1 to the next number.
+    const EPSILON: f64;
 
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
@@ -23,6 +28,9 @@ pub trait Real: Pod + Send + Sync {
     fn add<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
     fn sub<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
     fn mul<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
+    /// a b + c
+    fn mul_add<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>, c: V<Self, S>) -> V<Self, S>;
+    fn neg<S: Simd>(simd: S, a: V<Self, S>) -> V<Self, S>;
     fn div<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
     fn min<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
     fn max<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
@@ -35,6 +43,8 @@ pub trait Real: Pod + Send + Sync {
         c: V<Self, S>,
         d: V<Self, S>,
     ) -> V<Self, S>;
+    /// Whether a < b in any lane.
+    fn any_less<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> bool;
     /// The largest of all lanes.
     fn largest<S: Simd>(simd: S, a: V<Self, S>) -> f64;
     /// Rows of four, one after the other, to four vectors with a lane for each row; lanes in the order of
@@ -79,13 +89,15 @@ pub fn lane_order<T: Real>(arch: Arch) -> Vec<usize> {
 }
 
 macro_rules! real {
-    ($float:ty, $vector:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $div:ident, $min:ident, $max:ident,
-     $sqrt:ident, $less:ident, $select:ident, $largest:ident, $deinterleave:ident, $interleave:ident) => {
+    ($float:ty, $negligible:expr, $vector:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $neg:ident, $div:ident, $min:ident, $max:ident,
+     $sqrt:ident, $less:ident, $select:ident, $first:ident, $largest:ident, $deinterleave:ident, $interleave:ident) => {
         impl Real for $float {
             type Vector<S: Simd> = S::$vector;
 
             const ZERO: Self = 0.0;
             const DOUBLE: bool = size_of::<Self>() == size_of::<f64>();
+            const NEGLIGIBLE: f64 = $negligible;
+            const EPSILON: f64 = <$float>::EPSILON as f64;
 
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
@@ -116,6 +128,19 @@ macro_rules! real {
                 simd.$mul(a, b)
             }
             #[inline(always)]
+            fn mul_add<S: Simd>(
+                simd: S,
+                a: S::$vector,
+                b: S::$vector,
+                c: S::$vector,
+            ) -> S::$vector {
+                simd.$mul_add(a, b, c)
+            }
+            #[inline(always)]
+            fn neg<S: Simd>(simd: S, a: S::$vector) -> S::$vector {
+                simd.$neg(a)
+            }
+            #[inline(always)]
             fn div<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> S::$vector {
                 simd.$div(a, b)
             }
@@ -142,6 +167,10 @@ macro_rules! real {
                 simd.$select(simd.$less(a, b), c, d)
             }
             #[inline(always)]
+            fn any_less<S: Simd>(simd: S, a: S::$vector, b: S::$vector) -> bool {
+                simd.$first(simd.$less(a, b)) < width::<Self, S>()
+            }
+            #[inline(always)]
             fn largest<S: Simd>(simd: S, a: S::$vector) -> f64 {
                 f64::from(simd.$largest(a))
             }
@@ -159,34 +188,42 @@ macro_rules! real {
 
 real!(
     f32,
+    1e-13,
     f32s,
     splat_f32s,
     add_f32s,
     sub_f32s,
     mul_f32s,
+    mul_add_e_f32s,
+    neg_f32s,
     div_f32s,
     min_f32s,
     max_f32s,
     sqrt_f32s,
     less_than_f32s,
     select_f32s,
+    first_true_m32s,
     reduce_max_f32s,
     deinterleave_shfl_f32s,
     interleave_shfl_f32s
 );
 real!(
     f64,
+    1e-60,
     f64s,
     splat_f64s,
     add_f64s,
     sub_f64s,
     mul_f64s,
+    mul_add_e_f64s,
+    neg_f64s,
     div_f64s,
     min_f64s,
     max_f64s,
     sqrt_f64s,
     less_than_f64s,
     select_f64s,
+    first_true_m64s,
     reduce_max_f64s,
     deinterleave_shfl_f64s,
     interleave_shfl_f64s

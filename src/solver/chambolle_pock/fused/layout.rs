@@ -1,21 +1,24 @@
-//! What one thread owns: a contiguous range of vertices, every face that touches it, and their other vertices.
+//! Who lies where, in blocks of as many vertices or faces as a vector has lanes, and what has to wait for what.
 //!
-//! Faces come in the order of their largest vertex, whichever part they lie in. A face between two ranges lies in
-//! both parts and is computed in both, from the same numbers. Its vertices outside the range are ghosts: they move
-//! as in their own part, once K^T q is fetched from there.
+//! Vertices come in the order of the mesh, faces in the order of their last vertex. A face is due as soon as that
+//! vertex has moved; a vertex may move again as soon as all its faces are done. Where neighbors have near numbers,
+//! the next iteration so follows a few blocks behind.
 
 use std::ops::Range;
 
+use crate::sweep::{ranges, results};
+
 /// The lane of each row in a block; how many there are is a power of two.
+#[derive(Clone)]
 pub struct Lanes {
     pub order: Vec<usize>,
     shift: u32,
 }
 
 impl Lanes {
-    pub fn new(order: &[usize]) -> Self {
+    pub fn new(order: Vec<usize>) -> Self {
         assert!(order.len().is_power_of_two());
-        Lanes { order: order.to_vec(), shift: order.len().trailing_zeros() }
+        Lanes { shift: order.len().trailing_zeros(), order }
     }
 
     pub fn width(&self) -> usize {
@@ -24,7 +27,7 @@ impl Lanes {
 
     /// The block of the i-th row, and its number there.
     #[inline(always)]
-    fn block(&self, i: usize) -> (usize, usize) {
+    pub fn block(&self, i: usize) -> (usize, usize) {
         (i >> self.shift, i & (self.order.len() - 1))
     }
 
@@ -37,160 +40,265 @@ impl Lanes {
     }
 }
 
-/// Who lies where in a part, whatever the numbers are.
+/// The order of a whole mesh, and what waits for what, block by block.
 pub struct Layout {
-    pub range: Range<usize>,
-    /// Vertices of other parts, ascending; they come before the own ones, in blocks of their own.
-    pub ghosts: Vec<u32>,
-    /// Ascending by their largest vertex.
-    pub faces: Vec<u32>,
     pub lanes: Lanes,
-    /// Places of the corners in the rows of vertices, `[block][corner][row]`.
-    pub corners: Vec<u32>,
-    /// How many blocks of faces are done after each block of vertices.
-    pub faces_due: Vec<u32>,
-    /// Own vertices whose K^T q goes to the outbox, as places.
-    pub sent: Vec<u32>,
-    /// For each ghost the part that owns it, and where in its outbox it lies.
-    pub sources: Vec<(u32, u32)>,
+    /// Ascending by their last vertex.
+    pub faces: Vec<u32>,
+    /// How many blocks of faces are due after each block of vertices.
+    due: Vec<u32>,
+    /// The last block of vertices that must have moved before all faces at this block, and at those before it, are
+    /// done.
+    until: Vec<u32>,
+    /// The first block of vertices at the faces that end in this block or behind it.
+    from: Vec<u32>,
+    /// So many blocks of faces are done at the most from the first one at a block of vertices to the last.
+    pub ring: usize,
 }
 
 impl Layout {
     /// For the corners of all faces of a mesh.
-    pub fn new(
-        range: Range<usize>,
-        corners: &[[u32; 3]],
-        vertices: usize,
-        order: &[usize],
-    ) -> Self {
-        let is_own = |v: u32| range.contains(&(v as usize));
-        let corners_of = |j: &u32| corners[*j as usize];
-        let faces = faces_at(&range, corners, vertices);
-        let mut ghosts: Vec<u32> =
-            faces.iter().flat_map(corners_of).filter(|&v| !is_own(v)).collect();
-        ghosts.sort_unstable();
-        ghosts.dedup();
-        let mut layout = Layout {
-            range: range.clone(),
-            ghosts,
-            lanes: Lanes::new(order),
-            corners: Vec::new(),
-            faces_due: Vec::new(),
-            sent: Vec::new(),
-            sources: Vec::new(),
-            faces,
-        };
-
-        let width = order.len();
-        let place = |v: u32| match is_own(v) {
-            true => layout.place(v as usize),
-            false => layout.ghosts.binary_search(&v).expect("corners outside are ghosts"),
-        };
-        // Faces that only fill up the last block have no weights and lie anywhere.
-        let mut corners = vec![0; 3 * width * layout.faces.len().div_ceil(width)];
-        let vertex_blocks = layout.own_from() / width + range.len().div_ceil(width);
-        let mut faces_due = vec![0; vertex_blocks];
-        let mut last = 0;
-        for (block, faces) in layout.faces.chunks(width).enumerate() {
-            for (o, j) in faces.iter().enumerate() {
-                for (c, v) in corners_of(j).into_iter().enumerate() {
-                    let place = place(v);
-                    corners[(3 * block + c) * width + o] = place as u32;
-                    last = last.max(layout.lanes.block(place).0);
+    pub fn new(corners: &[[u32; 3]], vertices: usize, lanes: Lanes) -> Self {
+        let faces = by_last(corners, vertices);
+        let width = lanes.width();
+        let block = |v: usize| lanes.block(v).0;
+        let mut due = vec![0; vertices.div_ceil(width)];
+        let mut until: Vec<u32> = (0..due.len() as u32).collect();
+        let mut from = until.clone();
+        let mut met = vec![u32::MAX; due.len()];
+        for (i, faces) in faces.chunks(width).enumerate() {
+            let mut ends = 0;
+            let mut begins = due.len();
+            for &j in faces {
+                let corners = &corners[j as usize];
+                let begin = block(first(corners));
+                ends = block(last(corners));
+                from[ends] = from[ends].min(begin as u32);
+                begins = begins.min(begin);
+                for &v in corners {
+                    let met = &mut met[block(v as usize)];
+                    *met = (*met).min(i as u32);
                 }
             }
-            faces_due[last] = block as u32 + 1;
+            due[ends] = i as u32 + 1;
+            until[begins] = until[begins].max(ends as u32);
         }
-        let mut due = 0;
-        for block in &mut faces_due {
-            due = due.max(*block);
-            *block = due;
+        for b in 1..due.len() {
+            due[b] = due[b].max(due[b - 1]);
+            until[b] = until[b].max(until[b - 1]);
         }
-        (layout.corners, layout.faces_due) = (corners, faces_due);
-        layout
+        for b in (1..due.len()).rev() {
+            from[b - 1] = from[b - 1].min(from[b]);
+        }
+        let done = |b: usize| due[until[b] as usize].saturating_sub(met[b]) as usize;
+        let ring = (0..due.len()).map(done).max().unwrap_or(0);
+        Layout { lanes, faces, due, until, from, ring }
     }
 
-    /// How many vertices and faces there is room for, full blocks of both.
-    pub fn room(&self) -> (usize, usize) {
-        (self.faces_due.len() * self.lanes.width(), self.corners.len() / 3)
+    /// Blocks of vertices.
+    pub fn blocks(&self) -> usize {
+        self.due.len()
     }
 
-    /// The place of the first own vertex: ghosts come first, then a block begins.
-    pub fn own_from(&self) -> usize {
-        self.ghosts.len().next_multiple_of(self.lanes.width())
-    }
-
-    /// The place of an own vertex.
+    /// How many blocks of faces are due before this block of vertices moves.
     #[inline(always)]
-    pub fn place(&self, v: usize) -> usize {
-        self.own_from() + v - self.range.start
+    pub fn due_before(&self, block: usize) -> usize {
+        if block == 0 { 0 } else { self.due[block - 1] as usize }
     }
 
-    /// Every place that has a vertex, and that vertex.
+    /// The blocks of faces in which those at blocks of vertices lie, all of them.
+    pub fn faces_at(&self, vertices: &Range<usize>) -> Range<usize> {
+        let last = self.until[vertices.end - 1] as usize;
+        self.due_before(vertices.start)..self.due_before(last + 1)
+    }
+
+    /// Whether all faces at a block of vertices are done, once all blocks before `moved` have moved.
     #[inline(always)]
-    pub fn each_place(&self, mut work: impl FnMut(usize, usize)) {
-        for (place, &v) in self.ghosts.iter().enumerate() {
-            work(place, v as usize);
-        }
-        for (place, v) in (self.own_from()..).zip(self.range.clone()) {
-            work(place, v);
-        }
+    pub fn is_done(&self, block: usize, moved: usize) -> bool {
+        (self.until[block] as usize) < moved
     }
 
-    /// Every place that only fills up a block.
-    pub fn each_gap(&self, work: impl FnMut(usize)) {
-        let behind = self.own_from() + self.range.len()..self.room().0;
-        (self.ghosts.len()..self.own_from()).chain(behind).for_each(work);
+    /// How many blocks an iteration is behind the one before it, in the mean.
+    pub fn lag(&self) -> f64 {
+        let lag = |(b, &until): (usize, &u32)| f64::from(until) - b as f64;
+        self.until.iter().enumerate().map(lag).sum::<f64>() / self.blocks().max(1) as f64
+    }
+
+    /// What `count` threads with about the same work hold, for passes of up to `depth` iterations.
+    pub fn windows(&self, corners: &[[u32; 3]], count: usize, depth: usize) -> Vec<Window> {
+        // A vertex costs about half as much as a face.
+        let work: Vec<usize> = (0..=self.blocks()).map(|b| 2 * self.due_before(b) + b).collect();
+        let all = work[self.blocks()];
+        let mut cuts: Vec<usize> =
+            (0..=count).map(|k| work.partition_point(|&work| work < all * k / count)).collect();
+        cuts.dedup();
+        let own = cuts.windows(2).map(|cut| cut[0]..cut[1]).collect();
+        results(own, |own| self.window(corners, own, depth))
+    }
+
+    fn window(&self, corners: &[[u32; 3]], own: Range<usize>, depth: usize) -> Window {
+        let width = self.lanes.width();
+        let own_faces = self.due_before(own.start)..self.due_before(own.end);
+        // The first block of faces may begin with some that end before the first own vertex.
+        let begins = match self.faces.get(own_faces.start * width) {
+            Some(&j) => self.lanes.block(last(&corners[j as usize])).0.min(own.start),
+            None => own.start,
+        };
+        let mut reach = Vec::with_capacity(depth + 1);
+        reach.push(begins..own.end);
+        for k in 0..depth {
+            let Range { start, end } = reach[k];
+            reach.push(self.from[start] as usize..self.until[end - 1] as usize + 1);
+        }
+        let vertices = reach[depth].clone();
+        let held_faces = self.due_before(vertices.start)..self.due_before(vertices.end);
+        let held = width * vertices.start..width * vertices.end;
+        let mut faces = vec![NO_FACE; held_faces.len() * width];
+        let mut places = vec![0; 3 * faces.len()];
+        let mut degree = vec![0_u32; held.len()];
+        let end = self.faces.len().min(held_faces.end * width);
+        for (i, &j) in self.faces[held_faces.start * width..end].iter().enumerate() {
+            let corners = &corners[j as usize];
+            if corners.iter().all(|&v| held.contains(&(v as usize))) {
+                faces[i] = j;
+                let (block, row) = self.lanes.block(i);
+                for (c, v) in corners.iter().enumerate() {
+                    let place = v - held.start as u32;
+                    places[(3 * block + c) * width + row] = place;
+                    degree[place as usize] += 1;
+                }
+            }
+        }
+        let rows_at = self.rows_at(&faces, &places, &degree);
+        Window { own, own_faces, reach, held_faces, faces, places, rows_at }
+    }
+
+    /// Where the faces at each vertex leave what they add to it.
+    fn rows_at(&self, faces: &[u32], places: &[u32], degree: &[u32]) -> RowsAt {
+        let width = self.lanes.width();
+        let mut start = vec![0];
+        let mut length = 0;
+        for degree in degree.chunks(width) {
+            length += width * degree.iter().copied().max().unwrap_or(0) as usize;
+            start.push(length);
+        }
+        let nothing = (self.ring * 3 * width) as u32;
+        let mut rows = vec![nothing; length];
+        let mut next = vec![0_u32; degree.len()];
+        for (i, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
+            let (block, row) = self.lanes.block(i);
+            for c in 0..3 {
+                let place = places[(3 * block + c) * width + row] as usize;
+                let (at, lane) = self.lanes.block(place);
+                let next = &mut next[place];
+                rows[start[at] + *next as usize * width + lane] =
+                    ((block % self.ring * 3 + c) * width + row) as u32;
+                *next += 1;
+            }
+        }
+        RowsAt { start, rows }
     }
 }
 
+/// What one thread holds: the blocks that it owns, and those around them that it computes again, so that a pass of
+/// several iterations asks no other thread for anything.
+pub struct Window {
+    /// Blocks of vertices.
+    pub own: Range<usize>,
+    /// Blocks of faces.
+    pub own_faces: Range<usize>,
+    /// `reach[k]`: the blocks of vertices whose u and K^T q must be right where k more iterations follow, for the own
+    /// ones to be right after them.
+    pub reach: Vec<Range<usize>>,
+    /// Blocks of faces.
+    pub held_faces: Range<usize>,
+    /// The faces that are held, [`NO_FACE`] where a block is not full. A face with a corner that is not held is none.
+    pub faces: Vec<u32>,
+    /// Places of their corners among the vertices that are held, `[block][corner][row]`.
+    pub places: Vec<u32>,
+    pub rows_at: RowsAt,
+}
+
+/// For each vertex the rows `[block of the ring][corner][row]` of its faces, in their order, filled up with one that
+/// lies behind all.
+pub struct RowsAt {
+    /// For each block of vertices, and the end.
+    start: Vec<usize>,
+    /// `[block][face at the vertex][row]`
+    rows: Vec<u32>,
+}
+
+impl RowsAt {
+    pub fn all_within(&self, length: usize) -> bool {
+        self.rows.iter().all(|&row| (row as usize) < length)
+    }
+
+    #[inline(always)]
+    pub fn block(&self, block: usize) -> &[u32] {
+        &self.rows[self.start[block]..self.start[block + 1]]
+    }
+}
+
+/// Fills up blocks: has no weights, and lies anywhere.
+pub const NO_FACE: u32 = u32::MAX;
+
+impl Window {
+    /// The blocks of vertices that are held.
+    pub fn vertices(&self) -> Range<usize> {
+        self.reach[self.depth()].clone()
+    }
+
+    /// How many iterations a pass may make.
+    pub fn depth(&self) -> usize {
+        self.reach.len() - 1
+    }
+
+    /// Every face that is held, with its place.
+    #[inline(always)]
+    pub fn each_face(&self, mut work: impl FnMut(usize, usize)) {
+        for (i, &j) in self.faces.iter().enumerate() {
+            if j != NO_FACE {
+                work(i, j as usize);
+            }
+        }
+    }
+}
+
+/// The first of its vertices.
+fn first(corners: &[u32; 3]) -> usize {
+    let [a, b, c] = *corners;
+    a.min(b).min(c) as usize
+}
+
 /// The last of its vertices.
-pub fn last(corners: &[u32; 3]) -> usize {
+fn last(corners: &[u32; 3]) -> usize {
     let [a, b, c] = *corners;
     a.max(b).max(c) as usize
 }
 
-/// The faces with a vertex in the range, by counting sort in the order of their last vertex.
-fn faces_at(range: &Range<usize>, corners: &[[u32; 3]], vertices: usize) -> Vec<u32> {
-    let is_own = |&v: &u32| (v as usize).wrapping_sub(range.start) < range.len();
-    let touches = |corners: &[u32; 3]| corners.iter().any(is_own);
-    let mut start = vec![0_u32; vertices + 1];
-    for corners in corners.iter().filter(|corners| touches(corners)) {
-        start[last(corners) + 1] += 1;
-    }
-    let mut sum = 0;
-    for start in &mut start {
-        sum += *start;
-        *start = sum;
-    }
-    let mut faces = vec![0; sum as usize];
-    for (j, corners) in corners.iter().enumerate().filter(|(_, corners)| touches(corners)) {
-        let place = &mut start[last(corners)];
-        faces[*place as usize] = j as u32;
-        *place += 1;
-    }
-    faces
-}
-
-/// Tells each part which of its vertices the others need, and where they find those of others.
-pub fn connect(parts: &mut [Layout]) {
-    for owner in 0..parts.len() {
-        let range = parts[owner].range.clone();
-        let is_own = |v: &u32| range.contains(&(*v as usize));
-        let mut wanted: Vec<u32> =
-            parts.iter().flat_map(|part| &part.ghosts).copied().filter(is_own).collect();
-        wanted.sort_unstable();
-        wanted.dedup();
-        let own_from = parts[owner].own_from();
-        let place = |&v: &u32| (own_from + v as usize - range.start) as u32;
-        parts[owner].sent = wanted.iter().map(place).collect();
-        for part in &mut *parts {
-            part.sources.resize(part.ghosts.len(), (0, 0));
-            for (source, ghost) in part.sources.iter_mut().zip(&part.ghosts) {
-                if let Ok(letter) = wanted.binary_search(ghost) {
-                    *source = (owner as u32, letter as u32);
+/// The faces in the order of their last vertices, by counting sort.
+fn by_last(corners: &[[u32; 3]], vertices: usize) -> Vec<u32> {
+    let cuts = ranges(vertices);
+    let pieces =
+        results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range: Range<usize>| {
+            let place = |corners: &[u32; 3]| last(corners).wrapping_sub(range.start);
+            let mut next = vec![0_u32; range.len() + 1];
+            for place in corners.iter().map(place).filter(|&place| place < range.len()) {
+                next[place + 1] += 1;
+            }
+            let mut sum = 0;
+            for next in &mut next {
+                sum += *next;
+                *next = sum;
+            }
+            let mut faces = vec![0; sum as usize];
+            for (j, place) in corners.iter().map(place).enumerate() {
+                if place < range.len() {
+                    faces[next[place] as usize] = j as u32;
+                    next[place] += 1;
                 }
             }
-        }
-    }
+            faces
+        });
+    pieces.concat()
 }

@@ -1,29 +1,29 @@
 //! The method in one pass over memory, for the stencil: blocks of vectors, parts that threads own.
 //!
-//! The same iterates as `rows`, to rounding: only the sums K^T q run in another order. That order is one for
-//! all numbers of threads, and no instruction set contracts or reorders anything, so the bits depend on
-//! neither. In single precision the problem is scaled by powers of two to numbers near 1; what is looked at is
+//! The same iterates as `rows`, to rounding: the sums K^T q run in another order, and products are rounded together
+//! with the sums they go into. That order is one for all numbers of threads, so the bits do not depend on them, nor on
+//! whether the vectors are those of AVX2 or of AVX-512. In single precision the problem is scaled by powers of two to numbers near 1; what is looked at is
 //! made feasible in double precision.
 
 mod bound;
 mod buffer;
 mod lanes;
 mod layout;
+mod letter;
 mod part;
 mod pass;
 
 #[cfg(test)]
 mod tests;
 
-use std::ops::Range;
-
 use pulp::Arch;
 
 use bound::{Bounds, Scratch};
 use lanes::{Real, lane_order};
-use layout::{Layout, connect, last};
-use part::{Outbox, Part, Units};
-use pass::Pass;
+use layout::{Lanes, Layout, Window};
+use letter::Letter;
+use part::{Part, Units, groups};
+use pass::{DEEPEST, Pass};
 
 use super::Method;
 use super::steps::Steps;
@@ -37,16 +37,26 @@ use crate::sweep::{collect, each, max, results, sum, sweep, sweep_parts, threads
 /// A thread with fewer vertices than this spends its time at the border.
 const LEAST_VERTICES: usize = 2048;
 
+/// What the iterations of one pass reach over at once should stay in a core's cache: so many bytes.
+const CACHE: usize = 3 << 19;
+
+/// A part may compute so much of what others own again, as a share of what it owns.
+const LARGEST_BORDER: f64 = 0.125;
+
 pub struct Fused<T, const M: usize> {
     /// The vector instructions to use.
     arch: Arch,
+    layout: Layout,
     parts: Vec<Part<T>>,
-    /// What the parts sent after the last step, and room for what they send after the next.
-    outboxes: [Vec<Outbox<T>>; 2],
+    /// What each part sent after the last pass, and what it sends after the next.
+    letters: [Vec<Vec<Letter<T>>>; 2],
     units: Units,
     method: Method<M>,
-    /// The part of each face, and its number there; empty until q is looked at.
-    home: Vec<(u32, u32)>,
+    /// How many steps were made, and how many were asked for and are still to be made; none of these lands.
+    made: usize,
+    pending: usize,
+    /// The number of each face in the order of the layout; empty until q is looked at.
+    places: Vec<u32>,
     /// What was looked at last, in the order of the mesh; q is empty until then.
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
@@ -57,7 +67,6 @@ pub struct Fused<T, const M: usize> {
     q_unpacked: bool,
     /// Whether the last step landed; if not, u is infeasible and stays so.
     landed: bool,
-    faces: usize,
     /// As of the last step.
     lambda: f64,
 }
@@ -71,19 +80,19 @@ impl<T: Real, const M: usize> Fused<T, M> {
         method: Method<M>,
         arch: Arch,
     ) -> Self {
-        let order = lane_order::<T>(arch);
         let units = units::<T>(stencil, &method.steps);
+        let corners = stencil.corners();
+        let layout = Layout::new(corners, u.len(), Lanes::new(lane_order::<T>(arch)));
         let count = threads().min(u.len() / LEAST_VERTICES).max(1);
-        let ranges = split(stencil.corners(), u.len(), count);
-        let mut layouts =
-            results(ranges, |range| Layout::new(range, stencil.corners(), u.len(), &order));
-        connect(&mut layouts);
+        let windows = windows::<T, M>(&layout, corners, count);
+        let letters_from = |sender| Letter::from(sender, &windows);
+        let mut letters = [0, 1].map(|_| (0..windows.len()).map(letters_from).collect::<Vec<_>>());
         let kq = q.as_ref().map(|q| {
             problem.k.prepare_adjoint();
             collect(u.len(), |v| problem.k.adjoint_at(q, v))
         });
-        let parts = results(layouts, |layout| {
-            let mut part = Part::new(layout, M);
+        let parts: Vec<Part<T>> = results(windows, |window| {
+            let mut part = Part::new(window, &layout, u.len(), M);
             part.set_u(&|v| &u[v].0);
             part.set_f(&|v| &problem.f[v].0, units);
             part.set_weights(stencil.weights(), units);
@@ -93,53 +102,51 @@ impl<T: Real, const M: usize> Fused<T, M> {
             }
             part
         });
-        let outboxes = [0, 1].map(|_| {
-            let post = |part: &Part<T>| {
-                let mut outbox = Outbox::new();
-                part.post(&mut outbox);
-                outbox
-            };
-            parts.iter().map(post).collect()
-        });
-        let q = q.unwrap_or_default();
+        for (part, letters) in parts.iter().zip(&mut letters[0]) {
+            letters.iter_mut().for_each(|letter| letter.write(part));
+        }
         Fused {
             arch,
+            layout,
             parts,
-            outboxes,
+            letters,
             units,
             method,
-            home: Vec::new(),
+            made: 0,
+            pending: 0,
+            places: Vec::new(),
             u,
-            q,
+            q: q.unwrap_or_default(),
             bounds: Vec::new(),
             scratch: Vec::new(),
             u_unpacked: false,
             q_unpacked: false,
             landed: true,
-            faces: stencil.corners().len(),
             lambda: problem.lambda,
         }
     }
 }
 
-/// Ranges of vertices with about the same number of faces.
-fn split(corners: &[[u32; 3]], vertices: usize, count: usize) -> Vec<Range<usize>> {
-    // How many faces end before each vertex.
-    let mut start = vec![0; vertices + 1];
-    for corners in corners {
-        start[last(corners) + 1] += 1;
-    }
-    for v in 0..vertices {
-        start[v + 1] += start[v];
-    }
-    // A vertex costs about half as much as a face.
-    let work = |v: usize| 2 * start[v] + v;
-    let border = |k: usize| {
-        let wanted = work(vertices) * k / count;
-        (0..vertices).find(|&v| work(v) >= wanted).unwrap_or(vertices)
+/// Windows for passes of as many iterations as the cache holds, and as cost few computations made twice.
+fn windows<T: Real, const M: usize>(
+    layout: &Layout,
+    corners: &[[u32; 3]],
+    count: usize,
+) -> Vec<Window> {
+    let vertex = 3 * M + 1 + 4 * groups(M);
+    let face = 2 * 3 + 4 + 2 * M + 3 * 4 * groups(M);
+    let block = layout.lanes.width() * size_of::<T>() * (vertex + 2 * face);
+    let fitting = CACHE as f64 / (layout.lag().max(1.0) * block as f64);
+    // Looks lie a multiple of four steps apart.
+    let depths = [DEEPEST, DEEPEST / 2].into_iter().filter(|&depth| depth as f64 <= fitting);
+    let windows = |depth| layout.windows(corners, count, depth);
+    let narrow = |windows: &Vec<Window>| {
+        windows.iter().all(|window| {
+            let own = window.own.len() as f64;
+            window.vertices().len() as f64 <= (1.0 + LARGEST_BORDER) * own
+        })
     };
-    let borders: Vec<usize> = (0..count).map(border).chain([vertices]).collect();
-    borders.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    depths.map(windows).find(narrow).unwrap_or_else(|| windows(1))
 }
 
 /// Single precision needs numbers near 1; double precision takes them as they are.
@@ -158,16 +165,11 @@ fn units<T: Real>(stencil: &Stencil, steps: &Steps) -> Units {
 impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
     fn step(&mut self, problem: &Problem<K, M>, land: bool) {
         (self.lambda, self.landed) = (problem.lambda, land);
-        let lambda = problem.lambda * self.units.q;
-        let (arch, rho) = (self.arch, self.method.rho);
-        self.outboxes.swap(0, 1);
-        let [sent, received] = &mut self.outboxes;
-        each(self.parts.iter_mut().zip(sent).collect(), &|(part, outbox)| {
-            part.receive(received);
-            arch.dispatch(Pass::<T, M> { part, lambda, rho, land });
-            part.post(outbox);
-        });
         (self.u_unpacked, self.q_unpacked) = (false, false);
+        self.pending += 1;
+        if land || self.pending == self.parts[0].window.depth() {
+            self.pass(land);
+        }
         if self.method.due(land) {
             self.unpack();
             let now = Iterate { u: &self.u, q: &self.q };
@@ -187,28 +189,38 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
     }
 
     fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64 {
+        self.settle();
         if T::DOUBLE {
             // K^T q is at hand.
             sum(
                 self.u.len(),
                 #[inline(always)]
-                |v| (problem.f[v] + owner(&self.parts, v).kq::<M>(v)).min(),
+                |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min(),
             )
         } else {
             let stencil = problem.k.stencil().expect("the engine was built from it");
-            let Self { arch, parts, units, bounds, scratch, u, .. } = self;
+            let Self { arch, layout, parts, units, bounds, scratch, u, .. } = self;
             let (arch, units, order) = (*arch, *units, &lane_order::<f64>(*arch)[..]);
             bounds.resize(u.len(), 0.0);
             scratch.resize_with(parts.len(), Scratch::new);
             let mut rest = &mut bounds[..];
             let mut tasks = Vec::with_capacity(parts.len());
             for (part, scratch) in parts.iter().zip(scratch) {
-                let (own, behind) = rest.split_at_mut(part.layout.range.len());
+                let (own, behind) = rest.split_at_mut(part.own().len());
                 tasks.push((part, scratch, own));
                 rest = behind;
             }
             each(tasks, &|(part, scratch, bounds)| {
-                arch.dispatch(Bounds { part, problem, stencil, units, order, scratch, bounds });
+                arch.dispatch(Bounds {
+                    part,
+                    layout,
+                    problem,
+                    stencil,
+                    units,
+                    order,
+                    scratch,
+                    bounds,
+                });
             });
             sum(
                 bounds.len(),
@@ -224,8 +236,8 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
     }
 
     fn restart(&mut self, problem: &Problem<K, M>) {
-        self.lambda = problem.lambda;
         self.unpack();
+        self.lambda = problem.lambda;
         self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
         let units = self.units;
         each(self.parts.iter_mut().collect(), &|part| part.set_f(&|v| &problem.f[v].0, units));
@@ -234,6 +246,34 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
 }
 
 impl<T: Real, const M: usize> Fused<T, M> {
+    /// Makes the steps that are pending, before anyone looks.
+    fn settle(&mut self) {
+        if self.pending > 0 {
+            self.pass(false);
+        }
+    }
+
+    /// Makes the steps that are pending; the last one may land.
+    fn pass(&mut self, land: bool) {
+        let iterations = std::mem::take(&mut self.pending);
+        let before = self.made;
+        self.made += iterations;
+        let lambda = self.lambda * self.units.q;
+        let Self { arch, layout, parts, letters, method, .. } = self;
+        let (arch, layout, rho) = (*arch, &*layout, method.rho);
+        letters.swap(0, 1);
+        let [sent, received] = letters;
+        each(parts.iter_mut().zip(sent).enumerate().collect(), &|(k, (part, sent))| {
+            for letter in received.iter().flatten().filter(|letter| letter.to == k) {
+                letter.read(part);
+            }
+            arch.dispatch(Pass::<T, M> { part, layout, lambda, rho, before, iterations, land });
+            for letter in sent {
+                letter.write(part);
+            }
+        });
+    }
+
     fn set_steps(&mut self) {
         let Self { parts, units, method, .. } = self;
         each(parts.iter_mut().collect(), &|part| part.set_steps(&method.steps, *units));
@@ -244,8 +284,9 @@ impl<T: Real, const M: usize> Fused<T, M> {
         if std::mem::replace(&mut self.u_unpacked, true) {
             return;
         }
+        self.settle();
         let Self { parts, u, landed, .. } = self;
-        let ends = parts.iter().map(|part| part.layout.range.end);
+        let ends = parts.iter().map(|part| part.own().end);
         let cuts: Vec<usize> = [0].into_iter().chain(ends).collect();
         let feasible = T::DOUBLE || !*landed;
         sweep_parts(
@@ -269,21 +310,24 @@ impl<T: Real, const M: usize> Fused<T, M> {
         if std::mem::replace(&mut self.q_unpacked, true) {
             return;
         }
-        let Self { parts, units, home, q, lambda, .. } = self;
-        if home.is_empty() {
-            home.resize(self.faces, (0, 0));
-            for (k, part) in parts.iter().enumerate() {
-                for (i, &j) in part.layout.faces.iter().enumerate() {
-                    home[j as usize] = (k as u32, i as u32);
-                }
+        self.settle();
+        let Self { layout, parts, units, places, q, lambda, .. } = self;
+        if places.is_empty() {
+            places.resize(layout.faces.len(), 0);
+            for (i, &j) in layout.faces.iter().enumerate() {
+                places[j as usize] = i as u32;
             }
         }
-        q.resize(home.len(), Tangent::ZERO);
+        q.resize(places.len(), Tangent::ZERO);
+        let owner = |i: u32| {
+            let block = layout.lanes.block(i as usize).0;
+            &parts[parts.partition_point(|part| part.window.own_faces.end <= block)]
+        };
         sweep(
-            (&mut q[..], &home[..]),
+            (&mut q[..], &places[..]),
             #[inline(always)]
-            |_, (q, &(part, i))| {
-                let tangent = parts[part as usize].q(i as usize, *units);
+            |_, (q, &i)| {
+                let tangent = owner(i).q(i as usize, *units);
                 *q = if T::DOUBLE { tangent } else { project_ball(tangent, *lambda) };
             },
         );
@@ -297,6 +341,6 @@ impl<T: Real, const M: usize> Fused<T, M> {
 }
 
 /// The part that owns vertex v.
-fn owner<T>(parts: &[Part<T>], v: usize) -> &Part<T> {
-    &parts[parts.partition_point(|part| part.layout.range.end <= v)]
+fn owner<T: Real>(parts: &[Part<T>], v: usize) -> &Part<T> {
+    &parts[parts.partition_point(|part| part.own().end <= v)]
 }

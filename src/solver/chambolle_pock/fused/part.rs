@@ -1,37 +1,40 @@
 //! The numbers of what one thread owns, in the places of `layout`.
 //!
-//! Vertices and faces lie in blocks of as many as a vector has lanes, u and f as `[block][region][lane]`, q as
-//! `[block][axis][region][lane]`. What faces gather and scatter, u_bar and K^T q, lies by vertex, four regions
-//! of both beside each other.
+//! Vertices and faces lie in blocks of as many as a vector has lanes, u, f and K^T q as `[block][region][lane]`, q as
+//! `[block][axis][region][lane]`. What faces gather from vertices, u_bar, and vertices from faces, their shares of
+//! K^T q, lies in rows of four regions.
+
+use std::ops::Range;
 
 use super::buffer::Buffer;
 use super::lanes::Real;
-use super::layout::{Lanes, Layout};
+use super::layout::{Lanes, Layout, Window};
 use crate::field::{Row, Tangent};
 use crate::solver::chambolle_pock::steps::Steps;
 
-/// Regions 4g to 4g + 3 at a vertex.
-#[derive(Clone, Copy)]
-#[repr(C)]
-pub struct RowPair<T> {
-    pub u_bar: [T; 4],
-    pub kq: [T; 4],
-}
-
-/// How many pairs a vertex has.
+/// How many rows of four regions a vertex has.
 pub const fn groups(m: usize) -> usize {
     m.div_ceil(4)
 }
 
-/// K^T q at the vertices that other parts want to know.
-pub type Outbox<T> = Vec<[T; 4]>;
+/// How many rows the shares of one iteration have for each group: a ring of blocks, and behind it zeros.
+pub fn share_rows(layout: &Layout) -> usize {
+    (3 * layout.ring + 1) * layout.lanes.width()
+}
 
 pub struct Part<T> {
-    pub layout: Layout,
+    pub window: Window,
+    lanes: Lanes,
+    /// Of the vertices that are held.
+    range: Range<usize>,
     /// How many numbers a row of u has.
     pub m: usize,
-    pub rows: Box<[RowPair<T>]>,
+    pub u_bar: Box<[[T; 4]]>,
+    /// Of each iteration of a pass, as long as they are needed: `[group][block of the ring][corner][row]`, zeros behind
+    /// each group.
+    pub shares: Buffer<T>,
     pub u: Buffer<T>,
+    pub kq: Buffer<T>,
     pub f: Buffer<T>,
     pub tau: Buffer<T>,
     /// c1, c2, c3, sigma: `[block][weight][lane]`.
@@ -49,57 +52,83 @@ pub struct Units {
 }
 
 impl<T: Real> Part<T> {
-    pub fn new(layout: Layout, m: usize) -> Self {
-        let (vertices, faces) = layout.room();
+    /// For rows of m numbers on a mesh of so many vertices.
+    pub fn new(window: Window, layout: &Layout, vertices: usize, m: usize) -> Self {
+        let lanes = layout.lanes.clone();
+        let width = lanes.width();
+        let blocks = window.vertices();
+        let (room, faces) = (blocks.len() * width, window.faces.len());
         // The pass relies on it: a test of every gather would cost a tenth of a step.
-        assert!(layout.corners.iter().all(|&place| (place as usize) < vertices));
+        assert!(window.places.iter().all(|&place| (place as usize) < room));
+        assert!(window.rows_at.all_within(share_rows(layout)));
         Part {
+            range: blocks.start * width..vertices.min(blocks.end * width),
             m,
-            rows: vec![RowPair { u_bar: [T::ZERO; 4], kq: [T::ZERO; 4] }; vertices * groups(m)]
-                .into_boxed_slice(),
-            u: Buffer::zeroed(vertices * m),
-            f: Buffer::zeroed(vertices * m),
-            tau: Buffer::zeroed(vertices),
+            u_bar: vec![[T::ZERO; 4]; room * groups(m)].into_boxed_slice(),
+            shares: Buffer::zeroed(window.depth() * groups(m) * share_rows(layout) * 4),
+            kq: Buffer::zeroed(room * m),
+            u: Buffer::zeroed(room * m),
+            f: Buffer::zeroed(room * m),
+            tau: Buffer::zeroed(room),
             weights: Buffer::zeroed(faces * 4),
             q: Buffer::zeroed(faces * 2 * m),
             change: 0.0,
-            layout,
+            lanes,
+            window,
         }
     }
 
+    /// The vertices that this part owns.
+    pub fn own(&self) -> Range<usize> {
+        let width = self.lanes.width();
+        let Range { start, end } = self.window.own;
+        start * width..self.range.end.min(end * width)
+    }
+
+    /// Every vertex that is held, with its place.
+    #[inline(always)]
+    fn each_vertex(&self) -> impl Iterator<Item = (usize, usize)> + use<T> {
+        self.range.clone().enumerate()
+    }
+
     pub fn set_u<'a>(&mut self, u: &dyn Fn(usize) -> &'a [f64]) {
-        let Part { layout, u: buffer, .. } = self;
-        layout.each_place(|place, v| put(buffer, &layout.lanes, place, u(v), 1.0));
+        for (place, v) in self.each_vertex() {
+            put(&mut self.u, &self.lanes, place, u(v), 1.0);
+        }
         // What fills up a block stays where it is in every step, and so in the corner of the simplex.
-        layout.each_gap(|place| buffer[layout.lanes.first(place, self.m)] = T::from_f64(1.0));
+        for place in self.range.len()..self.tau.len() {
+            self.u[self.lanes.first(place, self.m)] = T::from_f64(1.0);
+        }
     }
 
     pub fn set_f<'a>(&mut self, f: &dyn Fn(usize) -> &'a [f64], units: Units) {
-        let Part { layout, f: buffer, .. } = self;
         let unit = units.q * units.k;
-        layout.each_place(|place, v| put(buffer, &layout.lanes, place, f(v), unit));
+        for (place, v) in self.each_vertex() {
+            put(&mut self.f, &self.lanes, place, f(v), unit);
+        }
     }
 
     /// sigma and tau.
     pub fn set_steps(&mut self, steps: &Steps, units: Units) {
-        let Part { layout, tau, weights, .. } = self;
         let unit = 1.0 / (units.q * units.k);
-        layout.each_place(|place, v| put(tau, &layout.lanes, place, &[steps.tau[v]], unit));
-        let width = layout.lanes.width();
-        let unit = units.q / units.k;
-        for (i, &j) in layout.faces.iter().enumerate() {
-            weights[layout.lanes.first(i, 4) + 3 * width] =
-                T::from_f64(steps.sigma[j as usize] * unit);
+        for (place, v) in self.each_vertex() {
+            put(&mut self.tau, &self.lanes, place, &[steps.tau[v]], unit);
         }
+        let Part { window, lanes, weights, .. } = self;
+        let width = lanes.width();
+        let unit = units.q / units.k;
+        window.each_face(|i, j| {
+            weights[lanes.first(i, 4) + 3 * width] = T::from_f64(steps.sigma[j] * unit);
+        });
     }
 
     /// c1, c2, c3, before the steps are set.
     pub fn set_weights(&mut self, weights: &[[f64; 3]], units: Units) {
-        let Part { layout, weights: buffer, .. } = self;
-        for (i, &j) in layout.faces.iter().enumerate() {
-            let [c1, c2, c3] = weights[j as usize];
-            put(buffer, &layout.lanes, i, &[c1, c2, c3, 0.0], units.k);
-        }
+        let Part { window, lanes, weights: buffer, .. } = self;
+        window.each_face(|i, j| {
+            let [c1, c2, c3] = weights[j];
+            put(buffer, lanes, i, &[c1, c2, c3, 0.0], units.k);
+        });
     }
 
     /// The two rows of q on every face, and K^T q at every vertex.
@@ -109,20 +138,17 @@ impl<T: Real> Part<T> {
         kq: &dyn Fn(usize) -> &'a [f64],
         units: Units,
     ) {
-        let Part { layout, m, q: buffer, rows, .. } = self;
-        let width = layout.lanes.width();
-        for (i, &j) in layout.faces.iter().enumerate() {
-            let first = layout.lanes.first(i, 2 * *m);
-            for (axis, row) in q(j as usize).into_iter().enumerate() {
+        for (place, v) in self.each_vertex() {
+            put(&mut self.kq, &self.lanes, place, kq(v), units.q * units.k);
+        }
+        let Part { window, lanes, m, q: buffer, .. } = self;
+        let width = lanes.width();
+        window.each_face(|i, j| {
+            let first = lanes.first(i, 2 * *m);
+            for (axis, row) in q(j).into_iter().enumerate() {
                 for (p, &entry) in row.iter().enumerate() {
                     buffer[first + (axis * *m + p) * width] = T::from_f64(entry * units.q);
                 }
-            }
-        }
-        layout.each_place(|place, v| {
-            for (p, &entry) in kq(v).iter().enumerate() {
-                rows[place * groups(*m) + p / 4].kq[p % 4] =
-                    T::from_f64(entry * (units.q * units.k));
             }
         });
     }
@@ -130,11 +156,10 @@ impl<T: Real> Part<T> {
     /// u of the own vertices.
     #[inline(always)]
     pub fn read_u<const M: usize>(&self, rows: &mut [Row<M>]) {
-        let Layout { lanes, .. } = &self.layout;
-        let width = lanes.width();
-        let blocks = self.u[self.layout.own_from() * M..].chunks_exact(M * width);
+        let width = self.lanes.width();
+        let blocks = self.u[self.places(&self.window.own).start * M..].chunks_exact(M * width);
         for (rows, block) in rows.chunks_mut(width).zip(blocks) {
-            for (row, &lane) in rows.iter_mut().zip(&lanes.order) {
+            for (row, &lane) in rows.iter_mut().zip(&self.lanes.order) {
                 *row = Row::from_fn(|p| block[p * width + lane].to_f64());
             }
         }
@@ -143,37 +168,35 @@ impl<T: Real> Part<T> {
     /// K^T q of an own vertex.
     #[inline(always)]
     pub fn kq<const M: usize>(&self, v: usize) -> Row<M> {
-        let place = self.layout.place(v);
-        Row::from_fn(|p| self.rows[place * groups(M) + p / 4].kq[p % 4].to_f64())
+        let (first, width) = (self.lanes.first(v - self.range.start, M), self.lanes.width());
+        Row::from_fn(|p| self.kq[first + p * width].to_f64())
     }
 
-    /// q of the i-th face.
+    /// q of an own face, by its number in the order of all.
     #[inline(always)]
     pub fn q<const M: usize>(&self, i: usize, units: Units) -> Tangent<M> {
-        let (first, width) = (self.layout.lanes.first(i, 2 * M), self.layout.lanes.width());
+        let width = self.lanes.width();
+        let first = self.lanes.first(i - self.window.held_faces.start * width, 2 * M);
         let row = |axis: usize| Row::from_fn(|p| self.q[first + (axis * M + p) * width].to_f64());
         Tangent([row(0), row(1)]) * (1.0 / units.q)
     }
 
-    /// K^T q of the ghosts, as their owners sent it.
-    pub fn receive(&mut self, received: &[Outbox<T>]) {
-        let groups = groups(self.m);
-        for (ghost, &(owner, letter)) in self.layout.sources.iter().enumerate() {
-            for g in 0..groups {
-                self.rows[ghost * groups + g].kq =
-                    received[owner as usize][letter as usize * groups + g];
-            }
-        }
+    /// The places of blocks of vertices that are held.
+    pub fn places(&self, blocks: &Range<usize>) -> Range<usize> {
+        self.within(blocks, self.window.vertices().start)
     }
 
-    /// K^T q as others will need it.
-    pub fn post(&self, outbox: &mut Outbox<T>) {
-        let groups = groups(self.m);
-        outbox.clear();
-        for &place in &self.layout.sent {
-            let first = place as usize * groups;
-            outbox.extend(self.rows[first..first + groups].iter().map(|row| row.kq));
+    /// The places of blocks of faces that are held.
+    pub fn face_places(&self, blocks: &Range<usize>) -> Range<usize> {
+        self.within(blocks, self.window.held_faces.start)
+    }
+
+    fn within(&self, blocks: &Range<usize>, first: usize) -> Range<usize> {
+        if blocks.is_empty() {
+            return 0..0;
         }
+        let width = self.lanes.width();
+        (blocks.start - first) * width..(blocks.end - first) * width
     }
 }
 

@@ -5,25 +5,53 @@
 //! y = Proj_{|.|<=lambda}( q + sigma K u_bar )      q <- q + rho (y - q),   K^T q is summed up anew
 //! ```
 //!
-//! Blocks of vertices and of faces take turns: a face is due as soon as its last vertex has moved, and K^T q of
-//! a vertex is summed after it was used. So one pass reads u, f, q and the coefficients once, and what faces
-//! share stays in the cache.
+//! Blocks of vertices and of faces take turns: a face is due as soon as its last vertex has moved, and leaves its
+//! shares of K^T q in rows of its own; a vertex sums them up as soon as all its faces have. The next iteration follows as closely as the layout allows, and the one
+//! after it, so that several read u, f, q and the coefficients from memory once.
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, width};
 use super::layout::Layout;
-use super::part::{Part, RowPair, groups};
+use super::part::{Part, groups, share_rows};
 
 /// Up to so many regions sorting networks are faster than Michelot's shrinking set.
 const SORTED_UP_TO: usize = 16;
 
+/// The negligible is set to zero before one of so many iterations.
+const TIDY_EVERY: usize = 8;
+
+/// So many blocks of vertices an iteration moves before the next has its turn.
+const CHUNK: usize = 32;
+
+/// So many iterations at the most are made in one pass.
+pub const DEEPEST: usize = 4;
+
 pub struct Pass<'a, T, const M: usize> {
     pub part: &'a mut Part<T>,
+    pub layout: &'a Layout,
     pub lambda: f64,
     pub rho: f64,
+    /// How many iterations were made before, and are now, up to the depth of the window.
+    pub before: usize,
+    pub iterations: usize,
+    /// Whether the last of them lands.
     pub land: bool,
+}
+
+/// How far an iteration has come.
+#[derive(Clone, Copy, Default)]
+struct Front {
+    /// The next block of vertices, and the end.
+    block: usize,
+    end: usize,
+    /// The next block of faces.
+    faces: usize,
+    /// The next block of vertices whose K^T q is summed up.
+    sums: usize,
+    tidy: bool,
+    land: bool,
 }
 
 impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
@@ -34,36 +62,74 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         // So many rows the part has room for, which the gathers rely on.
         assert_eq!(self.part.m, M);
         let width = width::<T, S>();
-        let Part { layout: Layout { corners, faces_due, .. }, rows, u, f, tau, weights, q, .. } =
-            self.part;
+        let layout = self.layout;
+        let share_rows = share_rows(layout);
+        let Part { window, u_bar, shares, u, kq, f, tau, weights, q, .. } = self.part;
+        let (first_block, first_faces) = (window.vertices().start, window.held_faces.start);
         let u = cast_slice_mut::<T, T::Vector<S>>(u).as_chunks_mut::<M>().0;
+        let kq = cast_slice_mut::<T, T::Vector<S>>(kq).as_chunks_mut::<M>().0;
         let f = cast_slice::<T, T::Vector<S>>(f).as_chunks::<M>().0;
         let tau = cast_slice::<T, T::Vector<S>>(tau);
         let weights = cast_slice::<T, [T::Vector<S>; 4]>(weights);
         let q = cast_slice_mut::<T, T::Vector<S>>(q).as_chunks_mut::<M>().0.as_chunks_mut::<2>().0;
+        let shares = shares.as_chunks_mut::<4>().0;
         let mut change = T::splat(simd, 0.0);
-        let step = Step::<T, S> {
+        let mut step = Step::<T, S> {
             simd,
             zero: T::splat(simd, 0.0),
             one: T::splat(simd, 1.0),
             lambda: T::splat(simd, self.lambda),
+            surely_inside: T::splat(simd, self.lambda.powi(2) * (1.0 - 8.0 * T::EPSILON)),
             rho: T::splat(simd, self.rho),
-            land: self.land,
+            negligible: [1.0, self.lambda].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
+            tidy: false,
+            land: false,
         };
+        let mut fronts = [Front::default(); DEEPEST];
+        let fronts = &mut fronts[..self.iterations];
+        for (front, reach) in fronts.iter_mut().rev().zip(&window.reach[1..]) {
+            *front = Front {
+                block: reach.start,
+                end: reach.end,
+                faces: layout.due_before(reach.start),
+                sums: reach.start,
+                ..Front::default()
+            };
+        }
+        for (n, front) in (self.before..).zip(&mut *fronts) {
+            front.tidy = n % TIDY_EVERY == 0;
+        }
+        let last = self.iterations - 1;
+        fronts[last].land = self.land;
         let vertex_rows = width * groups(M);
-        let mut done = 0;
-        for (block, &due) in faces_due.iter().enumerate() {
-            let own = &mut rows[block * vertex_rows..][..vertex_rows];
-            change = step.vertices::<M>(own, &mut u[block], &f[block], tau[block], change);
-            let due = due as usize;
-            let faces = corners[3 * width * done..3 * width * due]
-                .chunks_exact(3 * width)
-                .zip(&weights[done..due])
-                .zip(&mut q[done..due]);
-            for ((corners, weights), q) in faces {
-                step.faces::<M>(rows, corners, weights, q);
+        while fronts[last].block < fronts[last].end {
+            for n in 0..self.iterations {
+                let Front { mut block, end, mut faces, mut sums, tidy, land } = fronts[n];
+                let may_move = if n == 0 { end } else { end.min(fronts[n - 1].sums) };
+                let stop = may_move.min(block + CHUNK);
+                (step.tidy, step.land) = (tidy, land);
+                let shares = &mut shares[n * groups(M) * share_rows..][..groups(M) * share_rows];
+                while block < stop {
+                    let b = block - first_block;
+                    let u_bar_rows = &mut u_bar[b * vertex_rows..][..vertex_rows];
+                    let (kq_row, u_row) = (&kq[b], &mut u[b]);
+                    change = step.vertices::<M>(u_bar_rows, u_row, kq_row, &f[b], tau[b], change);
+                    block += 1;
+                    let due = layout.due_before(block);
+                    for j in faces - first_faces..due - first_faces {
+                        let places = &window.places[3 * width * j..][..3 * width];
+                        let shares = &mut shares[j % layout.ring * 3 * width..];
+                        step.faces::<M>(u_bar, places, &weights[j], &mut q[j], shares, share_rows);
+                    }
+                    faces = due;
+                    while sums < end && layout.is_done(sums, block) {
+                        let rows = window.rows_at.block(sums - first_block);
+                        step.sums::<M>(shares, share_rows, rows, &mut kq[sums - first_block]);
+                        sums += 1;
+                    }
+                }
+                fronts[n] = Front { block, end, faces, sums, tidy, land };
             }
-            done = due;
         }
         self.part.change = T::largest(simd, change);
     }
@@ -75,7 +141,12 @@ struct Step<T: Real, S: Simd> {
     zero: T::Vector<S>,
     one: T::Vector<S>,
     lambda: T::Vector<S>,
+    /// The square of what is below lambda, however it is rounded.
+    surely_inside: T::Vector<S>,
     rho: T::Vector<S>,
+    /// Of u and q.
+    negligible: [T::Vector<S>; 2],
+    tidy: bool,
     land: bool,
 }
 
@@ -84,29 +155,38 @@ impl<T: Real, S: Simd> Step<T, S> {
     #[inline(always)]
     fn relax(&self, u: T::Vector<S>, x: T::Vector<S>) -> T::Vector<S> {
         let simd = self.simd;
-        if self.land { x } else { T::add(simd, u, T::mul(simd, T::sub(simd, x, u), self.rho)) }
+        if self.land { x } else { T::mul_add(simd, T::sub(simd, x, u), self.rho, u) }
+    }
+
+    /// Steps of a fixed ratio lead to numbers too small to be normal, which cost a hundred times as much.
+    #[inline(always)]
+    fn tidy(&self, numbers: &mut [T::Vector<S>], negligible: T::Vector<S>) {
+        let simd = self.simd;
+        for x in numbers {
+            let size = T::max(simd, *x, T::sub(simd, self.zero, *x));
+            *x = T::if_less(simd, size, negligible, self.zero, *x);
+        }
     }
 
     /// Returns max |x - u|, or `change` if that is more.
     #[inline(always)]
     fn vertices<const M: usize>(
         &self,
-        rows: &mut [RowPair<T>],
+        u_bar_rows: &mut [[T; 4]],
         u: &mut [T::Vector<S>; M],
+        kq: &[T::Vector<S>; M],
         f: &[T::Vector<S>; M],
         tau: T::Vector<S>,
         mut change: T::Vector<S>,
     ) -> T::Vector<S> {
         let simd = self.simd;
+        if self.tidy {
+            self.tidy(u, self.negligible[0]);
+        }
+        let minus_tau = T::neg(simd, tau);
         let mut v = [self.zero; M];
-        for g in 0..groups(M) {
-            let kq = self.gather(
-                #[inline(always)]
-                |o| rows[o * groups(M) + g].kq,
-            );
-            for p in 4 * g..M.min(4 * g + 4) {
-                v[p] = T::sub(simd, u[p], T::mul(simd, T::add(simd, f[p], kq[p % 4]), tau));
-            }
+        for p in 0..M {
+            v[p] = T::mul_add(simd, T::add(simd, f[p], kq[p]), minus_tau, u[p]);
         }
         let x = self.project_simplex(v);
         for g in 0..groups(M) {
@@ -121,7 +201,7 @@ impl<T: Real, S: Simd> Step<T, S> {
             }
             let u_bar = T::interleave(simd, u_bar);
             for (o, &u_bar) in cast_slice::<_, [T; 4]>(&u_bar).iter().enumerate() {
-                rows[o * groups(M) + g] = RowPair { u_bar, kq: [T::ZERO; 4] };
+                u_bar_rows[o * groups(M) + g] = u_bar;
             }
         }
         change
@@ -130,72 +210,105 @@ impl<T: Real, S: Simd> Step<T, S> {
     #[inline(always)]
     fn faces<const M: usize>(
         &self,
-        rows: &mut [RowPair<T>],
+        u_bar: &[[T; 4]],
         corners: &[u32],
         &[c1, c2, c3, sigma]: &[T::Vector<S>; 4],
         q: &mut [[T::Vector<S>; M]; 2],
+        shares: &mut [[T; 4]],
+        share_rows: usize,
     ) {
         let simd = self.simd;
+        if self.tidy {
+            self.tidy(q.as_flattened_mut(), self.negligible[1]);
+        }
         let (corner1, rest) = corners.split_at(width::<T, S>());
         let (corner2, corner3) = rest.split_at(width::<T, S>());
-        let corner = [corner1, corner2, corner3];
         // y = q + sigma K u_bar,   (K u)_j = ( c1 ua, c2 ua + c3 ub )
+        let [s1, s2, s3] = [c1, c2, c3].map(|c| T::mul(simd, c, sigma));
         let mut y = [[self.zero; M]; 2];
         let mut squares = [self.zero; 2];
         for g in 0..groups(M) {
             // Not in a loop over the corners, which would keep in memory what it gathers.
             let u = [
-                self.gather_u_bar::<M>(rows, corner1, g),
-                self.gather_u_bar::<M>(rows, corner2, g),
-                self.gather_u_bar::<M>(rows, corner3, g),
+                self.gather_u_bar::<M>(u_bar, corner1, g),
+                self.gather_u_bar::<M>(u_bar, corner2, g),
+                self.gather_u_bar::<M>(u_bar, corner3, g),
             ];
             for p in 4 * g..M.min(4 * g + 4) {
                 let ua = T::sub(simd, u[1][p % 4], u[0][p % 4]);
                 let ub = T::sub(simd, u[2][p % 4], u[0][p % 4]);
-                let ku = [
-                    T::mul(simd, ua, c1),
-                    T::add(simd, T::mul(simd, ua, c2), T::mul(simd, ub, c3)),
-                ];
+                y[0][p] = T::mul_add(simd, ua, s1, q[0][p]);
+                y[1][p] = T::mul_add(simd, ua, s2, T::mul_add(simd, ub, s3, q[1][p]));
                 for i in 0..2 {
-                    y[i][p] = T::add(simd, q[i][p], T::mul(simd, ku[i], sigma));
-                    squares[i] = T::add(simd, squares[i], T::mul(simd, y[i][p], y[i][p]));
+                    squares[i] = T::mul_add(simd, y[i][p], y[i][p], squares[i]);
                 }
             }
         }
         // y = Proj_{|.|<=lambda}( y ),   q <- q + rho (y - q)
-        let norm = T::sqrt(simd, T::add(simd, squares[0], squares[1]));
-        let scale = T::div(
-            simd,
-            T::if_less(simd, self.lambda, norm, self.lambda, self.one),
-            T::if_less(simd, self.lambda, norm, norm, self.one),
-        );
+        let squares = T::add(simd, squares[0], squares[1]);
+        // Most blocks have no face at lambda: then they need no root and no quotient.
+        let scale = if T::any_less(simd, self.surely_inside, squares) {
+            let norm = T::sqrt(simd, squares);
+            T::div(
+                simd,
+                T::if_less(simd, self.lambda, norm, self.lambda, self.one),
+                T::if_less(simd, self.lambda, norm, norm, self.one),
+            )
+        } else {
+            self.one
+        };
         // (K^T q): -(c1 q1 + (c2 + c3) q2), c1 q1 + c2 q2, c3 q2 at the three corners.
         for g in 0..groups(M) {
             let mut kq = [[self.zero; 4]; 3];
             for p in 4 * g..M.min(4 * g + 4) {
                 for i in 0..2 {
-                    q[i][p] = self.relax(q[i][p], T::mul(simd, y[i][p], scale));
+                    q[i][p] = if self.land {
+                        T::mul(simd, y[i][p], scale)
+                    } else {
+                        let moves = T::mul_add(simd, y[i][p], scale, T::neg(simd, q[i][p]));
+                        T::mul_add(simd, moves, self.rho, q[i][p])
+                    };
                 }
-                let second = T::add(simd, T::mul(simd, q[0][p], c1), T::mul(simd, q[1][p], c2));
+                let second = T::mul_add(simd, q[0][p], c1, T::mul(simd, q[1][p], c2));
                 let third = T::mul(simd, q[1][p], c3);
                 kq[0][p % 4] = T::sub(simd, self.zero, T::add(simd, second, third));
                 kq[1][p % 4] = second;
                 kq[2][p % 4] = third;
             }
-            let kq = [
-                T::interleave(simd, kq[0]),
-                T::interleave(simd, kq[1]),
-                T::interleave(simd, kq[2]),
-            ];
-            let kq: [&[[T; 4]]; 3] = [cast_slice(&kq[0]), cast_slice(&kq[1]), cast_slice(&kq[2])];
-            // Face by face in their order, wherever a block begins: a vertex sums in the same order in any part.
-            for o in 0..width::<T, S>() {
-                for i in 0..3 {
-                    let place = corner[i][o] as usize * groups(M) + g;
-                    // SAFETY: as in `gather_u_bar`.
-                    let row = unsafe { rows.get_unchecked_mut(place) };
-                    row.kq = T::add_rows(row.kq, kq[i][o]);
+            let shares = &mut shares[g * share_rows..][..3 * width::<T, S>()];
+            for (shares, kq) in shares.chunks_exact_mut(width::<T, S>()).zip(kq) {
+                shares.copy_from_slice(cast_slice(&T::interleave(simd, kq)));
+            }
+        }
+    }
+
+    /// K^T q of a block of vertices.
+    #[inline(always)]
+    fn sums<const M: usize>(
+        &self,
+        shares: &[[T; 4]],
+        share_rows: usize,
+        rows: &[u32],
+        kq: &mut [T::Vector<S>; M],
+    ) {
+        for g in 0..groups(M) {
+            let mut sums = [self.zero; 4];
+            for rows in rows.chunks_exact(width::<T, S>()) {
+                let shares = self.rows(
+                    #[inline(always)]
+                    |o| {
+                        // SAFETY: `Part::new` checked that each of these rows is among the `share_rows` of a group,
+                        // and `with_simd` that there are as many groups as are looked at here.
+                        *unsafe { shares.get_unchecked(g * share_rows + rows[o] as usize) }
+                    },
+                );
+                for i in 0..4 {
+                    sums[i] = T::add(self.simd, sums[i], shares[i]);
                 }
+            }
+            let sums = T::deinterleave(self.simd, sums);
+            for p in 4 * g..M.min(4 * g + 4) {
+                kq[p] = sums[p % 4];
             }
         }
     }
@@ -204,29 +317,30 @@ impl<T: Real, S: Simd> Step<T, S> {
     #[inline(always)]
     fn gather_u_bar<const M: usize>(
         &self,
-        rows: &[RowPair<T>],
+        u_bar: &[[T; 4]],
         corner: &[u32],
         g: usize,
     ) -> [T::Vector<S>; 4] {
-        self.gather(
+        let rows = self.rows(
             #[inline(always)]
             |o| {
                 let place = corner[o] as usize * groups(M) + g;
-                // SAFETY: `Part::new` checked that every corner has its place in `rows`, and `with_simd` that a
+                // SAFETY: `Part::new` checked that every corner has its place in `u_bar`, and `with_simd` that a
                 // place has as many rows as are looked at here.
-                unsafe { rows.get_unchecked(place) }.u_bar
+                *unsafe { u_bar.get_unchecked(place) }
             },
-        )
+        );
+        T::deinterleave(self.simd, rows)
     }
 
-    /// Four entries of a row for each lane.
+    /// Rows of four, one after the other.
     #[inline(always)]
-    fn gather(&self, row: impl Fn(usize) -> [T; 4]) -> [T::Vector<S>; 4] {
+    fn rows(&self, row: impl Fn(usize) -> [T; 4]) -> [T::Vector<S>; 4] {
         let mut rows = [self.zero; 4];
         for (o, place) in cast_slice_mut::<_, [T; 4]>(&mut rows).iter_mut().enumerate() {
             *place = row(o);
         }
-        T::deinterleave(self.simd, rows)
+        rows
     }
 
     /// As `prox::project_simplex`, in every lane.
