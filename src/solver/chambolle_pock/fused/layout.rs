@@ -8,6 +8,9 @@ use std::ops::Range;
 
 use crate::sweep::{ranges, results};
 
+/// A part may compute so much of what others own again, as a share of what it owns.
+const LARGEST_BORDER: f64 = 0.125;
+
 /// The lane of each row in a block; how many there are is a power of two.
 #[derive(Clone)]
 pub struct Lanes {
@@ -124,23 +127,35 @@ impl Layout {
         self.until.iter().enumerate().map(lag).sum::<f64>() / self.blocks().max(1) as f64
     }
 
-    /// What `count` threads with about the same work hold, for passes of up to `depth` iterations.
-    pub fn windows(&self, corners: &[[u32; 3]], count: usize, depth: usize) -> Vec<Window> {
+    /// What `count` threads with about the same work hold, for passes of up to `deepest` iterations, or of half as many
+    /// as often as the borders are too wide.
+    pub fn windows(&self, corners: &[[u32; 3]], count: usize, deepest: usize) -> Vec<Window> {
         // A vertex costs about half as much as a face.
         let work: Vec<usize> = (0..=self.blocks()).map(|b| 2 * self.due_before(b) + b).collect();
         let all = work[self.blocks()];
         let mut cuts: Vec<usize> =
             (0..=count).map(|k| work.partition_point(|&work| work < all * k / count)).collect();
         cuts.dedup();
-        let own = cuts.windows(2).map(|cut| cut[0]..cut[1]).collect();
-        results(own, |own| self.window(corners, own, depth))
+        let own: Vec<Range<usize>> = cuts.windows(2).map(|cut| cut[0]..cut[1]).collect();
+        let reaches = |depth| -> Vec<_> {
+            own.iter().map(|own| (own.clone(), self.reach(corners, own, depth))).collect()
+        };
+        let is_narrow = |(own, reach): &(Range<usize>, Vec<Range<usize>>)| {
+            let held = reach[reach.len() - 1].len();
+            held as f64 <= (1.0 + LARGEST_BORDER) * own.len() as f64
+        };
+        let mut depth = deepest;
+        while depth > 1 && !reaches(depth).iter().all(is_narrow) {
+            depth /= 2;
+        }
+        results(reaches(depth), |(own, reach)| self.window(corners, own, reach))
     }
 
-    fn window(&self, corners: &[[u32; 3]], own: Range<usize>, depth: usize) -> Window {
-        let width = self.lanes.width();
-        let own_faces = self.due_before(own.start)..self.due_before(own.end);
+    /// [`Window::reach`].
+    fn reach(&self, corners: &[[u32; 3]], own: &Range<usize>, depth: usize) -> Vec<Range<usize>> {
         // The first block of faces may begin with some that end before the first own vertex.
-        let begins = match self.faces.get(own_faces.start * width) {
+        let first = self.faces.get(self.due_before(own.start) * self.lanes.width());
+        let begins = match first {
             Some(&j) => self.lanes.block(last(&corners[j as usize])).0.min(own.start),
             None => own.start,
         };
@@ -150,7 +165,13 @@ impl Layout {
             let Range { start, end } = reach[k];
             reach.push(self.from[start] as usize..self.until[end - 1] as usize + 1);
         }
-        let vertices = reach[depth].clone();
+        reach
+    }
+
+    fn window(&self, corners: &[[u32; 3]], own: Range<usize>, reach: Vec<Range<usize>>) -> Window {
+        let width = self.lanes.width();
+        let own_faces = self.due_before(own.start)..self.due_before(own.end);
+        let vertices = reach[reach.len() - 1].clone();
         let held_faces = self.due_before(vertices.start)..self.due_before(vertices.end);
         let held = width * vertices.start..width * vertices.end;
         let mut faces = vec![NO_FACE; held_faces.len() * width];

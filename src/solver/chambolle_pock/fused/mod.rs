@@ -20,7 +20,7 @@ use pulp::Arch;
 
 use bound::{Bounds, Scratch};
 use lanes::{Real, lane_order};
-use layout::{Lanes, Layout, Window};
+use layout::{Lanes, Layout};
 use letter::Letter;
 use part::{Part, Units, groups};
 use pass::{DEEPEST, Pass};
@@ -39,9 +39,6 @@ const LEAST_VERTICES: usize = 2048;
 
 /// What the iterations of one pass reach over at once should stay in a core's cache: so many bytes.
 const CACHE: usize = 3 << 19;
-
-/// A part may compute so much of what others own again, as a share of what it owns.
-const LARGEST_BORDER: f64 = 0.125;
 
 pub struct Fused<T, const M: usize> {
     /// The vector instructions to use.
@@ -84,7 +81,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let corners = stencil.corners();
         let layout = Layout::new(corners, u.len(), Lanes::new(lane_order::<T>(arch)));
         let count = threads().min(u.len() / LEAST_VERTICES).max(1);
-        let windows = windows::<T, M>(&layout, corners, count);
+        let windows = layout.windows(corners, count, depth::<T, M>(&layout));
         let letters_from = |sender| Letter::from(sender, &windows);
         let mut letters = [0, 1].map(|_| (0..windows.len()).map(letters_from).collect::<Vec<_>>());
         let kq = q.as_ref().map(|q| {
@@ -127,26 +124,13 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 }
 
-/// Windows for passes of as many iterations as the cache holds, and as cost few computations made twice.
-fn windows<T: Real, const M: usize>(
-    layout: &Layout,
-    corners: &[[u32; 3]],
-    count: usize,
-) -> Vec<Window> {
+/// How many iterations of a pass the cache holds. Looks lie a multiple of four steps apart.
+fn depth<T: Real, const M: usize>(layout: &Layout) -> usize {
     let vertex = 3 * M + 1 + 4 * groups(M);
     let face = 2 * 3 + 4 + 2 * M + 3 * 4 * groups(M);
     let block = layout.lanes.width() * size_of::<T>() * (vertex + 2 * face);
     let fitting = CACHE as f64 / (layout.lag().max(1.0) * block as f64);
-    // Looks lie a multiple of four steps apart.
-    let depths = [DEEPEST, DEEPEST / 2].into_iter().filter(|&depth| depth as f64 <= fitting);
-    let windows = |depth| layout.windows(corners, count, depth);
-    let narrow = |windows: &Vec<Window>| {
-        windows.iter().all(|window| {
-            let own = window.own.len() as f64;
-            window.vertices().len() as f64 <= (1.0 + LARGEST_BORDER) * own
-        })
-    };
-    depths.map(windows).find(narrow).unwrap_or_else(|| windows(1))
+    [DEEPEST, DEEPEST / 2].into_iter().find(|&depth| depth as f64 <= fitting).unwrap_or(1)
 }
 
 /// Single precision needs numbers near 1; double precision takes them as they are.
