@@ -1,8 +1,9 @@
 //! A numbering in which neighbors lie close to each other in memory, for meshes whose own is scattered.
 //!
 //! What was numbered around a closed surface, so that the first vertices touch the last ones, is folded: the first,
-//! the last, the second, the last but one. Otherwise vertices by reverse Cuthill-McKee: breadth first from a far end of each component, at every vertex the
-//! neighbors with few faces first, and the whole backwards. Faces by their smallest vertex.
+//! the last, the second, the last but one. Otherwise vertices come by reverse Cuthill-McKee: breadth first from a far
+//! end of each component, at every vertex the neighbors with few faces first, and the whole backwards. Faces come by
+//! their smallest vertex.
 //! A. George, J. W. H. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981, chapter 4.
 
 use std::borrow::Cow;

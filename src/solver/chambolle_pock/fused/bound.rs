@@ -14,8 +14,7 @@ use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
 
-/// K^T q in double precision by place, four regions beside each other: all zeros, or empty, from one
-/// look to the next.
+/// K^T q in double precision by place, four regions beside each other: all zeros, or empty, from one look to the next.
 pub type Scratch = Vec<[f64; 4]>;
 
 /// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part. A vertex sums its faces in the order of all parts.

@@ -89,8 +89,9 @@ pub fn lane_order<T: Real>(arch: Arch) -> Vec<usize> {
 }
 
 macro_rules! real {
-    ($float:ty, $negligible:expr, $vector:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $neg:ident, $div:ident, $min:ident, $max:ident,
-     $sqrt:ident, $less:ident, $select:ident, $first:ident, $largest:ident, $deinterleave:ident, $interleave:ident) => {
+    ($float:ty, $negligible:expr, $vector:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $mul_add:ident,
+     $neg:ident, $div:ident, $min:ident, $max:ident, $sqrt:ident, $less:ident, $select:ident, $first:ident,
+     $largest:ident, $deinterleave:ident, $interleave:ident) => {
         impl Real for $float {
             type Vector<S: Simd> = S::$vector;
 

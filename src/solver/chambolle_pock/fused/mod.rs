@@ -1,9 +1,9 @@
-//! The method in one pass over memory, for the stencil: blocks of vectors, parts that threads own.
+//! The method for the stencil, several iterations in one pass over memory: blocks of vectors, parts that threads own.
 //!
 //! The same iterates as `rows`, to rounding: the sums K^T q run in another order, and products are rounded together
-//! with the sums they go into. That order is one for all numbers of threads, so the bits do not depend on them, nor on
-//! whether the vectors are those of AVX2 or of AVX-512. In single precision the problem is scaled by powers of two to numbers near 1; what is looked at is
-//! made feasible in double precision.
+//! with the sums that they go into. That order is one for all numbers of threads, so that the bits do not depend on
+//! them, nor on whether the vectors are those of AVX2 or of AVX-512. In single precision the problem is scaled by
+//! powers of two to numbers near 1; what is looked at is made feasible in double precision.
 
 mod bound;
 mod buffer;

@@ -29,7 +29,8 @@ pub struct Part<T> {
     range: Range<usize>,
     /// How many numbers a row of u has.
     pub m: usize,
-    pub u_bar: Box<[[T; 4]]>,
+    /// `[vertex][group]` in rows.
+    pub u_bar: Buffer<T>,
     /// Of each iteration of a pass, as long as they are needed: `[group][block of the ring][corner][row]`, zeros behind
     /// each group.
     pub shares: Buffer<T>,
@@ -64,7 +65,7 @@ impl<T: Real> Part<T> {
         Part {
             range: blocks.start * width..vertices.min(blocks.end * width),
             m,
-            u_bar: vec![[T::ZERO; 4]; room * groups(m)].into_boxed_slice(),
+            u_bar: Buffer::zeroed(room * groups(m) * 4),
             shares: Buffer::zeroed(window.depth() * groups(m) * share_rows(layout) * 4),
             kq: Buffer::zeroed(room * m),
             u: Buffer::zeroed(room * m),

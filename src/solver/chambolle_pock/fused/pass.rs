@@ -1,4 +1,4 @@
-//! One iteration over one part: the two lines of the method, a lane a vertex and a lane a face.
+//! Up to [`DEEPEST`] iterations over one part: the two lines of the method, a lane a vertex and a lane a face.
 //!
 //! ```text
 //! x = Proj_simplex( u - tau (f + K^T q) )         u_bar = 2x - u,   u <- u + rho (x - u)
@@ -6,8 +6,9 @@
 //! ```
 //!
 //! Blocks of vertices and of faces take turns: a face is due as soon as its last vertex has moved, and leaves its
-//! shares of K^T q in rows of its own; a vertex sums them up as soon as all its faces have. The next iteration follows as closely as the layout allows, and the one
-//! after it, so that several read u, f, q and the coefficients from memory once.
+//! shares of K^T q in rows of its own; a vertex sums them up as soon as all its faces have. The next iteration follows
+//! as closely as the layout allows, and the one after it, so that all read u, f, q and the coefficients from memory
+//! once.
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
@@ -72,7 +73,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         let tau = cast_slice::<T, T::Vector<S>>(tau);
         let weights = cast_slice::<T, [T::Vector<S>; 4]>(weights);
         let q = cast_slice_mut::<T, T::Vector<S>>(q).as_chunks_mut::<M>().0.as_chunks_mut::<2>().0;
-        let shares = shares.as_chunks_mut::<4>().0;
+        let (u_bar, shares) = (u_bar.as_chunks_mut::<4>().0, shares.as_chunks_mut::<4>().0);
         let mut change = T::splat(simd, 0.0);
         let mut step = Step::<T, S> {
             simd,
