@@ -11,7 +11,7 @@
 //! step has rho = 1, after which u = x and q = y.
 //!
 //! `rows` is the text of the method, for any operator. `fused` computes the same iterates from the stencil's
-//! numbers in one pass over memory. They share the step lengths (`steps`) and their weight
+//! numbers, several in one pass over memory. They share the step lengths (`steps`) and their weight
 //! (`../balance.rs`).
 
 mod fused;
