@@ -50,9 +50,9 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     writeln!(
         page,
         "The limit is the triad's time for the bytes of a step: u and q read and written, f, steps, weights and \
-         corners read, each once. The fused engine \
-         makes several steps in one pass and could be below. Ratios above 1 are times slower than the limit, and times faster than the \
-         loops fused by hand (double precision, baseline instructions, one thread) or than sparse products of \
+         corners read, each once. The fused engine makes several steps in one pass and could be below. Ratios \
+         above 1 are times slower than the limit, and times faster than the loops fused by hand (double \
+         precision, baseline instructions, one thread) or than sparse products of \
          the same precision and number of threads.\n"
     )?;
     writeln!(
