@@ -34,11 +34,13 @@ pub fn draw(all: &[Measured], path: &Path) -> Result<(), Box<dyn std::error::Err
         let end = x(1e3 * step.median);
         root.draw(&Text::new(what.to_owned(), (12, y + 4), text(16)))?;
         root.draw(&Rectangle::new([(left, y), (end, y + row - 10)], BAR.filled()))?;
-        root.draw(&Text::new(format!("{:.2}", 1e3 * step.median), (end + 8, y + 4), text(16)))?;
+        let mut behind = end;
         if let Some(limit) = limit(all, step) {
             let at = x(1e3 * limit);
+            behind = behind.max(at);
             root.draw(&Rectangle::new([(at - 1, y - 4), (at + 2, y + row - 6)], LIMIT.filled()))?;
         }
+        root.draw(&Text::new(format!("{:.2}", 1e3 * step.median), (behind + 8, y + 4), text(16)))?;
     }
     root.present()?;
     Ok(())
