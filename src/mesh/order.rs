@@ -7,9 +7,10 @@
 //! A. George, J. W. H. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981, chapter 4.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use super::{Incidence, Mesh};
-use crate::sweep::{collect, sum};
+use crate::sweep::{collect, join, ranges, results, sum};
 
 /// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are more in the
 /// mean than this many square roots of V, or if the smallest vertices of a face and the next are as far apart. A
@@ -32,22 +33,26 @@ impl Order {
 
     /// Nothing moves if the order is fine.
     pub fn of(mesh: &Mesh) -> Self {
-        let bound = SCATTERED * (mesh.vertices.len() as f64).sqrt();
         let count = mesh.vertices.len();
-        let vertices = if front(&mesh.faces, count, |v| v) <= bound {
+        let folded = |v| fold(v, count as u32);
+        let (as_it_is, when_folded) =
+            join(|| front(&mesh.faces, count, |v| v), || front(&mesh.faces, count, folded));
+        let bound = SCATTERED * (count as f64).sqrt();
+        let vertices = if as_it_is <= bound {
             None
-        } else if front(&mesh.faces, count, |v| fold(v, count as u32)) <= bound {
+        } else if when_folded <= bound {
             let mut order = vec![0; count];
-            (0..count as u32).for_each(|v| order[fold(v, count as u32) as usize] = v);
+            (0..count as u32).for_each(|v| order[folded(v) as usize] = v);
             Some(order)
         } else {
             Some(reverse_cuthill_mckee(mesh))
         };
         let faces = match &vertices {
-            Some(vertices) => Some(by_smallest(&renumbered(&mesh.faces, vertices), vertices.len())),
-            None if jump(&mesh.faces) > bound => {
-                Some(by_smallest(&mesh.faces, mesh.vertices.len()))
+            Some(vertices) => {
+                let place = inverse(vertices);
+                Some(by_smallest(&mesh.faces, count, |v| place[v as usize]))
             }
+            None if jump(&mesh.faces) > bound => Some(by_smallest(&mesh.faces, count, |v| v)),
             None => None,
         };
         Order { vertices, faces }
@@ -56,14 +61,14 @@ impl Order {
     /// The vertices and faces in this order, bare.
     pub fn mesh<'a>(&self, mesh: Cow<'a, Mesh>) -> Cow<'a, Mesh> {
         let Some(order) = &self.faces else { return mesh };
-        let renumbered = match &self.vertices {
-            Some(vertices) => Cow::Owned(renumbered(&mesh.faces, vertices)),
-            None => Cow::Borrowed(&mesh.faces),
-        };
-        let faces = collect(order.len(), |j| renumbered[order[j] as usize]);
-        let vertices = match &self.vertices {
-            Some(order) => collect(order.len(), |v| mesh.vertices[order[v] as usize]),
-            None => mesh.vertices.clone(),
+        let face = |j: usize| mesh.faces[order[j] as usize];
+        let (vertices, faces) = match &self.vertices {
+            Some(vertices) => {
+                let place = inverse(vertices);
+                let faces = collect(order.len(), |j| face(j).map(|v| place[v as usize]));
+                (collect(vertices.len(), |v| mesh.vertices[vertices[v] as usize]), faces)
+            }
+            None => (mesh.vertices.clone(), collect(order.len(), face)),
         };
         Cow::Owned(Mesh { vertices, faces, colors: None, uv: None })
     }
@@ -129,27 +134,39 @@ fn inverse(order: &[u32]) -> Vec<u32> {
     place
 }
 
-fn renumbered(faces: &[[u32; 3]], order: &[u32]) -> Vec<[u32; 3]> {
-    let place = inverse(order);
-    collect(faces.len(), |j| faces[j].map(|v| place[v as usize]))
+/// The faces in the order of their smallest vertices, which have these places.
+fn by_smallest(faces: &[[u32; 3]], vertices: usize, place: impl Fn(u32) -> u32 + Sync) -> Vec<u32> {
+    sorted_by(&collect(faces.len(), |j| smallest(faces[j].map(&place))), vertices)
 }
 
-/// The faces in the order of their smallest vertices, by counting sort.
-fn by_smallest(faces: &[[u32; 3]], vertices: usize) -> Vec<u32> {
-    let mut next = vec![0; vertices + 1];
-    for &face in faces {
-        next[smallest(face) as usize + 1] += 1;
-    }
-    for v in 1..next.len() {
-        next[v] += next[v - 1];
-    }
-    let mut order = vec![0; faces.len()];
-    for (j, &face) in faces.iter().enumerate() {
-        let place = &mut next[smallest(face) as usize];
-        order[*place as usize] = j as u32;
-        *place += 1;
-    }
-    order
+/// The numbers 0, 1, ... in the order of their keys, which are below `count`: counting sort.
+pub fn sorted_by(keys: &[u32], count: usize) -> Vec<u32> {
+    let cuts = ranges(count);
+    let pieces =
+        results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range: Range<usize>| {
+            let own = |key: u32| {
+                let key = (key as usize).wrapping_sub(range.start);
+                (key < range.len()).then_some(key)
+            };
+            let mut next = vec![0_u32; range.len() + 1];
+            for key in keys.iter().filter_map(|&key| own(key)) {
+                next[key + 1] += 1;
+            }
+            let mut sum = 0;
+            for next in &mut next {
+                sum += *next;
+                *next = sum;
+            }
+            let mut sorted = vec![0; sum as usize];
+            for (i, &key) in keys.iter().enumerate() {
+                if let Some(key) = own(key) {
+                    sorted[next[key] as usize] = i as u32;
+                    next[key] += 1;
+                }
+            }
+            sorted
+        });
+    pieces.concat()
 }
 
 fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
@@ -216,10 +233,11 @@ mod tests {
         for (name, mesh) in zoo() {
             let vertices = reverse_cuthill_mckee(&mesh);
             assert!(is_bijection(&vertices, mesh.vertices.len()), "{name}");
-            let faces = renumbered(&mesh.faces, &vertices);
-            let sorted = by_smallest(&faces, mesh.vertices.len());
+            let place = inverse(&vertices);
+            let sorted = by_smallest(&mesh.faces, mesh.vertices.len(), |v| place[v as usize]);
             assert!(is_bijection(&sorted, mesh.faces.len()), "{name}");
-            assert!(sorted.iter().map(|&j| smallest(faces[j as usize])).is_sorted(), "{name}");
+            let first = |&j: &u32| smallest(mesh.faces[j as usize].map(|v| place[v as usize]));
+            assert!(sorted.iter().map(first).is_sorted(), "{name}");
         }
     }
 

@@ -1,23 +1,31 @@
-//! D(q) of a part in double precision, where the state is in single: q is made feasible, K^T q summed anew.
+//! D(q) of a part, in double precision.
 //!
 //! ```text
 //! D(q) = sum_k min_p ( f_k + (K^T q)_k )_p,   |q_j| <= lambda
 //! ```
+//!
+//! Where the state is in single precision, q is made feasible and K^T q summed anew, the way of `pass`: faces leave
+//! their shares, and a vertex sums them up as soon as its last face has.
+
+use std::slice;
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{Real, WIDEST, width};
+use super::lanes::{Real, WIDEST, gather, surely_inside, width};
 use super::layout::{Layout, NO_FACE};
-use super::part::{Part, Units, groups};
+use super::part::{Part, Units, groups, share_rows};
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
 
-/// K^T q in double precision by place, four regions beside each other: all zeros, or empty, from one look to the next.
-pub type Scratch = Vec<[f64; 4]>;
+/// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part in double precision, where K^T q is at hand.
+pub struct KnownBounds<'a, T> {
+    pub part: &'a Part<T>,
+    pub bounds: &'a mut [f64],
+}
 
-/// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part. A vertex sums its faces in the order of all parts.
+/// The same of a part in single precision. A vertex sums its faces in the order of all parts.
 pub struct Bounds<'a, K, T, const M: usize> {
     pub part: &'a Part<T>,
     pub layout: &'a Layout,
@@ -26,107 +34,226 @@ pub struct Bounds<'a, K, T, const M: usize> {
     pub units: Units,
     /// The lane of each row in a vector of double precision.
     pub order: &'a [usize],
-    pub scratch: &'a mut Scratch,
+    /// Shares of K^T q in double precision, as [`Part::shares`] of one iteration.
+    pub shares: &'a mut [f64],
     pub bounds: &'a mut [f64],
 }
 
 type V<S> = <f64 as Real>::Vector<S>;
 
-/// A block of single precision has as many lanes as two vectors of double precision, at most.
-type Pair<S> = [V<S>; 2];
+impl<T: Real> WithSimd for KnownBounds<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let KnownBounds { part, bounds } = self;
+        let (width, m) = (width::<T, S>(), part.m);
+        let own = part.places(&part.window.own);
+        let kq = part.kq[own.start * m..].chunks_exact(m * width);
+        let f = part.f[own.start * m..].chunks_exact(m * width);
+        for ((bounds, kq), f) in bounds.chunks_mut(width).zip(kq).zip(f) {
+            let mut least = [f64::INFINITY; WIDEST];
+            for (kq, f) in kq.chunks_exact(width).zip(f.chunks_exact(width)) {
+                for ((least, kq), f) in least[..width].iter_mut().zip(kq).zip(f) {
+                    *least = lower(*least, f.to_f64() + kq.to_f64());
+                }
+            }
+            for (bound, &lane) in bounds.iter_mut().zip(&part.lanes.order) {
+                *bound = least[lane];
+            }
+        }
+    }
+}
+
+/// NaN if there is one.
+#[inline(always)]
+fn lower(a: f64, b: f64) -> f64 {
+    if b < a || b.is_nan() { b } else { a }
+}
 
 impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Bounds { part, layout, problem, stencil, units, order, scratch: kq, bounds } = self;
+        let Bounds { part, layout, problem, stencil, units, order, shares, bounds } = self;
+        let (width, window) = (width::<T, S>(), &part.window);
+        let (own, first_faces) = (&window.own, window.held_faces.start);
+        let share_rows = share_rows(layout);
+        let shares = shares.as_chunks_mut::<4>().0;
+        let look = Look {
+            simd,
+            one: simd.splat_f64s(1.0),
+            lambda: simd.splat_f64s(problem.lambda),
+            surely_inside: simd.splat_f64s(surely_inside::<f64>(problem.lambda)),
+            unit: simd.splat_f64s(1.0 / units.q),
+            weights: stencil.weights(),
+            order,
+            rows: rows_of_halves::<T, S>(&layout.lanes.order, order),
+            share_rows,
+        };
+        let mut vertices = bounds.chunks_mut(width).zip(problem.f[part.own()].chunks(width));
+        let (mut due, mut sums) = (layout.due_before(own.start), own.start);
+        for block in own.start..window.reach[1].end {
+            let next = layout.due_before(block + 1);
+            for j in due - first_faces..next - first_faces {
+                let (faces, q) = (&window.faces[width * j..], &part.q[2 * M * width * j..]);
+                let shares = &mut shares[j % layout.ring * 3 * width..];
+                look.faces::<T, M>(&faces[..width], &q[..2 * M * width], shares);
+            }
+            due = next;
+            while sums < own.end && layout.is_done(sums, block + 1) {
+                let rows = window.rows_at.block(sums - window.vertices().start);
+                let (bounds, f) = vertices.next().expect("one for each own block");
+                look.vertices::<T, M>(shares, rows, f, bounds);
+                sums += 1;
+            }
+        }
+    }
+}
+
+/// Vectors of double precision take the lanes of a block as they come: the number in the block of each of their rows.
+fn rows_of_halves<T: Real, S: Simd>(lanes: &[usize], order: &[usize]) -> [usize; WIDEST] {
+    let narrow = width::<f64, S>();
+    let mut row_of_lane = [0; WIDEST];
+    for (row, &lane) in lanes.iter().enumerate() {
+        row_of_lane[lane] = row;
+    }
+    let mut rows = [0; WIDEST];
+    for (i, row) in rows[..lanes.len()].iter_mut().enumerate() {
+        *row = row_of_lane[i / narrow * narrow + order[i % narrow]];
+    }
+    rows
+}
+
+/// What all blocks share.
+struct Look<'a, S: Simd> {
+    simd: S,
+    one: V<S>,
+    lambda: V<S>,
+    surely_inside: V<S>,
+    unit: V<S>,
+    weights: &'a [[f64; 3]],
+    order: &'a [usize],
+    rows: [usize; WIDEST],
+    share_rows: usize,
+}
+
+impl<S: Simd> Look<'_, S> {
+    /// The shares of a block of faces, from its q.
+    #[inline(always)]
+    fn faces<T: Real, const M: usize>(&self, faces: &[u32], q: &[T], shares: &mut [[f64; 4]]) {
+        let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
         let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
-        let halves = wide.div_ceil(narrow);
-        // Vectors of double precision take the lanes of a block as they come. To each row its place behind them.
-        let lanes = &layout.lanes.order;
-        let mut place_of_lane = [0; WIDEST];
-        for (o, &lane) in order.iter().enumerate() {
-            place_of_lane[lane] = o;
-        }
-        let mut place = [0; WIDEST];
-        for (place, lane) in place.iter_mut().zip(lanes) {
-            *place = lane / narrow * narrow + place_of_lane[lane % narrow];
-        }
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-        let (lambda, unit) = (simd.splat_f64s(problem.lambda), simd.splat_f64s(1.0 / units.q));
-        kq.resize(part.tau.len() * groups(M), [0.0; 4]);
-        // Those at own vertices, and at some others.
-        let held = part.face_places(&layout.faces_at(&part.window.own));
-        let faces = part.window.faces[held.clone()].chunks_exact(wide);
-        let corners = part.window.places[3 * held.start..3 * held.end].chunks_exact(3 * wide);
-        let q = part.q[2 * M * held.start..2 * M * held.end].chunks_exact(2 * M * wide);
-        for ((faces, q), corners) in faces.zip(q).zip(corners) {
-            let mut y: [[Pair<S>; M]; 2] = [[[zero; 2]; M]; 2];
+        for (half, numbers) in self.rows[..wide].chunks_exact(narrow).enumerate() {
+            let mut y = [[zero; M]; 2];
+            let mut squares = zero;
             for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(wide)) {
-                for (y, q) in cast_slice_mut::<_, f64>(y).iter_mut().zip(q) {
+                let q = &q[half * narrow..][..narrow];
+                for (y, q) in cast_slice_mut::<_, f64>(slice::from_mut(y)).iter_mut().zip(q) {
                     *y = q.to_f64();
                 }
+                *y = simd.mul_f64s(*y, self.unit);
+                squares = simd.mul_add_e_f64s(*y, *y, squares);
             }
-            // Faces that only fill up the block keep weights of zero.
-            let mut c: [Pair<S>; 3] = [[zero; 2]; 3];
-            for (&j, &lane) in faces.iter().zip(lanes) {
-                if j == NO_FACE {
-                    continue;
-                }
-                for (c, weight) in c.iter_mut().zip(stencil.weights()[j as usize]) {
-                    cast_slice_mut::<_, f64>(c)[lane] = weight;
-                }
-            }
-            for half in 0..halves {
-                let mut squares = zero;
-                for y in y.as_flattened_mut() {
-                    y[half] = simd.mul_f64s(y[half], unit);
-                    squares = simd.add_f64s(squares, simd.mul_f64s(y[half], y[half]));
-                }
-                // y = Proj_{|.|<=lambda}( y )
+            // y = Proj_{|.|<=lambda}( y )
+            // Most blocks have no face at lambda: then they need no root and no quotient.
+            let scale = if f64::any_less(simd, self.surely_inside, squares) {
                 let norm = simd.sqrt_f64s(squares);
-                let outside = simd.less_than_f64s(lambda, norm);
-                let scale = simd.div_f64s(
-                    simd.select_f64s(outside, lambda, one),
-                    simd.select_f64s(outside, norm, one),
-                );
-                for c in &mut c {
-                    c[half] = simd.mul_f64s(c[half], scale);
-                }
-            }
+                let outside = simd.less_than_f64s(self.lambda, norm);
+                let norm = simd.select_f64s(outside, norm, self.lambda);
+                simd.div_f64s(self.lambda, norm)
+            } else {
+                self.one
+            };
+            let weights = gather::<f64, S>(
+                simd,
+                #[inline(always)]
+                |o| {
+                    // No vertex has a face that only fills up the block: any weights will do.
+                    let j = faces[numbers[o]];
+                    let [c1, c2, c3] = self.weights[if j == NO_FACE { 0 } else { j as usize }];
+                    [c1, c2, c3, 0.0]
+                },
+            );
+            let [c1, c2, c3, _] = simd.deinterleave_shfl_f64s(weights);
+            let [c1, c2, c3] = [c1, c2, c3].map(|c| simd.mul_f64s(c, scale));
             for g in 0..groups(M) {
-                let mut sums = [[[zero; 4]; 2]; 3];
-                for half in 0..halves {
-                    for p in 4 * g..M.min(4 * g + 4) {
-                        let [y1, y2] = [y[0][p][half], y[1][p][half]];
-                        let second = simd
-                            .add_f64s(simd.mul_f64s(y1, c[0][half]), simd.mul_f64s(y2, c[1][half]));
-                        let third = simd.mul_f64s(y2, c[2][half]);
-                        sums[0][half][p % 4] = simd.sub_f64s(zero, simd.add_f64s(second, third));
-                        sums[1][half][p % 4] = second;
-                        sums[2][half][p % 4] = third;
-                    }
-                    for sums in &mut sums {
-                        sums[half] = simd.interleave_shfl_f64s(sums[half]);
-                    }
+                let mut kq = [[zero; 4]; 3];
+                for p in 4 * g..M.min(4 * g + 4) {
+                    let second = simd.mul_add_e_f64s(y[0][p], c1, simd.mul_f64s(y[1][p], c2));
+                    let third = simd.mul_f64s(y[1][p], c3);
+                    kq[0][p % 4] = simd.sub_f64s(zero, simd.add_f64s(second, third));
+                    kq[1][p % 4] = second;
+                    kq[2][p % 4] = third;
                 }
-                let sums: [&[[f64; 4]]; 3] =
-                    [cast_slice(&sums[0]), cast_slice(&sums[1]), cast_slice(&sums[2])];
-                for (o, &place) in place[..wide].iter().enumerate() {
-                    for i in 0..3 {
-                        let row = &mut kq[corners[i * wide + o] as usize * groups(M) + g];
-                        *row = f64::add_rows(*row, sums[i][place]);
+                let shares = &mut shares[g * self.share_rows..][..3 * wide];
+                for (shares, kq) in shares.chunks_exact_mut(wide).zip(kq) {
+                    let kq = simd.interleave_shfl_f64s(kq);
+                    for (share, &row) in cast_slice::<_, [f64; 4]>(&kq).iter().zip(numbers) {
+                        shares[row] = *share;
                     }
                 }
             }
         }
-        let own = part.places(&part.window.own).start * groups(M);
-        let f = &problem.f[part.own()];
-        let kq_rows = kq[own..].chunks_exact(groups(M));
-        for ((bound, kq), &f) in bounds.iter_mut().zip(kq_rows).zip(f) {
-            *bound = (f + Row::from_fn(|p| kq[p / 4][p % 4])).min();
+    }
+
+    /// min_p ( f_k + (K^T q)_k )_p of a block of vertices.
+    #[inline(always)]
+    fn vertices<T: Real, const M: usize>(
+        &self,
+        shares: &[[f64; 4]],
+        share_rows: &[u32],
+        f: &[Row<M>],
+        bounds: &mut [f64],
+    ) {
+        let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
+        let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
+        for (half, bounds) in bounds.chunks_mut(narrow).enumerate() {
+            let mut filled_up = [Row::ZERO; WIDEST];
+            let f = match &f[half * narrow..] {
+                f if f.len() < narrow => {
+                    filled_up[..f.len()].copy_from_slice(f);
+                    &filled_up
+                }
+                f => f,
+            };
+            let (mut least, mut defect) = (simd.splat_f64s(f64::INFINITY), zero);
+            for g in 0..groups(M) {
+                let shares = &shares[g * self.share_rows..][..self.share_rows];
+                let mut kq = [zero; 4];
+                for share_rows in share_rows.chunks_exact(wide) {
+                    let share_rows = &share_rows[half * narrow..][..narrow];
+                    let shares = gather::<f64, S>(
+                        simd,
+                        #[inline(always)]
+                        |o| shares[share_rows[o] as usize],
+                    );
+                    for i in 0..4 {
+                        kq[i] = simd.add_f64s(kq[i], shares[i]);
+                    }
+                }
+                let f = gather::<f64, S>(
+                    simd,
+                    #[inline(always)]
+                    |o| {
+                        let Row(f) = f[..narrow][o];
+                        [0, 1, 2, 3].map(|i| f[(4 * g + i).min(M - 1)])
+                    },
+                );
+                let sums = [0, 1, 2, 3].map(|i| simd.add_f64s(f[i], kq[i]));
+                let sums = simd.deinterleave_shfl_f64s(sums);
+                for &sum in &sums[..4.min(M - 4 * g)] {
+                    least = simd.min_f64s(sum, least);
+                    defect = simd.add_f64s(defect, simd.sub_f64s(sum, sum));
+                }
+            }
+            // What is not finite has no difference, and no least.
+            let least = simd.add_f64s(least, defect);
+            let least = cast_slice::<_, f64>(slice::from_ref(&least));
+            for (bound, &lane) in bounds.iter_mut().zip(self.order) {
+                *bound = least[lane];
+            }
         }
-        kq.fill([0.0; 4]);
     }
 }

@@ -3,7 +3,7 @@
 //! With AVX2 and AVX-512 a product and a sum are rounded once, in the same places, so that they give the same bits;
 //! portable code rounds twice.
 
-use pulp::bytemuck::Pod;
+use pulp::bytemuck::{Pod, cast_slice, cast_slice_mut};
 use pulp::{Arch, Simd};
 
 type V<T, S> = <T as Real>::Vector<S>;
@@ -21,8 +21,6 @@ pub trait Real: Pod + Send + Sync {
 
     fn from_f64(x: f64) -> Self;
     fn to_f64(self) -> f64;
-    /// a + b, entry by entry: a row of four.
-    fn add_rows(a: [Self; 4], b: [Self; 4]) -> [Self; 4];
 
     fn splat<S: Simd>(simd: S, x: f64) -> V<Self, S>;
     fn add<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> V<Self, S>;
@@ -62,6 +60,21 @@ pub const fn width<T: Real, S: Simd>() -> usize {
     size_of::<T::Vector<S>>() / size_of::<T>()
 }
 
+/// The square of what is below lambda, however it is rounded.
+pub fn surely_inside<T: Real>(lambda: f64) -> f64 {
+    lambda.powi(2) * (1.0 - 8.0 * T::EPSILON)
+}
+
+/// Rows of four, one after the other, as many as a vector has lanes.
+#[inline(always)]
+pub fn gather<T: Real, S: Simd>(simd: S, row: impl Fn(usize) -> [T; 4]) -> [V<T, S>; 4] {
+    let mut rows = [T::splat(simd, 0.0); 4];
+    for (o, place) in cast_slice_mut::<_, [T; 4]>(&mut rows).iter_mut().enumerate() {
+        *place = row(o);
+    }
+    rows
+}
+
 /// The lane in which [`Real::deinterleave`] puts each row.
 pub fn lane_order<T: Real>(arch: Arch) -> Vec<usize> {
     struct Order<T>(std::marker::PhantomData<T>);
@@ -70,14 +83,8 @@ pub fn lane_order<T: Real>(arch: Arch) -> Vec<usize> {
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Vec<usize> {
-            let mut rows = [T::splat(simd, 0.0); 4];
-            for (o, row) in
-                pulp::bytemuck::cast_slice_mut::<_, T>(&mut rows).chunks_exact_mut(4).enumerate()
-            {
-                row.fill(T::from_f64(o as f64));
-            }
-            let lanes = T::deinterleave(simd, rows);
-            let row_in: &[T] = pulp::bytemuck::cast_slice(&lanes[..1]);
+            let lanes = T::deinterleave(simd, gather(simd, |o| [T::from_f64(o as f64); 4]));
+            let row_in: &[T] = cast_slice(&lanes[..1]);
             let mut order = vec![0; row_in.len()];
             for (lane, row) in row_in.iter().enumerate() {
                 order[row.to_f64() as usize] = lane;
@@ -107,10 +114,6 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
-            }
-            #[inline(always)]
-            fn add_rows(a: [Self; 4], b: [Self; 4]) -> [Self; 4] {
-                [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]
             }
             #[inline(always)]
             fn splat<S: Simd>(simd: S, x: f64) -> S::$vector {

@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use crate::sweep::{ranges, results};
+use crate::mesh::order::sorted_by;
+use crate::sweep::{collect, ranges, results};
 
 /// A part may compute so much of what others own again, as a share of what it owns.
 const LARGEST_BORDER: f64 = 0.125;
@@ -59,42 +60,79 @@ pub struct Layout {
     pub ring: usize,
 }
 
+/// What the faces say about each block of vertices: `due`, `until` and `from` of [`Layout`], of these blocks alone.
+struct Seen {
+    due: Vec<u32>,
+    until: Vec<u32>,
+    from: Vec<u32>,
+    /// The first block of faces at it.
+    met: Vec<u32>,
+}
+
+impl Seen {
+    fn nothing(blocks: usize) -> Self {
+        let numbers: Vec<u32> = (0..blocks as u32).collect();
+        Seen {
+            due: vec![0; blocks],
+            until: numbers.clone(),
+            from: numbers,
+            met: vec![u32::MAX; blocks],
+        }
+    }
+
+    fn and(mut self, other: Self) -> Self {
+        let each = |a: &mut [u32], b: &[u32], of: fn(u32, u32) -> u32| {
+            a.iter_mut().zip(b).for_each(|(a, &b)| *a = of(*a, b));
+        };
+        each(&mut self.due, &other.due, Ord::max);
+        each(&mut self.until, &other.until, Ord::max);
+        each(&mut self.from, &other.from, Ord::min);
+        each(&mut self.met, &other.met, Ord::min);
+        self
+    }
+}
+
 impl Layout {
     /// For the corners of all faces of a mesh.
     pub fn new(corners: &[[u32; 3]], vertices: usize, lanes: Lanes) -> Self {
-        let faces = by_last(corners, vertices);
+        let last_vertex = |j: usize| last(&corners[j]) as u32;
+        let faces = sorted_by(&collect(corners.len(), last_vertex), vertices);
         let width = lanes.width();
+        let count = vertices.div_ceil(width);
         let block = |v: usize| lanes.block(v).0;
-        let mut due = vec![0; vertices.div_ceil(width)];
-        let mut until: Vec<u32> = (0..due.len() as u32).collect();
-        let mut from = until.clone();
-        let mut met = vec![u32::MAX; due.len()];
-        for (i, faces) in faces.chunks(width).enumerate() {
-            let mut ends = 0;
-            let mut begins = due.len();
-            for &j in faces {
-                let corners = &corners[j as usize];
-                let begin = block(first(corners));
-                ends = block(last(corners));
-                from[ends] = from[ends].min(begin as u32);
-                begins = begins.min(begin);
-                for &v in corners {
-                    let met = &mut met[block(v as usize)];
-                    *met = (*met).min(i as u32);
+        // Each thread some of the blocks of faces; the first and the last of what any of them saw counts.
+        let cuts = ranges(faces.len().div_ceil(width));
+        let seen = results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range| {
+            let mut seen = Seen::nothing(count);
+            for i in range {
+                let (mut begins, mut ends) = (count, 0);
+                for &j in &faces[i * width..faces.len().min((i + 1) * width)] {
+                    let corners = &corners[j as usize];
+                    let begin = block(first(corners));
+                    ends = block(last(corners));
+                    seen.from[ends] = seen.from[ends].min(begin as u32);
+                    begins = begins.min(begin);
+                    for &v in corners {
+                        let met = &mut seen.met[block(v as usize)];
+                        *met = (*met).min(i as u32);
+                    }
                 }
+                seen.due[ends] = i as u32 + 1;
+                seen.until[begins] = seen.until[begins].max(ends as u32);
             }
-            due[ends] = i as u32 + 1;
-            until[begins] = until[begins].max(ends as u32);
-        }
-        for b in 1..due.len() {
+            seen
+        });
+        let Seen { mut due, mut until, mut from, met } =
+            seen.into_iter().reduce(Seen::and).unwrap_or_else(|| Seen::nothing(count));
+        for b in 1..count {
             due[b] = due[b].max(due[b - 1]);
             until[b] = until[b].max(until[b - 1]);
         }
-        for b in (1..due.len()).rev() {
+        for b in (1..count).rev() {
             from[b - 1] = from[b - 1].min(from[b]);
         }
         let done = |b: usize| due[until[b] as usize].saturating_sub(met[b]) as usize;
-        let ring = (0..due.len()).map(done).max().unwrap_or(0);
+        let ring = (0..count).map(done).max().unwrap_or(0);
         Layout { lanes, faces, due, until, from, ring }
     }
 
@@ -107,12 +145,6 @@ impl Layout {
     #[inline(always)]
     pub fn due_before(&self, block: usize) -> usize {
         if block == 0 { 0 } else { self.due[block - 1] as usize }
-    }
-
-    /// The blocks of faces in which those at blocks of vertices lie, all of them.
-    pub fn faces_at(&self, vertices: &Range<usize>) -> Range<usize> {
-        let last = self.until[vertices.end - 1] as usize;
-        self.due_before(vertices.start)..self.due_before(last + 1)
     }
 
     /// Whether all faces at a block of vertices are done, once all blocks before `moved` have moved.
@@ -206,15 +238,18 @@ impl Layout {
         let nothing = (self.ring * 3 * width) as u32;
         let mut rows = vec![nothing; length];
         let mut next = vec![0_u32; degree.len()];
-        for (i, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
-            let (block, row) = self.lanes.block(i);
-            for c in 0..3 {
-                let place = places[(3 * block + c) * width + row] as usize;
-                let (at, lane) = self.lanes.block(place);
-                let next = &mut next[place];
-                rows[start[at] + *next as usize * width + lane] =
-                    ((block % self.ring * 3 + c) * width + row) as u32;
-                *next += 1;
+        let blocks = faces.chunks_exact(width).zip(places.chunks_exact(3 * width));
+        for (block, (faces, places)) in blocks.enumerate() {
+            let first = block % self.ring * 3 * width;
+            for (row, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
+                for c in 0..3 {
+                    let place = places[c * width + row] as usize;
+                    let (at, lane) = self.lanes.block(place);
+                    let next = &mut next[place];
+                    rows[start[at] + *next as usize * width + lane] =
+                        (first + c * width + row) as u32;
+                    *next += 1;
+                }
             }
         }
         RowsAt { start, rows }
@@ -295,31 +330,4 @@ fn first(corners: &[u32; 3]) -> usize {
 fn last(corners: &[u32; 3]) -> usize {
     let [a, b, c] = *corners;
     a.max(b).max(c) as usize
-}
-
-/// The faces in the order of their last vertices, by counting sort.
-fn by_last(corners: &[[u32; 3]], vertices: usize) -> Vec<u32> {
-    let cuts = ranges(vertices);
-    let pieces =
-        results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range: Range<usize>| {
-            let place = |corners: &[u32; 3]| last(corners).wrapping_sub(range.start);
-            let mut next = vec![0_u32; range.len() + 1];
-            for place in corners.iter().map(place).filter(|&place| place < range.len()) {
-                next[place + 1] += 1;
-            }
-            let mut sum = 0;
-            for next in &mut next {
-                sum += *next;
-                *next = sum;
-            }
-            let mut faces = vec![0; sum as usize];
-            for (j, place) in corners.iter().map(place).enumerate() {
-                if place < range.len() {
-                    faces[next[place] as usize] = j as u32;
-                    next[place] += 1;
-                }
-            }
-            faces
-        });
-    pieces.concat()
 }

@@ -18,11 +18,12 @@ mod tests;
 
 use pulp::Arch;
 
-use bound::{Bounds, Scratch};
+use bound::{Bounds, KnownBounds};
+use buffer::Buffer;
 use lanes::{Real, lane_order};
 use layout::{Lanes, Layout};
 use letter::Letter;
-use part::{Part, Units, groups};
+use part::{Part, Units, groups, share_rows};
 use pass::{DEEPEST, Pass};
 
 use super::Method;
@@ -59,7 +60,7 @@ pub struct Fused<T, const M: usize> {
     q: Vec<Tangent<M>>,
     /// D(q) vertex by vertex, and what the parts need for it; empty until then.
     bounds: Vec<f64>,
-    scratch: Vec<Scratch>,
+    shares: Vec<Buffer<f64>>,
     u_unpacked: bool,
     q_unpacked: bool,
     /// Whether the last step landed; if not, u is infeasible and stays so.
@@ -102,6 +103,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
         for (part, letters) in parts.iter().zip(&mut letters[0]) {
             letters.iter_mut().for_each(|letter| letter.write(part));
         }
+        let shares = if T::DOUBLE { 0 } else { 4 * groups(M) * share_rows(&layout) };
+        let shares = parts.iter().map(|_| Buffer::zeroed(shares)).collect();
         Fused {
             arch,
             layout,
@@ -115,7 +118,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             u,
             q: q.unwrap_or_default(),
             bounds: Vec::new(),
-            scratch: Vec::new(),
+            shares,
             u_unpacked: false,
             q_unpacked: false,
             landed: true,
@@ -174,27 +177,21 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
 
     fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64 {
         self.settle();
-        if T::DOUBLE {
-            // K^T q is at hand.
-            sum(
-                self.u.len(),
-                #[inline(always)]
-                |v| (problem.f[v] + owner(&self.parts, v).kq(v)).min(),
-            )
-        } else {
-            let stencil = problem.k.stencil().expect("the engine was built from it");
-            let Self { arch, layout, parts, units, bounds, scratch, u, .. } = self;
-            let (arch, units, order) = (*arch, *units, &lane_order::<f64>(*arch)[..]);
-            bounds.resize(u.len(), 0.0);
-            scratch.resize_with(parts.len(), Scratch::new);
-            let mut rest = &mut bounds[..];
-            let mut tasks = Vec::with_capacity(parts.len());
-            for (part, scratch) in parts.iter().zip(scratch) {
-                let (own, behind) = rest.split_at_mut(part.own().len());
-                tasks.push((part, scratch, own));
-                rest = behind;
-            }
-            each(tasks, &|(part, scratch, bounds)| {
+        let stencil = problem.k.stencil().expect("the engine was built from it");
+        let Self { arch, layout, parts, units, bounds, shares, u, .. } = self;
+        let (arch, layout, units, order) = (*arch, &*layout, *units, &lane_order::<f64>(*arch)[..]);
+        bounds.resize(u.len(), 0.0);
+        let mut rest = &mut bounds[..];
+        let mut tasks = Vec::with_capacity(parts.len());
+        for (part, shares) in parts.iter().zip(shares) {
+            let (bounds, behind) = rest.split_at_mut(part.own().len());
+            tasks.push((part, shares, bounds));
+            rest = behind;
+        }
+        each(tasks, &|(part, shares, bounds)| {
+            if T::DOUBLE {
+                arch.dispatch(KnownBounds { part, bounds });
+            } else {
                 arch.dispatch(Bounds {
                     part,
                     layout,
@@ -202,16 +199,16 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
                     stencil,
                     units,
                     order,
-                    scratch,
+                    shares,
                     bounds,
                 });
-            });
-            sum(
-                bounds.len(),
-                #[inline(always)]
-                |v| bounds[v],
-            )
-        }
+            }
+        });
+        sum(
+            bounds.len(),
+            #[inline(always)]
+            |v| bounds[v],
+        )
     }
 
     fn change(&mut self) -> Option<f64> {

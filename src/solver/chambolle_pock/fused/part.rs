@@ -24,7 +24,7 @@ pub fn share_rows(layout: &Layout) -> usize {
 
 pub struct Part<T> {
     pub window: Window,
-    lanes: Lanes,
+    pub lanes: Lanes,
     /// Of the vertices that are held.
     range: Range<usize>,
     /// How many numbers a row of u has.
@@ -164,13 +164,6 @@ impl<T: Real> Part<T> {
                 *row = Row::from_fn(|p| block[p * width + lane].to_f64());
             }
         }
-    }
-
-    /// K^T q of an own vertex.
-    #[inline(always)]
-    pub fn kq<const M: usize>(&self, v: usize) -> Row<M> {
-        let (first, width) = (self.lanes.first(v - self.range.start, M), self.lanes.width());
-        Row::from_fn(|p| self.kq[first + p * width].to_f64())
     }
 
     /// q of an own face, by its number in the order of all.

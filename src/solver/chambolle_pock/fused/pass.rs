@@ -13,7 +13,7 @@
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{Real, width};
+use super::lanes::{Real, gather, surely_inside, width};
 use super::layout::Layout;
 use super::part::{Part, groups, share_rows};
 
@@ -80,7 +80,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             zero: T::splat(simd, 0.0),
             one: T::splat(simd, 1.0),
             lambda: T::splat(simd, self.lambda),
-            surely_inside: T::splat(simd, self.lambda.powi(2) * (1.0 - 8.0 * T::EPSILON)),
+            surely_inside: T::splat(simd, surely_inside::<T>(self.lambda)),
             rho: T::splat(simd, self.rho),
             negligible: [1.0, self.lambda].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
             tidy: false,
@@ -142,7 +142,6 @@ struct Step<T: Real, S: Simd> {
     zero: T::Vector<S>,
     one: T::Vector<S>,
     lambda: T::Vector<S>,
-    /// The square of what is below lambda, however it is rounded.
     surely_inside: T::Vector<S>,
     rho: T::Vector<S>,
     /// Of u and q.
@@ -295,7 +294,8 @@ impl<T: Real, S: Simd> Step<T, S> {
         for g in 0..groups(M) {
             let mut sums = [self.zero; 4];
             for rows in rows.chunks_exact(width::<T, S>()) {
-                let shares = self.rows(
+                let shares = gather::<T, S>(
+                    self.simd,
                     #[inline(always)]
                     |o| {
                         // SAFETY: `Part::new` checked that each of these rows is among the `share_rows` of a group,
@@ -322,7 +322,8 @@ impl<T: Real, S: Simd> Step<T, S> {
         corner: &[u32],
         g: usize,
     ) -> [T::Vector<S>; 4] {
-        let rows = self.rows(
+        let rows = gather::<T, S>(
+            self.simd,
             #[inline(always)]
             |o| {
                 let place = corner[o] as usize * groups(M) + g;
@@ -332,16 +333,6 @@ impl<T: Real, S: Simd> Step<T, S> {
             },
         );
         T::deinterleave(self.simd, rows)
-    }
-
-    /// Rows of four, one after the other.
-    #[inline(always)]
-    fn rows(&self, row: impl Fn(usize) -> [T; 4]) -> [T::Vector<S>; 4] {
-        let mut rows = [self.zero; 4];
-        for (o, place) in cast_slice_mut::<_, [T; 4]>(&mut rows).iter_mut().enumerate() {
-            *place = row(o);
-        }
-        rows
     }
 
     /// As `prox::project_simplex`, in every lane.
