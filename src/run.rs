@@ -30,7 +30,7 @@ pub struct Stop {
     /// over-relaxed U^{t-1} counts as it is, outside the simplex or not.
     pub change: Option<f64>,
     /// Steps between samples; `None` starts with [`FIRST_INTERVAL`], keeps it at about 4 % of the iterations so
-    /// far, and goes up to 25 % where the last two samples foretell that the gap needs as many.
+    /// far, and goes up to 8 or 25 % where the last two samples foretell that the gap needs as many.
     pub interval: Option<u64>,
 }
 
@@ -279,9 +279,11 @@ impl<const M: usize> Run<M> {
 
     fn next_sample(&self, stop: &Stop) -> u64 {
         let interval = stop.interval.unwrap_or_else(|| {
+            let whole = |steps: u64| steps / FIRST_INTERVAL * FIRST_INTERVAL;
             let foretold = stop.relative_gap.and_then(|tolerance| self.foretold(tolerance));
-            let wanted = foretold.unwrap_or(0).min(self.iteration / 4).max(self.iteration / 25);
-            FIRST_INTERVAL.max(wanted - wanted % FIRST_INTERVAL)
+            let most = whole(self.iteration / 4).max(2 * FIRST_INTERVAL);
+            let wanted = whole(foretold.unwrap_or(0).min(most) + FIRST_INTERVAL / 2);
+            wanted.max(whole(self.iteration / 25)).max(FIRST_INTERVAL)
         });
         self.iteration + interval.max(1)
     }

@@ -99,7 +99,7 @@ fn samples_are_where_the_gap_is_expected() {
     assert!(some.trace.len() < every.trace.len() / 2, "{}", some.trace.len());
     assert!(some.iterations() <= every.iterations() * 5 / 4, "{}", some.iterations());
     let far = |pair: &[Sample]| {
-        pair[1].iteration - pair[0].iteration <= FIRST_INTERVAL.max(pair[0].iteration / 4)
+        pair[1].iteration - pair[0].iteration <= (2 * FIRST_INTERVAL).max(pair[0].iteration / 4)
     };
     assert!(some.trace.windows(2).all(far));
 }
