@@ -53,7 +53,7 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
          corners read, each once. The fused engine makes several steps in one pass and could be below. Ratios \
          above 1 are times slower than the limit, and times faster than the loops fused by hand (double \
          precision, baseline instructions, one thread) or than sparse products of \
-         the same precision and number of threads.\n"
+         the same precision and number of threads, both on the torus as it is numbered.\n"
     )?;
     writeln!(
         page,

@@ -31,7 +31,7 @@ pub fn parts(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("set-up");
     group.sample_size(20);
     let torus = torus();
-    let s = costs::<4>(&mesh);
+    let s = costs::<4>();
     let stencil = problem::<_, 4>(&mesh, Stencil::new(&mesh), LAMBDA);
     for threads in [1, 2] {
         let id = |what: &str| format!("{what}, {threads} thread(s)");
