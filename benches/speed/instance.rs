@@ -27,7 +27,7 @@ pub fn costs<const M: usize>() -> Vec<Row<M>> {
 }
 
 /// s_p = |C - palette_p|^2, C = the color of one of four bands + N(0, 0.3^2); further regions have colors between.
-fn costs_as_numbered<const M: usize>() -> Vec<Row<M>> {
+pub fn costs_as_numbered<const M: usize>() -> Vec<Row<M>> {
     let palette = |p: usize| {
         let colors = [[0.85, 0.2, 0.2], [0.2, 0.7, 0.3], [0.2, 0.3, 0.85], [0.9, 0.85, 0.2]];
         let (a, b): ([f64; 3], [f64; 3]) = (colors[p % 4], colors[(p + 1 + p / 4) % 4]);

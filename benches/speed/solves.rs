@@ -3,13 +3,21 @@
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use criterion::Criterion;
-use meshseg::operator::Stencil;
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion};
+use meshseg::operator::{Mass, Stencil};
 use meshseg::run::{Run, Status, Stop};
+use meshseg::solve::{Request, solve};
+use meshseg::solver::Options;
+use meshseg::start::Start;
 use meshseg::sweep::with_threads;
+use ndarray::Array2;
 
-use super::instance::{mesh, problem};
+use super::instance::{costs_as_numbered, mesh, problem, torus};
 use super::steps::solver;
+
+/// Plain methods need hundreds of iterations.
+const LARGE_LAMBDA: f64 = 0.02;
 
 const VARIANTS: [(&str, &str); 4] = [
     ("chambolle-pock", "precision=f32"),
@@ -20,8 +28,7 @@ const VARIANTS: [(&str, &str); 4] = [
 
 pub fn solves(criterion: &mut Criterion) {
     let mesh = mesh();
-    // The landing steps of looks slow a method down, the more of them the longer it takes.
-    for (lambda, interval) in [(0.005, 4), (0.02, 20)] {
+    for lambda in [0.005, LARGE_LAMBDA] {
         let problem = problem::<_, 4>(&mesh, Stencil::new(&mesh), lambda);
         let mut group = criterion.benchmark_group(format!("solve, lambda = {lambda}"));
         group.sample_size(10).measurement_time(Duration::from_secs(2));
@@ -30,24 +37,66 @@ pub fn solves(criterion: &mut Criterion) {
                 let once = || {
                     let mut solver = solver(name, option, &mesh, &problem);
                     let mut run = Run::new(solver.iterate().u);
-                    let stop = Stop {
-                        relative_gap: Some(gap),
-                        interval: Some(interval),
-                        ..Stop::default()
-                    };
                     let go = &mut |_: Option<&_>| ControlFlow::Continue(());
-                    let status = run.advance(&mut *solver, &problem, &stop, go);
+                    let status = run.advance(&mut *solver, &problem, &stop(lambda, gap), go);
                     assert_eq!(status, Status::Converged);
-                    Duration::from_secs_f64(run.seconds())
+                    run.seconds()
                 };
-                group.bench_function(format!("{name} {option} to {gap:e}, 2 threads"), |b| {
-                    b.iter_custom(|n| {
-                        with_threads(Some(2), || (0..n).map(|_| once()).sum())
-                            .expect("the threads start")
-                    });
-                });
+                timed(&mut group, format!("{name} {option} to {gap:e}, 2 threads"), once);
             }
+        }
+        if lambda == LARGE_LAMBDA {
+            from_coarser(&mut group, lambda);
         }
         group.finish();
     }
+}
+
+fn stop(lambda: f64, gap: f64) -> Stop {
+    // The landing steps of looks slow a method down, the more of them the longer it takes.
+    let interval = if lambda == LARGE_LAMBDA { 20 } else { 4 };
+    Stop { relative_gap: Some(gap), interval: Some(interval), ..Stop::default() }
+}
+
+/// From the solution on a coarser mesh, the time for it and for the coarse meshes included.
+fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
+    let torus = torus();
+    let rows = costs_as_numbered::<4>();
+    let s = Array2::from_shape_fn((rows.len(), 4), |(v, p)| rows[v].0[p]);
+    for precision in ["precision=f32", "precision=f64"] {
+        for gap in [1e-3, 1e-4] {
+            let request = Request {
+                lambda,
+                mass: Mass::Barycentric,
+                solver: "chambolle-pock".into(),
+                options: Options::parse(&[precision]).expect("options are pairs"),
+                stop: stop(lambda, gap),
+                coarse_to_fine: true,
+            };
+            let once = || {
+                let go = &mut |_: Option<&_>| ControlFlow::Continue(());
+                let solution =
+                    solve(&torus, &s, &Start::Argmin, &request, go).expect("the costs fit");
+                assert_eq!(solution.summary.status, Status::Converged);
+                solution.summary.seconds
+            };
+            let id =
+                format!("chambolle-pock {precision} from coarser meshes to {gap:e}, 2 threads");
+            timed(group, id, once);
+        }
+    }
+}
+
+/// The seconds that a run says it took.
+fn timed(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    id: String,
+    once: impl Fn() -> f64 + Sync + Send,
+) {
+    group.bench_function(id, |b| {
+        b.iter_custom(|n| {
+            with_threads(Some(2), || (0..n).map(|_| Duration::from_secs_f64(once())).sum())
+                .expect("the threads start")
+        });
+    });
 }

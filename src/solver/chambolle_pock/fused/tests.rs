@@ -189,18 +189,29 @@ fn instruction_sets_agree() {
     let start = start(&problem, 114);
     let results = |arch| {
         let double = after(fused::<f64, 4>(&problem, &start, arch), &problem, 30);
-        (double, after(fused::<f32, 4>(&problem, &start, arch), &problem, 30))
+        let single = after(fused::<f32, 4>(&problem, &start, arch), &problem, 30);
+        let bounds = [bound::<f64>(&problem, &start, arch), bound::<f32>(&problem, &start, arch)];
+        (double, single, bounds)
     };
-    let (double, single) = results(Arch::Scalar);
+    let portable = results(Arch::Scalar);
     let fastest = results(Arch::new());
-    let (u, q) = apart(&double, &fastest.0, problem.lambda);
+    let (u, q) = apart(&portable.0, &fastest.0, problem.lambda);
     assert!(u <= 1e-12 && q <= 1e-11, "f64: {u:e} {q:e}");
-    let (u, q) = apart(&single, &fastest.1, problem.lambda);
+    let (u, q) = apart(&portable.1, &fastest.1, problem.lambda);
     assert!(u <= 1e-4 && q <= 1e-3, "f32: {u:e} {q:e}");
     #[cfg(target_arch = "x86_64")]
     if let Some(arch) = pulp::x86::V3::try_new() {
         assert!(results(Arch::V3(arch)) == fastest);
     }
+}
+
+/// What the engine says after some steps, which is the bound of its q.
+fn bound<T: Real>(problem: &Problem<Stencil, 4>, start: &State<4>, arch: Arch) -> f64 {
+    let mut solver: Box<dyn Solver<Stencil, 4>> = Box::new(fused::<T, 4>(problem, start, arch));
+    (1..=6).for_each(|n| solver.step(problem, n == 6));
+    let said = solver.dual_bound(problem);
+    assert_within(said, problem.dual_bound(solver.iterate().q), 1e-12, problem.spread());
+    said
 }
 
 /// Balanced steps, changed costs and closed regions, against the rows.
