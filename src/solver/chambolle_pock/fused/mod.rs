@@ -177,6 +177,14 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
 
     fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64 {
         self.settle();
+        if self.made == 0 && self.q.is_empty() {
+            // K^T q = 0.
+            return sum(
+                self.u.len(),
+                #[inline(always)]
+                |v| problem.f[v].min(),
+            );
+        }
         let stencil = problem.k.stencil().expect("the engine was built from it");
         let Self { arch, layout, parts, units, bounds, shares, u, .. } = self;
         let (arch, layout, units, order) = (*arch, &*layout, *units, &lane_order::<f64>(*arch)[..]);
