@@ -161,8 +161,10 @@ impl<S: Simd> Look<'_, S> {
             let scale = if f64::any_less(simd, self.surely_inside, squares) {
                 let norm = simd.sqrt_f64s(squares);
                 let outside = simd.less_than_f64s(self.lambda, norm);
-                let norm = simd.select_f64s(outside, norm, self.lambda);
-                simd.div_f64s(self.lambda, norm)
+                simd.div_f64s(
+                    simd.select_f64s(outside, self.lambda, self.one),
+                    simd.select_f64s(outside, norm, self.one),
+                )
             } else {
                 self.one
             };
