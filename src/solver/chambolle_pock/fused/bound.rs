@@ -13,7 +13,7 @@ use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, WIDEST, gather, surely_inside, width};
-use super::layout::{Layout, NO_FACE};
+use super::layout::{Layout, NO_FACE, ROW};
 use super::part::{Part, Units, groups, share_rows};
 use crate::field::Row;
 use crate::operator::Stencil;
@@ -229,7 +229,7 @@ impl<S: Simd> Look<'_, S> {
                     let shares = gather::<f64, S>(
                         simd,
                         #[inline(always)]
-                        |o| shares[share_rows[o] as usize],
+                        |o| shares[share_rows[o] as usize / ROW],
                     );
                     for i in 0..4 {
                         kq[i] = simd.add_f64s(kq[i], shares[i]);

@@ -12,6 +12,9 @@ use crate::sweep::{collect, ranges, results};
 /// A part may compute so much of what others own again, as a share of what it owns.
 const LARGEST_BORDER: f64 = 0.125;
 
+/// So many numbers make a row of what is gathered.
+pub const ROW: usize = 4;
+
 /// The lane of each row in a block; how many there are is a power of two.
 #[derive(Clone)]
 pub struct Lanes {
@@ -206,6 +209,8 @@ impl Layout {
         let vertices = reach[reach.len() - 1].clone();
         let held_faces = self.due_before(vertices.start)..self.due_before(vertices.end);
         let held = width * vertices.start..width * vertices.end;
+        // Else the begins of rows are no u32.
+        assert!(ROW * held.len().max(3 * self.ring * width) < u32::MAX as usize);
         let mut faces = vec![NO_FACE; held_faces.len() * width];
         let mut places = vec![0; 3 * faces.len()];
         let mut degree = vec![0_u32; held.len()];
@@ -217,7 +222,7 @@ impl Layout {
                 let (block, row) = self.lanes.block(i);
                 for (c, v) in corners.iter().enumerate() {
                     let place = v - held.start as u32;
-                    places[(3 * block + c) * width + row] = place;
+                    places[(3 * block + c) * width + row] = ROW as u32 * place;
                     degree[place as usize] += 1;
                 }
             }
@@ -235,7 +240,7 @@ impl Layout {
             length += width * degree.iter().copied().max().unwrap_or(0) as usize;
             start.push(length);
         }
-        let nothing = (self.ring * 3 * width) as u32;
+        let nothing = (ROW * self.ring * 3 * width) as u32;
         let mut rows = vec![nothing; length];
         let mut next = vec![0_u32; degree.len()];
         let blocks = faces.chunks_exact(width).zip(places.chunks_exact(3 * width));
@@ -243,11 +248,11 @@ impl Layout {
             let first = block % self.ring * 3 * width;
             for (row, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
                 for c in 0..3 {
-                    let place = places[c * width + row] as usize;
+                    let place = places[c * width + row] as usize / ROW;
                     let (at, lane) = self.lanes.block(place);
                     let next = &mut next[place];
                     rows[start[at] + *next as usize * width + lane] =
-                        (first + c * width + row) as u32;
+                        (ROW * (first + c * width + row)) as u32;
                     *next += 1;
                 }
             }
@@ -270,13 +275,13 @@ pub struct Window {
     pub held_faces: Range<usize>,
     /// The faces that are held, [`NO_FACE`] where a block is not full. A face with a corner that is not held is none.
     pub faces: Vec<u32>,
-    /// Places of their corners among the vertices that are held, `[block][corner][row]`.
+    /// Where their corners begin in rows of the vertices that are held, `[block][corner][row]`.
     pub places: Vec<u32>,
     pub rows_at: RowsAt,
 }
 
-/// For each vertex the rows `[block of the ring][corner][row]` of its faces, in their order, filled up with one that
-/// lies behind all.
+/// For each vertex where the rows `[block of the ring][corner][row]` of its faces begin, in their order, filled up with
+/// one that lies behind all.
 pub struct RowsAt {
     /// For each block of vertices, and the end.
     start: Vec<usize>,
@@ -285,14 +290,20 @@ pub struct RowsAt {
 }
 
 impl RowsAt {
+    /// For so many rows in all.
     pub fn all_within(&self, length: usize) -> bool {
-        self.rows.iter().all(|&row| (row as usize) < length)
+        all_within(&self.rows, length)
     }
 
     #[inline(always)]
     pub fn block(&self, block: usize) -> &[u32] {
         &self.rows[self.start[block]..self.start[block + 1]]
     }
+}
+
+/// Whether all rows that begin there are among so many.
+pub fn all_within(begins: &[u32], length: usize) -> bool {
+    begins.iter().all(|&begin| begin as usize + ROW <= ROW * length)
 }
 
 /// Fills up blocks: has no weights, and lies anywhere.

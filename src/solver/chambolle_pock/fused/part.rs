@@ -8,13 +8,13 @@ use std::ops::Range;
 
 use super::buffer::Buffer;
 use super::lanes::Real;
-use super::layout::{Lanes, Layout, Window};
+use super::layout::{Lanes, Layout, ROW, Window, all_within};
 use crate::field::{Row, Tangent};
 use crate::solver::chambolle_pock::steps::Steps;
 
 /// How many rows of four regions a vertex has.
 pub const fn groups(m: usize) -> usize {
-    m.div_ceil(4)
+    m.div_ceil(ROW)
 }
 
 /// How many rows the shares of one iteration have for each group: a ring of blocks, and behind it zeros.
@@ -60,13 +60,13 @@ impl<T: Real> Part<T> {
         let blocks = window.vertices();
         let (room, faces) = (blocks.len() * width, window.faces.len());
         // The pass relies on it: a test of every gather would cost a tenth of a step.
-        assert!(window.places.iter().all(|&place| (place as usize) < room));
+        assert!(all_within(&window.places, room));
         assert!(window.rows_at.all_within(share_rows(layout)));
         Part {
             range: blocks.start * width..vertices.min(blocks.end * width),
             m,
-            u_bar: Buffer::zeroed(room * groups(m) * 4),
-            shares: Buffer::zeroed(window.depth() * groups(m) * share_rows(layout) * 4),
+            u_bar: Buffer::zeroed(room * groups(m) * ROW),
+            shares: Buffer::zeroed(window.depth() * groups(m) * share_rows(layout) * ROW),
             kq: Buffer::zeroed(room * m),
             u: Buffer::zeroed(room * m),
             f: Buffer::zeroed(room * m),

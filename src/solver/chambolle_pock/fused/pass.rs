@@ -14,7 +14,7 @@ use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, gather, surely_inside, width};
-use super::layout::Layout;
+use super::layout::{Layout, ROW};
 use super::part::{Part, groups, share_rows};
 
 /// Up to so many regions sorting networks are faster than Michelot's shrinking set.
@@ -64,7 +64,6 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         assert_eq!(self.part.m, M);
         let width = width::<T, S>();
         let layout = self.layout;
-        let share_rows = share_rows(layout);
         let Part { window, u_bar, shares, u, kq, f, tau, weights, q, .. } = self.part;
         let (first_block, first_faces) = (window.vertices().start, window.held_faces.start);
         let u = cast_slice_mut::<T, T::Vector<S>>(u).as_chunks_mut::<M>().0;
@@ -73,7 +72,6 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         let tau = cast_slice::<T, T::Vector<S>>(tau);
         let weights = cast_slice::<T, [T::Vector<S>; 4]>(weights);
         let q = cast_slice_mut::<T, T::Vector<S>>(q).as_chunks_mut::<M>().0.as_chunks_mut::<2>().0;
-        let (u_bar, shares) = (u_bar.as_chunks_mut::<4>().0, shares.as_chunks_mut::<4>().0);
         let mut change = T::splat(simd, 0.0);
         let mut step = Step::<T, S> {
             simd,
@@ -102,14 +100,15 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         }
         let last = self.iterations - 1;
         fronts[last].land = self.land;
-        let vertex_rows = width * groups(M);
+        let vertex_rows = ROW * width * groups(M);
+        let group = ROW * share_rows(layout);
         while fronts[last].block < fronts[last].end {
             for n in 0..self.iterations {
                 let Front { mut block, end, mut faces, mut sums, tidy, land } = fronts[n];
                 let may_move = if n == 0 { end } else { end.min(fronts[n - 1].sums) };
                 let stop = may_move.min(block + CHUNK);
                 (step.tidy, step.land) = (tidy, land);
-                let shares = &mut shares[n * groups(M) * share_rows..][..groups(M) * share_rows];
+                let shares = &mut shares[n * groups(M) * group..][..groups(M) * group];
                 while block < stop {
                     let b = block - first_block;
                     let u_bar_rows = &mut u_bar[b * vertex_rows..][..vertex_rows];
@@ -119,13 +118,13 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
                     let due = layout.due_before(block);
                     for j in faces - first_faces..due - first_faces {
                         let places = &window.places[3 * width * j..][..3 * width];
-                        let shares = &mut shares[j % layout.ring * 3 * width..];
-                        step.faces::<M>(u_bar, places, &weights[j], &mut q[j], shares, share_rows);
+                        let shares = &mut shares[j % layout.ring * 3 * ROW * width..];
+                        step.faces::<M>(u_bar, places, &weights[j], &mut q[j], shares, group);
                     }
                     faces = due;
                     while sums < end && layout.is_done(sums, block) {
                         let rows = window.rows_at.block(sums - first_block);
-                        step.sums::<M>(shares, share_rows, rows, &mut kq[sums - first_block]);
+                        step.sums::<M>(shares, group, rows, &mut kq[sums - first_block]);
                         sums += 1;
                     }
                 }
@@ -172,7 +171,7 @@ impl<T: Real, S: Simd> Step<T, S> {
     #[inline(always)]
     fn vertices<const M: usize>(
         &self,
-        u_bar_rows: &mut [[T; 4]],
+        u_bar_rows: &mut [T],
         u: &mut [T::Vector<S>; M],
         kq: &[T::Vector<S>; M],
         f: &[T::Vector<S>; M],
@@ -200,7 +199,8 @@ impl<T: Real, S: Simd> Step<T, S> {
                 u[p] = self.relax(u[p], x[p]);
             }
             let u_bar = T::interleave(simd, u_bar);
-            for (o, &u_bar) in cast_slice::<_, [T; 4]>(&u_bar).iter().enumerate() {
+            let u_bar_rows = u_bar_rows.as_chunks_mut::<ROW>().0;
+            for (o, &u_bar) in cast_slice::<_, [T; ROW]>(&u_bar).iter().enumerate() {
                 u_bar_rows[o * groups(M) + g] = u_bar;
             }
         }
@@ -210,12 +210,12 @@ impl<T: Real, S: Simd> Step<T, S> {
     #[inline(always)]
     fn faces<const M: usize>(
         &self,
-        u_bar: &[[T; 4]],
+        u_bar: &[T],
         corners: &[u32],
         &[c1, c2, c3, sigma]: &[T::Vector<S>; 4],
         q: &mut [[T::Vector<S>; M]; 2],
-        shares: &mut [[T; 4]],
-        share_rows: usize,
+        shares: &mut [T],
+        group: usize,
     ) {
         let simd = self.simd;
         if self.tidy {
@@ -229,14 +229,11 @@ impl<T: Real, S: Simd> Step<T, S> {
         let mut squares = [self.zero; 2];
         for g in 0..groups(M) {
             // Not in a loop over the corners, which would keep in memory what it gathers.
-            let u = [
-                self.gather_u_bar::<M>(u_bar, corner1, g),
-                self.gather_u_bar::<M>(u_bar, corner2, g),
-                self.gather_u_bar::<M>(u_bar, corner3, g),
-            ];
+            let u1 = self.gather_u_bar::<M>(u_bar, corner1, g);
+            let ua = self.differences(self.gather_u_bar::<M>(u_bar, corner2, g), u1);
+            let ub = self.differences(self.gather_u_bar::<M>(u_bar, corner3, g), u1);
             for p in 4 * g..M.min(4 * g + 4) {
-                let ua = T::sub(simd, u[1][p % 4], u[0][p % 4]);
-                let ub = T::sub(simd, u[2][p % 4], u[0][p % 4]);
+                let (ua, ub) = (ua[p % 4], ub[p % 4]);
                 y[0][p] = T::mul_add(simd, ua, s1, q[0][p]);
                 y[1][p] = T::mul_add(simd, ua, s2, T::mul_add(simd, ub, s3, q[1][p]));
                 for i in 0..2 {
@@ -259,7 +256,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         };
         // (K^T q): -(c1 q1 + (c2 + c3) q2), c1 q1 + c2 q2, c3 q2 at the three corners.
         for g in 0..groups(M) {
-            let mut kq = [[self.zero; 4]; 3];
+            let (mut second, mut third) = ([self.zero; 4], [self.zero; 4]);
             for p in 4 * g..M.min(4 * g + 4) {
                 for i in 0..2 {
                     q[i][p] = if self.land {
@@ -269,15 +266,19 @@ impl<T: Real, S: Simd> Step<T, S> {
                         T::mul_add(simd, moves, self.rho, q[i][p])
                     };
                 }
-                let second = T::mul_add(simd, q[0][p], c1, T::mul(simd, q[1][p], c2));
-                let third = T::mul(simd, q[1][p], c3);
-                kq[0][p % 4] = T::sub(simd, self.zero, T::add(simd, second, third));
-                kq[1][p % 4] = second;
-                kq[2][p % 4] = third;
+                second[p % 4] = T::mul_add(simd, q[0][p], c1, T::mul(simd, q[1][p], c2));
+                third[p % 4] = T::mul(simd, q[1][p], c3);
             }
-            let shares = &mut shares[g * share_rows..][..3 * width::<T, S>()];
-            for (shares, kq) in shares.chunks_exact_mut(width::<T, S>()).zip(kq) {
-                shares.copy_from_slice(cast_slice(&T::interleave(simd, kq)));
+            let (second, third) = (T::interleave(simd, second), T::interleave(simd, third));
+            let mut first = [self.zero; 4];
+            for i in 0..4 {
+                first[i] = T::sub(simd, self.zero, T::add(simd, second[i], third[i]));
+            }
+            let shares = &mut shares[g * group..][..3 * ROW * width::<T, S>()];
+            for (shares, kq) in
+                shares.chunks_exact_mut(ROW * width::<T, S>()).zip([first, second, third])
+            {
+                shares.copy_from_slice(cast_slice(&kq));
             }
         }
     }
@@ -286,8 +287,8 @@ impl<T: Real, S: Simd> Step<T, S> {
     #[inline(always)]
     fn sums<const M: usize>(
         &self,
-        shares: &[[T; 4]],
-        share_rows: usize,
+        shares: &[T],
+        group: usize,
         rows: &[u32],
         kq: &mut [T::Vector<S>; M],
     ) {
@@ -300,7 +301,7 @@ impl<T: Real, S: Simd> Step<T, S> {
                     |o| {
                         // SAFETY: `Part::new` checked that each of these rows is among the `share_rows` of a group,
                         // and `with_simd` that there are as many groups as are looked at here.
-                        *unsafe { shares.get_unchecked(g * share_rows + rows[o] as usize) }
+                        unsafe { row(shares, g * group + rows[o] as usize) }
                     },
                 );
                 for i in 0..4 {
@@ -314,24 +315,32 @@ impl<T: Real, S: Simd> Step<T, S> {
         }
     }
 
-    /// The g-th four entries of u_bar at a corner of each face.
+    /// The g-th four entries of u_bar at a corner of each face, row by row.
     #[inline(always)]
     fn gather_u_bar<const M: usize>(
         &self,
-        u_bar: &[[T; 4]],
+        u_bar: &[T],
         corner: &[u32],
         g: usize,
     ) -> [T::Vector<S>; 4] {
-        let rows = gather::<T, S>(
+        gather::<T, S>(
             self.simd,
             #[inline(always)]
             |o| {
-                let place = corner[o] as usize * groups(M) + g;
                 // SAFETY: `Part::new` checked that every corner has its place in `u_bar`, and `with_simd` that a
                 // place has as many rows as are looked at here.
-                *unsafe { u_bar.get_unchecked(place) }
+                unsafe { row(u_bar, corner[o] as usize * groups(M) + ROW * g) }
             },
-        );
+        )
+    }
+
+    /// Of rows: a vector for each entry, with a lane for each row.
+    #[inline(always)]
+    fn differences(&self, a: [T::Vector<S>; 4], b: [T::Vector<S>; 4]) -> [T::Vector<S>; 4] {
+        let mut rows = [self.zero; 4];
+        for i in 0..4 {
+            rows[i] = T::sub(self.simd, a[i], b[i]);
+        }
         T::deinterleave(self.simd, rows)
     }
 
@@ -426,4 +435,14 @@ impl<T: Real, S: Simd> Step<T, S> {
             count = T::min(simd, above, count);
         }
     }
+}
+
+/// The row that begins there.
+///
+/// # Safety
+/// It lies within the numbers.
+#[inline(always)]
+unsafe fn row<T: Copy>(numbers: &[T], begin: usize) -> [T; ROW] {
+    // SAFETY: says the caller; an array is aligned as its entries are.
+    unsafe { *numbers.as_ptr().add(begin).cast() }
 }
