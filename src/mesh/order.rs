@@ -3,7 +3,7 @@
 //! What was numbered around a closed surface, so that the first vertices touch the last ones, is folded: the first,
 //! the last, the second, the last but one. Otherwise vertices come by reverse Cuthill-McKee: breadth first from a far
 //! end of each component, at every vertex the neighbors with few faces first, and the whole backwards. Faces come by
-//! their smallest vertex.
+//! their last vertex.
 //! A. George, J. W. H. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981, chapter 4.
 
 use std::borrow::Cow;
@@ -13,7 +13,7 @@ use super::{Incidence, Mesh};
 use crate::sweep::{collect, join, ranges, results, sum};
 
 /// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are more in the
-/// mean than this many square roots of V, or if the smallest vertices of a face and the next are as far apart. A
+/// mean than this many square roots of V, or if the last vertices of a face and the next are as far apart. A
 /// strip-wise numbered surface has about 1 or 2, a random order V / 2 in all.
 const SCATTERED: f64 = 4.0;
 
@@ -50,9 +50,9 @@ impl Order {
         let faces = match &vertices {
             Some(vertices) => {
                 let place = inverse(vertices);
-                Some(by_smallest(&mesh.faces, count, |v| place[v as usize]))
+                Some(by_last(&mesh.faces, count, |v| place[v as usize]))
             }
-            None if jump(&mesh.faces) > bound => Some(by_smallest(&mesh.faces, count, |v| v)),
+            None if jump(&mesh.faces) > bound => Some(by_last(&mesh.faces, count, |v| v)),
             None => None,
         };
         Order { vertices, faces }
@@ -115,14 +115,14 @@ fn fold(v: u32, vertices: u32) -> u32 {
     if v < vertices.div_ceil(2) { 2 * v } else { 2 * (vertices - 1 - v) + 1 }
 }
 
-/// The mean over the faces of how far their smallest vertex is from that of the face before.
+/// The mean over the faces of how far their last vertex is from that of the face before.
 fn jump(faces: &[[u32; 3]]) -> f64 {
-    let far = |j: usize| f64::from(smallest(faces[j]).abs_diff(smallest(faces[j - 1])));
+    let far = |j: usize| f64::from(last(faces[j]).abs_diff(last(faces[j - 1])));
     sum(faces.len(), |j| if j > 0 { far(j) } else { 0.0 }) / faces.len() as f64
 }
 
-fn smallest([a, b, c]: [u32; 3]) -> u32 {
-    a.min(b).min(c)
+fn last([a, b, c]: [u32; 3]) -> u32 {
+    a.max(b).max(c)
 }
 
 /// The new number of each present one.
@@ -134,13 +134,16 @@ fn inverse(order: &[u32]) -> Vec<u32> {
     place
 }
 
-/// The faces in the order of their smallest vertices, which have these places.
-fn by_smallest(faces: &[[u32; 3]], vertices: usize, place: impl Fn(u32) -> u32 + Sync) -> Vec<u32> {
-    sorted_by(&collect(faces.len(), |j| smallest(faces[j].map(&place))), vertices)
+/// The faces in the order of their last vertices, which have these places.
+fn by_last(faces: &[[u32; 3]], vertices: usize, place: impl Fn(u32) -> u32 + Sync) -> Vec<u32> {
+    sorted_by(&collect(faces.len(), |j| last(faces[j].map(&place))), vertices)
 }
 
 /// The numbers 0, 1, ... in the order of their keys, which are below `count`: counting sort.
 pub fn sorted_by(keys: &[u32], count: usize) -> Vec<u32> {
+    if keys.is_sorted() {
+        return (0..keys.len() as u32).collect();
+    }
     let cuts = ranges(count);
     let pieces =
         results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range: Range<usize>| {
@@ -234,10 +237,10 @@ mod tests {
             let vertices = reverse_cuthill_mckee(&mesh);
             assert!(is_bijection(&vertices, mesh.vertices.len()), "{name}");
             let place = inverse(&vertices);
-            let sorted = by_smallest(&mesh.faces, mesh.vertices.len(), |v| place[v as usize]);
+            let sorted = by_last(&mesh.faces, mesh.vertices.len(), |v| place[v as usize]);
             assert!(is_bijection(&sorted, mesh.faces.len()), "{name}");
-            let first = |&j: &u32| smallest(mesh.faces[j as usize].map(|v| place[v as usize]));
-            assert!(sorted.iter().map(first).is_sorted(), "{name}");
+            let last = |&j: &u32| last(mesh.faces[j as usize].map(|v| place[v as usize]));
+            assert!(sorted.iter().map(last).is_sorted(), "{name}");
         }
     }
 
@@ -312,6 +315,6 @@ mod tests {
         assert!(order.vertices.is_none());
         let sorted = order.mesh(Cow::Borrowed(&mesh));
         assert_eq!(sorted.vertices, mesh.vertices);
-        assert!(sorted.faces.iter().map(|&face| smallest(face)).is_sorted());
+        assert!(sorted.faces.iter().map(|&face| last(face)).is_sorted());
     }
 }
