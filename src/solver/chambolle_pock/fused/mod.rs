@@ -38,8 +38,8 @@ use crate::sweep::{collect, each, max, results, sum, sweep, sweep_parts, threads
 /// A thread with fewer vertices than this spends its time at the border.
 const LEAST_VERTICES: usize = 2048;
 
-/// What the iterations of one pass reach over at once should stay in a core's cache: so many bytes.
-const CACHE: usize = 3 << 19;
+/// What the iterations of one pass reach over at once should stay in the caches, of which a core has so many bytes.
+const CACHE: usize = 4 << 20;
 
 pub struct Fused<T, const M: usize> {
     /// The vector instructions to use.
