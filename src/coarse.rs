@@ -27,7 +27,7 @@ use crate::regions;
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request};
 use crate::solver::{self, Setup};
-use crate::sweep::{sum, sweep};
+use crate::sweep::{collect, sum, sweep};
 
 /// Meshes of so few vertices are not coarsened: solving them costs next to nothing.
 const COARSEST: usize = 1000;
@@ -144,10 +144,18 @@ pub fn stop(request: &Request, spent: Duration) -> Stop {
 /// Whether the cheapest region everywhere, with q = 0, is already as good as what is asked for. What comes up
 /// from coarse levels could then only be worse: where all costs are zero, by rounding.
 pub fn is_certified<const M: usize>(problem: &Problem<Stencil, M>, request: &Request) -> bool {
-    let cheapest: Vec<Row<M>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let cheapest = cheapest(&problem.f);
     let bound = sum(problem.f.len(), |v| problem.f[v].min());
     let gap = relative_gap(problem.energy(&cheapest), bound, problem.scale());
     request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
+}
+
+fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
+    collect(
+        f.len(),
+        #[inline(always)]
+        |v| Row::one_hot(f[v].argmin()),
+    )
 }
 
 /// Solves each level, with the solver that is asked for.
@@ -173,7 +181,7 @@ pub fn start<const M: usize>(
         let problem = Problem::new(Stencil::new(mesh), f, request.lambda);
         let (start, dual_start) = match pair {
             Some(Pair { u, q }) => (u, Some(q)),
-            None => (problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect(), None),
+            None => (cheapest(&problem.f), None),
         };
         let mut run = Run::new(&start);
         let setup = Setup { mesh, problem: &problem, start, dual_start, options: &request.options };

@@ -10,7 +10,7 @@ use meshseg::mesh::Mesh;
 use meshseg::operator::{Matrix, Operator, Stencil};
 use meshseg::problem::Problem;
 use meshseg::solver::{DESCRIPTIONS, Options, Setup, Solver, build};
-use meshseg::sweep::with_threads;
+use meshseg::sweep::{collect, with_threads};
 
 use super::csr::{Csr, Float};
 use super::hand_fused::HandFused;
@@ -124,7 +124,7 @@ pub fn solver<'a, K: Operator + 'a, const M: usize>(
     mesh: &Mesh,
     problem: &Problem<K, M>,
 ) -> Box<dyn Solver<K, M> + 'a> {
-    let start = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let start = collect(problem.f.len(), |v| Row::one_hot(problem.f[v].argmin()));
     let options: Vec<&str> = option.split_whitespace().collect();
     let options = Options::parse(&options).expect("options are pairs");
     let setup = Setup { mesh, problem, start, dual_start: None, options: &options };
