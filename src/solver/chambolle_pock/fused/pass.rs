@@ -16,9 +16,7 @@ use pulp::{Simd, WithSimd};
 use super::lanes::{Real, gather, surely_inside, width};
 use super::layout::{Layout, ROW};
 use super::part::{Part, groups, share_rows};
-
-/// Up to so many regions sorting networks are faster than Michelot's shrinking set.
-const SORTED_UP_TO: usize = 16;
+use crate::prox::{SORTED_UP_TO, merge_exchange};
 
 /// The negligible is set to zero before one of so many iterations.
 const TIDY_EVERY: usize = 8;
@@ -362,9 +360,6 @@ impl<T: Real, S: Simd> Step<T, S> {
     }
 
     /// The largest entry, and theta = max_k (S_k - 1) / k over the entries less that one.
-    ///
-    /// K. E. Batcher's merge exchange for any number of entries: D. Knuth, *The Art of Computer Programming* 3,
-    /// algorithm 5.2.2 M.
     #[inline(always)]
     fn threshold_by_sorting<const M: usize>(
         &self,
@@ -372,24 +367,11 @@ impl<T: Real, S: Simd> Step<T, S> {
     ) -> (T::Vector<S>, T::Vector<S>) {
         let simd = self.simd;
         let mut s = v;
-        let top = M.next_power_of_two() / 2;
-        let mut p = top;
-        while p > 0 {
-            let (mut q, mut r, mut d) = (top, 0, p);
-            loop {
-                for i in 0..M - d {
-                    if i & p == r {
-                        (s[i], s[i + d]) =
-                            (T::max(simd, s[i], s[i + d]), T::min(simd, s[i], s[i + d]));
-                    }
-                }
-                if q == p {
-                    break;
-                }
-                (d, q, r) = (q - p, q / 2, p);
-            }
-            p /= 2;
-        }
+        merge_exchange(
+            M,
+            #[inline(always)]
+            |i, k| (s[i], s[k]) = (T::max(simd, s[i], s[k]), T::min(simd, s[i], s[k])),
+        );
         let minus_one = T::splat(simd, -1.0);
         let (mut sum, mut theta) = (minus_one, minus_one);
         for k in 1..M {
@@ -413,12 +395,12 @@ impl<T: Real, S: Simd> Step<T, S> {
             largest = T::max(simd, entry, largest);
         }
         let minus_one = T::splat(simd, -1.0);
-        // No entry below -1 stays positive; cut off there, closed regions overflow no sum.
         let mut entries = v;
         for entry in &mut entries {
-            *entry = T::max(simd, T::sub(simd, *entry, largest), minus_one);
+            *entry = T::sub(simd, *entry, largest);
         }
-        let mut theta = T::splat(simd, -2.0);
+        // No entry at -1 or below stays positive; without closed regions no sum overflows.
+        let mut theta = minus_one;
         let mut count = T::splat(simd, (M + 1) as f64);
         loop {
             let (mut sum, mut above) = (minus_one, self.zero);
