@@ -16,35 +16,41 @@ impl Face {
     /// l_j, squared units of length.
     #[inline(always)]
     pub fn row_bound(&self) -> f64 {
-        largest_eigenvalue(self.columns.map(|column| (1.0, column)))
+        let [mut a, mut b, mut c] = [0.0; 3];
+        for [x, y] in self.columns {
+            a += x * x;
+            b += x * y;
+            c += y * y;
+        }
+        // Relative to the trace, so that no square leaves the range of numbers, however small or large the face is.
+        let trace = a + c;
+        let inverse = 1.0 / trace;
+        trace * largest_eigenvalue(1.0, (a - c) * inverse, b * inverse)
     }
 
     /// b_j, without unit.
     #[inline(always)]
     pub fn column_bound(&self) -> f64 {
-        largest_eigenvalue(self.columns.map(|column| (1.0 / squared(column), column)))
+        let (mut difference, mut b) = (0.0, 0.0);
+        for [x, y] in self.columns {
+            let weight = 1.0 / squared([x, y]);
+            difference += weight * (x - y) * (x + y);
+            b += weight * x * y;
+        }
+        largest_eigenvalue(3.0, difference, b)
     }
+}
+
+/// Of the symmetric 2 x 2 matrix (a b; b c), from its trace, a - c and b.
+#[inline(always)]
+fn largest_eigenvalue(trace: f64, difference: f64, b: f64) -> f64 {
+    0.5 * (trace + (difference * difference + 4.0 * b * b).sqrt())
 }
 
 /// |K_jk|^2.
 #[inline(always)]
 pub fn squared([a, b]: [f64; 2]) -> f64 {
     a * a + b * b
-}
-
-/// lmax( sum_k weight_k g_k g_k^T ) of the symmetric 2 x 2 matrix (a b; b c). Relative to its trace, so that no
-/// square leaves the range of numbers, however small or large the faces are.
-#[inline(always)]
-fn largest_eigenvalue(terms: [(f64, [f64; 2]); 3]) -> f64 {
-    let [mut a, mut b, mut c] = [0.0; 3];
-    for (weight, [x, y]) in terms {
-        a += weight * x * x;
-        b += weight * x * y;
-        c += weight * y * y;
-    }
-    let trace = a + c;
-    let (x, y) = ((a - c) / trace, 2.0 * b / trace);
-    0.5 * trace * (1.0 + (x * x + y * y).sqrt())
 }
 
 /// sum_{j at k} w_j b_j |K_jk|^2 for every vertex: a diagonal matrix above K^T diag(w) K.

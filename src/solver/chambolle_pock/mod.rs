@@ -20,7 +20,7 @@ mod steps;
 
 use pulp::Arch;
 
-use fused::Fused;
+use fused::{Fused, Plan};
 use rows::Rows;
 use steps::Steps;
 
@@ -30,6 +30,7 @@ use crate::error::{Error, Result};
 use crate::field::Tangent;
 use crate::operator::Operator;
 use crate::problem::Problem;
+use crate::sweep::join;
 
 pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
@@ -101,17 +102,22 @@ pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
     let precision =
         options.choice("precision", &[("f64", Precision::Double), ("f32", Precision::Single)])?;
     let rho = options.number("rho", f64::MIN_POSITIVE..2.0)?.unwrap_or(1.9);
-    let steps = Steps::new(problem, options)?;
-    let balance = Balance::new(options, &u, dual_start.as_ref())?;
-    let method = Method { steps, balance, rho };
+    let method = || -> Result<Method<M>> {
+        let steps = Steps::new(problem, options)?;
+        let balance = Balance::new(options, &u, dual_start.as_ref())?;
+        Ok(Method { steps, balance, rho })
+    };
     match (engine, precision, problem.k.stencil()) {
         (Engine::Fused | Engine::Auto, Precision::Double, Some(stencil)) => {
-            Ok(Box::new(Fused::<f64, M>::new(problem, stencil, u, dual_start, method, Arch::new())))
+            let (method, plan) = join(method, || Plan::new::<f64, M>(stencil, Arch::new()));
+            Ok(Box::new(Fused::<f64, M>::new(problem, stencil, u, dual_start, method?, plan)))
         }
         (Engine::Fused | Engine::Auto, Precision::Single, Some(stencil)) => {
-            Ok(Box::new(Fused::<f32, M>::new(problem, stencil, u, dual_start, method, Arch::new())))
+            let (method, plan) = join(method, || Plan::new::<f32, M>(stencil, Arch::new()));
+            Ok(Box::new(Fused::<f32, M>::new(problem, stencil, u, dual_start, method?, plan)))
         }
         (Engine::Auto | Engine::Rows, Precision::Double, _) => {
+            let method = method()?;
             problem.k.prepare_adjoint();
             let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; problem.k.faces()]);
             Ok(Box::new(Rows { u_bar: u.clone(), u, q, method }))

@@ -21,7 +21,7 @@ use pulp::Arch;
 use bound::{Bounds, KnownBounds};
 use buffer::Buffer;
 use lanes::{Real, lane_order};
-use layout::{Lanes, Layout};
+use layout::{Lanes, Layout, Window};
 use letter::Letter;
 use part::{Part, Units, groups, share_rows};
 use pass::{DEEPEST, Pass};
@@ -69,20 +69,36 @@ pub struct Fused<T, const M: usize> {
     lambda: f64,
 }
 
+/// Who computes what on a mesh, and where it lies.
+pub struct Plan {
+    arch: Arch,
+    layout: Layout,
+    windows: Vec<Window>,
+}
+
+impl Plan {
+    /// For numbers of type T and rows of M of them.
+    pub fn new<T: Real, const M: usize>(stencil: &Stencil, arch: Arch) -> Self {
+        let (corners, vertices) = (stencil.corners(), stencil.vertices());
+        let layout = Layout::new(corners, vertices, Lanes::new(lane_order::<T>(arch)));
+        let count = threads().min(vertices / LEAST_VERTICES).max(1);
+        let windows = layout.windows(corners, count, depth::<T, M>(&layout));
+        Plan { arch, layout, windows }
+    }
+}
+
 impl<T: Real, const M: usize> Fused<T, M> {
+    /// By a plan for the same numbers.
     pub fn new<K: Operator>(
         problem: &Problem<K, M>,
         stencil: &Stencil,
         u: Vec<Row<M>>,
         q: Option<Vec<Tangent<M>>>,
         method: Method<M>,
-        arch: Arch,
+        plan: Plan,
     ) -> Self {
+        let Plan { arch, layout, windows } = plan;
         let units = units::<T>(stencil, &method.steps);
-        let corners = stencil.corners();
-        let layout = Layout::new(corners, u.len(), Lanes::new(lane_order::<T>(arch)));
-        let count = threads().min(u.len() / LEAST_VERTICES).max(1);
-        let windows = layout.windows(corners, count, depth::<T, M>(&layout));
         let letters_from = |sender| Letter::from(sender, &windows);
         let mut letters = [0, 1].map(|_| (0..windows.len()).map(letters_from).collect::<Vec<_>>());
         let kq = q.as_ref().map(|q| {

@@ -6,7 +6,7 @@ use pulp::Arch;
 
 use super::super::rows::Rows;
 use super::super::steps::Steps;
-use super::super::{Fused, Method};
+use super::super::{Fused, Method, Plan};
 use super::lanes::Real;
 use super::pass::DEEPEST;
 use crate::field::{Row, Tangent};
@@ -40,7 +40,8 @@ fn fused<T: Real, const M: usize>(
     arch: Arch,
 ) -> Fused<T, M> {
     let (u, q) = start.clone();
-    Fused::new(problem, &problem.k, u, Some(q), method(problem, start), arch)
+    let plan = Plan::new::<T, M>(&problem.k, arch);
+    Fused::new(problem, &problem.k, u, Some(q), method(problem, start), plan)
 }
 
 fn rows<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Rows<M> {
