@@ -112,8 +112,8 @@ fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> (f64, f64) {
 fn in_parts(entries: &[f64], mut take: impl FnMut(usize, f64)) {
     let (chunks, rest) = entries.as_chunks::<PARTS>();
     for chunk in chunks {
-        for i in 0..PARTS {
-            take(i, chunk[i]);
+        for (i, &entry) in chunk.iter().enumerate() {
+            take(i, entry);
         }
     }
     for (i, &entry) in rest.iter().enumerate() {
