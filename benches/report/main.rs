@@ -85,7 +85,7 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     writeln!(
         page,
         "The time in the steps, with two threads, also in steps of sparse products of the same precision; the gap is \
-         looked at every 4 steps, with the larger lambda every 20, off the clock. From coarser meshes: these and \
+         looked at where the program looks at it, off the clock. From coarser meshes: these and \
          the runs on them included.\n"
     )?;
     solves(&mut page, all)?;

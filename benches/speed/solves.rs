@@ -38,7 +38,7 @@ pub fn solves(criterion: &mut Criterion) {
                     let mut solver = solver(name, option, &mesh, &problem);
                     let mut run = Run::new(solver.iterate().u);
                     let go = &mut |_: Option<&_>| ControlFlow::Continue(());
-                    let status = run.advance(&mut *solver, &problem, &stop(lambda, gap), go);
+                    let status = run.advance(&mut *solver, &problem, &stop(gap), go);
                     assert_eq!(status, Status::Converged);
                     run.seconds()
                 };
@@ -52,10 +52,9 @@ pub fn solves(criterion: &mut Criterion) {
     }
 }
 
-fn stop(lambda: f64, gap: f64) -> Stop {
-    // The landing steps of looks slow a method down, the more of them the longer it takes.
-    let interval = if lambda == LARGE_LAMBDA { 20 } else { 4 };
-    Stop { relative_gap: Some(gap), interval: Some(interval), ..Stop::default() }
+/// Looks where the program has them.
+fn stop(gap: f64) -> Stop {
+    Stop { relative_gap: Some(gap), ..Stop::default() }
 }
 
 /// From the solution on a coarser mesh, the time for it and for the coarse meshes included.
@@ -70,7 +69,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
                 mass: Mass::Barycentric,
                 solver: "chambolle-pock".into(),
                 options: Options::parse(&[precision]).expect("options are pairs"),
-                stop: stop(lambda, gap),
+                stop: stop(gap),
                 coarse_to_fine: true,
             };
             let once = || {

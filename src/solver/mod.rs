@@ -29,7 +29,8 @@ pub trait Solver<K, const M: usize> {
     /// One iteration; allocates nothing (but solves with a factorization their workspace).
     ///
     /// `land` says that the iterate will be looked at after this step: a method whose iterates are
-    /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one.
+    /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one, or keeps a better
+    /// pair to show.
     fn step(&mut self, problem: &Problem<K, M>, land: bool);
 
     /// After a landing step (or none): a feasible U, rows in the simplex, and a feasible dual field.
