@@ -197,15 +197,18 @@ mod tests {
     /// A closed region costs 1e300, times any step: sums of such entries must not overflow.
     #[test]
     fn entries_far_below_do_no_harm() {
-        for far in [-1e300, -1e308, -1.7e308, f64::NEG_INFINITY] {
-            let mut v = [far; 12];
-            (v[3], v[8]) = (0.25, 0.75);
+        fn check<const M: usize>(far: f64) {
+            let mut v = [far; M];
+            (v[1], v[M - 1]) = (0.25, 0.75);
             let u = project_simplex(Row(v));
-            assert_eq!(u, Row::one_hot(3) * 0.25 + Row::one_hot(8) * 0.75);
-            assert_eq!(
-                project_simplex(Row([far, 0.25, far, 0.75, far])),
-                Row([0.0, 0.25, 0.0, 0.75, 0.0])
-            );
+            assert_eq!(u, Row::one_hot(1) * 0.25 + Row::one_hot(M - 1) * 0.75, "{M}, {far:e}");
+        }
+        for far in [-1e300, -1e308, -1.7e308, f64::NEG_INFINITY] {
+            // Sorted, and in parts with and without a rest.
+            check::<5>(far);
+            check::<12>(far);
+            check::<19>(far);
+            check::<64>(far);
         }
     }
 
@@ -213,9 +216,17 @@ mod tests {
     fn nan_comes_out() {
         let u4 = project_simplex(Row([0.1, f64::NAN, 0.3, 0.2]));
         assert!(u4.0.iter().any(|x| x.is_nan()));
-        let mut v = [0.1; 12];
-        v[5] = f64::NAN;
-        assert!(project_simplex(Row(v)).0.iter().any(|x| x.is_nan()));
+        fn check<const M: usize>() {
+            for p in 0..M {
+                let mut v = [0.1; M];
+                v[p] = f64::NAN;
+                assert!(project_simplex(Row(v)).0.iter().any(|x| x.is_nan()), "{p} of {M}");
+            }
+            assert!(project_simplex(Row([f64::NAN; M])).0.iter().all(|x| x.is_nan()));
+        }
+        check::<12>();
+        check::<19>();
+        check::<64>();
         let q = project_ball(Tangent([Row([f64::NAN, 0.0]), Row([0.0, 0.0])]), 1.0);
         assert!(q.norm().is_nan());
     }
