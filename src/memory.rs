@@ -9,7 +9,7 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ptr;
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const LARGE_PAGE: usize = 2 << 20;
 
@@ -40,10 +40,12 @@ const SPARE_MAPPINGS: usize = 16;
 const SPARE_BYTES: usize = 64 << 20;
 
 struct Spare {
+    /// The oldest first, and nothing behind the last one.
     mappings: [Option<Mapping>; SPARE_MAPPINGS],
     bytes: usize,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Mapping {
     start: *mut u8,
     size: usize,
@@ -53,44 +55,67 @@ struct Mapping {
 unsafe impl Send for Mapping {}
 
 impl Spare {
-    /// Takes one of exactly that size.
-    fn take(&mut self, size: usize) -> Option<*mut u8> {
-        let fits =
-            |mapping: &&mut Option<Mapping>| mapping.as_ref().is_some_and(|m| m.size == size);
-        let mapping = self.mappings.iter_mut().find(fits)?.take()?;
-        self.bytes -= size;
-        Some(mapping.start)
+    /// Takes one of exactly that size, the latest: it may still be in the cache.
+    fn take(&mut self, size: usize) -> Option<Mapping> {
+        let fits = |mapping: &Option<Mapping>| mapping.is_some_and(|m| m.size == size);
+        self.remove(self.mappings.iter().rposition(fits)?)
     }
 
-    /// Whether there was a place for it.
-    fn keep(&mut self, start: *mut u8, size: usize) -> bool {
-        let Some(place) = self.mappings.iter_mut().find(|mapping| mapping.is_none()) else {
-            return false;
-        };
-        if self.bytes + size > SPARE_BYTES {
-            return false;
-        }
-        *place = Some(Mapping { start, size });
-        self.bytes += size;
-        true
+    fn remove(&mut self, i: usize) -> Option<Mapping> {
+        let mapping = self.mappings[i].take()?;
+        self.mappings[i..].rotate_left(1);
+        self.bytes -= mapping.size;
+        Some(mapping)
     }
+
+    /// Keeps it, or says what has to be unmapped first: the oldest, which no one seems to want, or itself.
+    fn keep(&mut self, new: Mapping) -> Result<(), Mapping> {
+        if new.size > SPARE_BYTES {
+            return Err(new);
+        }
+        match self.mappings.iter_mut().find(|mapping| mapping.is_none()) {
+            Some(place) if self.bytes + new.size <= SPARE_BYTES => {
+                *place = Some(new);
+                self.bytes += new.size;
+                Ok(())
+            }
+            _ => Err(self.remove(0).unwrap_or(new)),
+        }
+    }
+}
+
+/// No one panics while holding it.
+fn spare() -> MutexGuard<'static, Spare> {
+    SPARE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What was kept, with what is left in it, or fresh memory.
 fn take_or_map(size: usize) -> *mut u8 {
-    let spare = mapped(size).and_then(|size| SPARE.lock().ok()?.take(size));
-    spare.unwrap_or_else(|| map(size))
+    let kept = mapped(size).and_then(|size| spare().take(size));
+    kept.map_or_else(|| map(size), |mapping| mapping.start)
 }
 
 /// All zeros.
 fn take_or_map_zeroed(size: usize) -> *mut u8 {
-    match mapped(size).and_then(|size| SPARE.lock().ok()?.take(size)) {
+    match mapped(size).and_then(|size| spare().take(size)) {
         // SAFETY: the mapping is at least as long.
-        Some(start) => unsafe {
+        Some(Mapping { start, .. }) => unsafe {
             start.write_bytes(0, size);
             start
         },
         None => map(size),
+    }
+}
+
+fn keep_or_unmap(new: Mapping) {
+    loop {
+        // Unmapping takes its time, and others need the lock.
+        let Err(gone) = spare().keep(new) else { return };
+        // SAFETY: it was given back, and no one can take it any more.
+        unsafe { libc::munmap(gone.start.cast(), gone.size) };
+        if gone == new {
+            return;
+        }
     }
 }
 
@@ -151,12 +176,7 @@ unsafe impl GlobalAlloc for LargePages {
 
     unsafe fn dealloc(&self, array: *mut u8, layout: Layout) {
         match mapped(layout.size()) {
-            Some(size) if is_large(layout) => {
-                let kept = SPARE.lock().is_ok_and(|mut spare| spare.keep(array, size));
-                if !kept {
-                    unsafe { libc::munmap(array.cast(), size) };
-                }
-            }
+            Some(size) if is_large(layout) => keep_or_unmap(Mapping { start: array, size }),
             _ => unsafe { System.dealloc(array, layout) },
         }
     }
@@ -230,14 +250,28 @@ mod tests {
     }
 
     #[test]
-    fn no_more_is_kept_than_there_is_room_for() {
+    fn no_more_is_kept_than_there_is_room_for_and_the_oldest_goes() {
         let mut spare = Spare { mappings: [const { None }; SPARE_MAPPINGS], bytes: 0 };
-        let at = |i: usize| ptr::without_provenance_mut::<u8>(i * LARGE_PAGE);
-        assert!(!spare.keep(at(1), SPARE_BYTES + LARGE_PAGE));
-        assert!(spare.keep(at(1), SPARE_BYTES) && !spare.keep(at(2), LARGE_PAGE));
-        assert_eq!((spare.take(LARGE_PAGE), spare.take(SPARE_BYTES)), (None, Some(at(1))));
-        let kept = (1..=SPARE_MAPPINGS + 3).filter(|&i| spare.keep(at(i), LARGE_PAGE)).count();
-        assert_eq!((kept, spare.bytes), (SPARE_MAPPINGS, SPARE_MAPPINGS * LARGE_PAGE));
+        let at = |i: usize, size| Mapping {
+            start: ptr::without_provenance_mut::<u8>(i * LARGE_PAGE),
+            size,
+        };
+        let one = |i| at(i, LARGE_PAGE);
+        let too_large = at(1, SPARE_BYTES + LARGE_PAGE);
+        assert_eq!(spare.keep(too_large), Err(too_large));
+        let all = at(1, SPARE_BYTES);
+        assert_eq!(spare.keep(all), Ok(()));
+        assert_eq!((spare.keep(one(2)), spare.bytes), (Err(all), 0));
+        for i in 1..=SPARE_MAPPINGS {
+            assert_eq!(spare.keep(one(i)), Ok(()));
+        }
+        assert_eq!((spare.keep(one(17)), spare.keep(one(17))), (Err(one(1)), Ok(())));
+        assert_eq!((spare.keep(at(18, 2 * LARGE_PAGE)), spare.take(3)), (Err(one(2)), None));
+        assert_eq!(spare.take(LARGE_PAGE), Some(one(17)));
+        assert_eq!(spare.keep(at(18, 2 * LARGE_PAGE)), Ok(()));
+        assert_eq!(spare.take(LARGE_PAGE), Some(one(16)));
+        assert_eq!(spare.take(2 * LARGE_PAGE), Some(at(18, 2 * LARGE_PAGE)));
+        assert_eq!(spare.bytes, (SPARE_MAPPINGS - 3) * LARGE_PAGE);
     }
 
     #[test]
