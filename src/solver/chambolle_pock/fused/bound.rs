@@ -34,7 +34,7 @@ pub struct Bounds<'a, K, T, const M: usize> {
     pub units: Units,
     /// The lane of each row in a vector of double precision.
     pub order: &'a [usize],
-    /// Shares of K^T q in double precision, as [`Part::shares`] of one iteration.
+    /// Shares of K^T q in double precision, as those of one iteration in a part.
     pub shares: &'a mut [f64],
     pub bounds: &'a mut [f64],
 }
@@ -49,8 +49,8 @@ impl<T: Real> WithSimd for KnownBounds<'_, T> {
         let KnownBounds { part, bounds } = self;
         let (width, m) = (width::<T, S>(), part.m);
         let own = part.places(&part.window.own);
-        let kq = part.kq[own.start * m..].chunks_exact(m * width);
-        let f = part.f[own.start * m..].chunks_exact(m * width);
+        let kq = part.kq()[own.start * m..].chunks_exact(m * width);
+        let f = part.f()[own.start * m..].chunks_exact(m * width);
         for ((bounds, kq), f) in bounds.chunks_mut(width).zip(kq).zip(f) {
             let mut least = [f64::INFINITY; WIDEST];
             for (kq, f) in kq.chunks_exact(width).zip(f.chunks_exact(width)) {
@@ -97,7 +97,7 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
         for block in own.start..window.reach[1].end {
             let next = layout.due_before(block + 1);
             for j in due - first_faces..next - first_faces {
-                let (faces, q) = (&window.faces[width * j..], &part.q[2 * M * width * j..]);
+                let (faces, q) = (&window.faces[width * j..], &part.q()[2 * M * width * j..]);
                 let shares = &mut shares[j % layout.ring * 3 * width..];
                 look.faces::<T, M>(&faces[..width], &q[..2 * M * width], shares);
             }

@@ -227,33 +227,38 @@ impl Layout {
                 }
             }
         }
-        let rows_at = self.rows_at(&faces, &places, &degree);
+        let rows_at = self.rows_at(&faces, &places, degree);
         Window { own, own_faces, reach, held_faces, faces, places, rows_at }
     }
 
-    /// Where the faces at each vertex leave what they add to it.
-    fn rows_at(&self, faces: &[u32], places: &[u32], degree: &[u32]) -> RowsAt {
+    /// Where the faces at each vertex leave what they add to it, by how many faces there are.
+    fn rows_at(&self, faces: &[u32], places: &[u32], mut degree: Vec<u32>) -> RowsAt {
         let width = self.lanes.width();
-        let mut start = vec![0];
+        let mut start = Vec::with_capacity(degree.len() / width + 1);
+        start.push(0);
         let mut length = 0;
-        for degree in degree.chunks(width) {
-            length += width * degree.iter().copied().max().unwrap_or(0) as usize;
+        for degree in degree.chunks_mut(width) {
+            let most = degree.iter().copied().max().unwrap_or(0) as usize;
+            // From here on the entry of a vertex is where the next of its faces goes.
+            for (row, next) in degree.iter_mut().enumerate() {
+                *next = (length + row) as u32;
+            }
+            length += width * most;
             start.push(length);
         }
+        // Else they are no u32.
+        assert!(length < u32::MAX as usize);
+        let mut next = degree;
         let nothing = (ROW * self.ring * 3 * width) as u32;
         let mut rows = vec![nothing; length];
-        let mut next = vec![0_u32; degree.len()];
         let blocks = faces.chunks_exact(width).zip(places.chunks_exact(3 * width));
         for (block, (faces, places)) in blocks.enumerate() {
-            let first = block % self.ring * 3 * width;
+            let first = ROW * (block % self.ring * 3 * width);
             for (row, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
                 for c in 0..3 {
-                    let place = places[c * width + row] as usize / ROW;
-                    let (at, lane) = self.lanes.block(place);
-                    let next = &mut next[place];
-                    rows[start[at] + *next as usize * width + lane] =
-                        (ROW * (first + c * width + row)) as u32;
-                    *next += 1;
+                    let next = &mut next[places[c * width + row] as usize / ROW];
+                    rows[*next as usize] = (first + ROW * (c * width + row)) as u32;
+                    *next += width as u32;
                 }
             }
         }
@@ -303,7 +308,8 @@ impl RowsAt {
 
 /// Whether all rows that begin there are among so many.
 pub fn all_within(begins: &[u32], length: usize) -> bool {
-    begins.iter().all(|&begin| begin as usize + ROW <= ROW * length)
+    let last = begins.iter().copied().max();
+    last.is_none_or(|last| last as usize + ROW <= ROW * length)
 }
 
 /// Fills up blocks: has no weights, and lies anywhere.

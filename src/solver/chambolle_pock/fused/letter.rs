@@ -35,19 +35,20 @@ impl<T: Real> Letter<T> {
         let (vertices, faces) = (from.places(&self.vertices), from.face_places(&self.faces));
         let m = from.m;
         self.u.clear();
-        self.u.extend_from_slice(&from.u[vertices.start * m..vertices.end * m]);
+        self.u.extend_from_slice(&from.u()[vertices.start * m..vertices.end * m]);
         self.kq.clear();
-        self.kq.extend_from_slice(&from.kq[vertices.start * m..vertices.end * m]);
+        self.kq.extend_from_slice(&from.kq()[vertices.start * m..vertices.end * m]);
         self.q.clear();
-        self.q.extend_from_slice(&from.q[faces.start * 2 * m..faces.end * 2 * m]);
+        self.q.extend_from_slice(&from.q()[faces.start * 2 * m..faces.end * 2 * m]);
     }
 
     pub fn read(&self, to: &mut Part<T>) {
         let (vertices, faces) = (to.places(&self.vertices), to.face_places(&self.faces));
         let m = to.m;
-        to.u[vertices.start * m..vertices.end * m].copy_from_slice(&self.u);
-        to.kq[vertices.start * m..vertices.end * m].copy_from_slice(&self.kq);
-        to.q[faces.start * 2 * m..faces.end * 2 * m].copy_from_slice(&self.q);
+        let (numbers, ..) = to.numbers();
+        numbers.u[vertices.start * m..vertices.end * m].copy_from_slice(&self.u);
+        numbers.kq[vertices.start * m..vertices.end * m].copy_from_slice(&self.kq);
+        numbers.q[faces.start * 2 * m..faces.end * 2 * m].copy_from_slice(&self.q);
     }
 }
 

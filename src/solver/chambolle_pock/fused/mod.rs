@@ -19,7 +19,7 @@ mod tests;
 use pulp::Arch;
 
 use bound::{Bounds, KnownBounds};
-use buffer::Buffer;
+use buffer::Slices;
 use lanes::{Real, lane_order};
 use layout::{Lanes, Layout, Window};
 use letter::Letter;
@@ -60,7 +60,7 @@ pub struct Fused<T, const M: usize> {
     q: Vec<Tangent<M>>,
     /// D(q) vertex by vertex, and what the parts need for it; empty until then.
     bounds: Vec<f64>,
-    shares: Vec<Buffer<f64>>,
+    shares: Vec<Slices<f64, 1>>,
     u_unpacked: bool,
     q_unpacked: bool,
     /// Whether the last step landed; if not, u is infeasible and stays so.
@@ -120,7 +120,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             letters.iter_mut().for_each(|letter| letter.write(part));
         }
         let shares = if T::DOUBLE { 0 } else { 4 * groups(M) * share_rows(&layout) };
-        let shares = parts.iter().map(|_| Buffer::zeroed(shares)).collect();
+        let shares = parts.iter().map(|_| Slices::zeroed([shares])).collect();
         Fused {
             arch,
             layout,
@@ -223,7 +223,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
                     stencil,
                     units,
                     order,
-                    shares,
+                    shares: shares.all()[0],
                     bounds,
                 });
             }
@@ -332,7 +332,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             (&mut q[..], &places[..]),
             #[inline(always)]
             |_, (q, &i)| {
-                let tangent = owner(i).q(i as usize, *units);
+                let tangent = owner(i).q_at(i as usize, *units);
                 *q = if T::DOUBLE { tangent } else { project_ball(tangent, *lambda) };
             },
         );

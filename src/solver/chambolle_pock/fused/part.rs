@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::buffer::Buffer;
+use super::buffer::Slices;
 use super::lanes::Real;
 use super::layout::{Lanes, Layout, ROW, Window, all_within};
 use crate::field::{Row, Tangent};
@@ -29,20 +29,26 @@ pub struct Part<T> {
     range: Range<usize>,
     /// How many numbers a row of u has.
     pub m: usize,
-    /// `[vertex][group]` in rows.
-    pub u_bar: Buffer<T>,
-    /// Of each iteration of a pass, as long as they are needed: `[group][block of the ring][corner][row]`, zeros behind
-    /// each group.
-    pub shares: Buffer<T>,
-    pub u: Buffer<T>,
-    pub kq: Buffer<T>,
-    pub f: Buffer<T>,
-    pub tau: Buffer<T>,
-    /// c1, c2, c3, sigma: `[block][weight][lane]`.
-    pub weights: Buffer<T>,
-    pub q: Buffer<T>,
+    /// In the order of [`Numbers`].
+    numbers: Slices<T, 8>,
     /// max |x - u| of the last step.
     pub change: f64,
+}
+
+/// All numbers of a part.
+pub struct Numbers<'a, T> {
+    /// `[vertex][group]` in rows.
+    pub u_bar: &'a mut [T],
+    /// Of each iteration of a pass, as long as they are needed: `[group][block of the ring][corner][row]`, zeros behind
+    /// each group.
+    pub shares: &'a mut [T],
+    pub u: &'a mut [T],
+    pub kq: &'a mut [T],
+    pub f: &'a mut [T],
+    pub tau: &'a mut [T],
+    /// c1, c2, c3, sigma: `[block][weight][lane]`.
+    pub weights: &'a mut [T],
+    pub q: &'a mut [T],
 }
 
 /// Powers of two that bring the numbers of a problem near 1: q, K and so f and the steps are scaled by them.
@@ -65,18 +71,43 @@ impl<T: Real> Part<T> {
         Part {
             range: blocks.start * width..vertices.min(blocks.end * width),
             m,
-            u_bar: Buffer::zeroed(room * groups(m) * ROW),
-            shares: Buffer::zeroed(window.depth() * groups(m) * share_rows(layout) * ROW),
-            kq: Buffer::zeroed(room * m),
-            u: Buffer::zeroed(room * m),
-            f: Buffer::zeroed(room * m),
-            tau: Buffer::zeroed(room),
-            weights: Buffer::zeroed(faces * 4),
-            q: Buffer::zeroed(faces * 2 * m),
+            numbers: Slices::zeroed([
+                room * groups(m) * ROW,
+                window.depth() * groups(m) * share_rows(layout) * ROW,
+                room * m,
+                room * m,
+                room * m,
+                room,
+                faces * 4,
+                faces * 2 * m,
+            ]),
             change: 0.0,
             lanes,
             window,
         }
+    }
+
+    /// What it computes with, and where that lies.
+    pub fn numbers(&mut self) -> (Numbers<'_, T>, &Window, &Lanes) {
+        let [u_bar, shares, u, kq, f, tau, weights, q] = self.numbers.all();
+        (Numbers { u_bar, shares, u, kq, f, tau, weights, q }, &self.window, &self.lanes)
+    }
+
+    pub fn u(&self) -> &[T] {
+        self.numbers.get(2)
+    }
+
+    /// K^T q.
+    pub fn kq(&self) -> &[T] {
+        self.numbers.get(3)
+    }
+
+    pub fn f(&self) -> &[T] {
+        self.numbers.get(4)
+    }
+
+    pub fn q(&self) -> &[T] {
+        self.numbers.get(7)
     }
 
     /// The vertices that this part owns.
@@ -86,49 +117,45 @@ impl<T: Real> Part<T> {
         start * width..self.range.end.min(end * width)
     }
 
-    /// Every vertex that is held, with its place.
-    #[inline(always)]
-    fn each_vertex(&self) -> impl Iterator<Item = (usize, usize)> + use<T> {
-        self.range.clone().enumerate()
-    }
-
     pub fn set_u<'a>(&mut self, u: &dyn Fn(usize) -> &'a [f64]) {
-        for (place, v) in self.each_vertex() {
-            put(&mut self.u, &self.lanes, place, u(v), 1.0);
+        let (range, m) = (self.range.clone(), self.m);
+        let (Numbers { u: buffer, tau, .. }, _, lanes) = self.numbers();
+        for (place, v) in range.clone().enumerate() {
+            put(buffer, lanes, place, u(v), 1.0);
         }
         // What fills up a block stays where it is in every step, and so in the corner of the simplex.
-        for place in self.range.len()..self.tau.len() {
-            self.u[self.lanes.first(place, self.m)] = T::from_f64(1.0);
+        for place in range.len()..tau.len() {
+            buffer[lanes.first(place, m)] = T::from_f64(1.0);
         }
     }
 
     pub fn set_f<'a>(&mut self, f: &dyn Fn(usize) -> &'a [f64], units: Units) {
-        let unit = units.q * units.k;
-        for (place, v) in self.each_vertex() {
-            put(&mut self.f, &self.lanes, place, f(v), unit);
+        let range = self.range.clone();
+        let (numbers, _, lanes) = self.numbers();
+        for (place, v) in range.enumerate() {
+            put(numbers.f, lanes, place, f(v), units.q * units.k);
         }
     }
 
     /// sigma and tau.
     pub fn set_steps(&mut self, steps: &Steps, units: Units) {
-        let unit = 1.0 / (units.q * units.k);
-        for (place, v) in self.each_vertex() {
-            put(&mut self.tau, &self.lanes, place, &[steps.tau[v]], unit);
+        let range = self.range.clone();
+        let (Numbers { tau, weights, .. }, window, lanes) = self.numbers();
+        for (place, v) in range.enumerate() {
+            put(tau, lanes, place, &[steps.tau[v]], 1.0 / (units.q * units.k));
         }
-        let Part { window, lanes, weights, .. } = self;
-        let width = lanes.width();
         let unit = units.q / units.k;
         window.each_face(|i, j| {
-            weights[lanes.first(i, 4) + 3 * width] = T::from_f64(steps.sigma[j] * unit);
+            weights[lanes.first(i, 4) + 3 * lanes.width()] = T::from_f64(steps.sigma[j] * unit);
         });
     }
 
     /// c1, c2, c3, before the steps are set.
     pub fn set_weights(&mut self, weights: &[[f64; 3]], units: Units) {
-        let Part { window, lanes, weights: buffer, .. } = self;
+        let (numbers, window, lanes) = self.numbers();
         window.each_face(|i, j| {
             let [c1, c2, c3] = weights[j];
-            put(buffer, lanes, i, &[c1, c2, c3, 0.0], units.k);
+            put(numbers.weights, lanes, i, &[c1, c2, c3, 0.0], units.k);
         });
     }
 
@@ -139,16 +166,17 @@ impl<T: Real> Part<T> {
         kq: &dyn Fn(usize) -> &'a [f64],
         units: Units,
     ) {
-        for (place, v) in self.each_vertex() {
-            put(&mut self.kq, &self.lanes, place, kq(v), units.q * units.k);
+        let (range, m) = (self.range.clone(), self.m);
+        let (numbers, window, lanes) = self.numbers();
+        for (place, v) in range.enumerate() {
+            put(numbers.kq, lanes, place, kq(v), units.q * units.k);
         }
-        let Part { window, lanes, m, q: buffer, .. } = self;
-        let width = lanes.width();
         window.each_face(|i, j| {
-            let first = lanes.first(i, 2 * *m);
+            let first = lanes.first(i, 2 * m);
             for (axis, row) in q(j).into_iter().enumerate() {
                 for (p, &entry) in row.iter().enumerate() {
-                    buffer[first + (axis * *m + p) * width] = T::from_f64(entry * units.q);
+                    let place = first + (axis * m + p) * lanes.width();
+                    numbers.q[place] = T::from_f64(entry * units.q);
                 }
             }
         });
@@ -158,7 +186,7 @@ impl<T: Real> Part<T> {
     #[inline(always)]
     pub fn read_u<const M: usize>(&self, rows: &mut [Row<M>]) {
         let width = self.lanes.width();
-        let blocks = self.u[self.places(&self.window.own).start * M..].chunks_exact(M * width);
+        let blocks = self.u()[self.places(&self.window.own).start * M..].chunks_exact(M * width);
         for (rows, block) in rows.chunks_mut(width).zip(blocks) {
             for (row, &lane) in rows.iter_mut().zip(&self.lanes.order) {
                 *row = Row::from_fn(|p| block[p * width + lane].to_f64());
@@ -168,10 +196,11 @@ impl<T: Real> Part<T> {
 
     /// q of an own face, by its number in the order of all.
     #[inline(always)]
-    pub fn q<const M: usize>(&self, i: usize, units: Units) -> Tangent<M> {
+    pub fn q_at<const M: usize>(&self, i: usize, units: Units) -> Tangent<M> {
         let width = self.lanes.width();
         let first = self.lanes.first(i - self.window.held_faces.start * width, 2 * M);
-        let row = |axis: usize| Row::from_fn(|p| self.q[first + (axis * M + p) * width].to_f64());
+        let q = self.q();
+        let row = |axis: usize| Row::from_fn(|p| q[first + (axis * M + p) * width].to_f64());
         Tangent([row(0), row(1)]) * (1.0 / units.q)
     }
 

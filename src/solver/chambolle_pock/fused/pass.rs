@@ -15,7 +15,7 @@ use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, gather, surely_inside, width};
 use super::layout::{Layout, ROW};
-use super::part::{Part, groups, share_rows};
+use super::part::{Numbers, Part, groups, share_rows};
 use crate::prox::{SORTED_UP_TO, merge_exchange};
 
 /// The negligible is set to zero before one of so many iterations.
@@ -62,7 +62,8 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         assert_eq!(self.part.m, M);
         let width = width::<T, S>();
         let layout = self.layout;
-        let Part { window, u_bar, shares, u, kq, f, tau, weights, q, .. } = self.part;
+        let (numbers, window, _) = self.part.numbers();
+        let Numbers { u_bar, shares, u, kq, f, tau, weights, q } = numbers;
         let (first_block, first_faces) = (window.vertices().start, window.held_faces.start);
         let u = cast_slice_mut::<T, T::Vector<S>>(u).as_chunks_mut::<M>().0;
         let kq = cast_slice_mut::<T, T::Vector<S>>(kq).as_chunks_mut::<M>().0;
