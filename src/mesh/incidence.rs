@@ -17,14 +17,14 @@ impl<T: Copy + Default + Send> Incidence<T> {
         Self::in_ranges(&sweep::ranges(mesh.vertices.len()), &mesh.faces, value)
     }
 
-    /// The same for vertices from 0 to the last of `ranges`. Every range is a task that goes through all faces and
-    /// takes the corners at its vertices.
-    pub fn in_ranges(
+    /// The same for faces with N corners and vertices from 0 to the last of `ranges`. Every range is a task that goes
+    /// through all faces and takes the corners at its vertices.
+    pub fn in_ranges<const N: usize>(
         ranges: &[usize],
-        faces: &[[u32; 3]],
+        faces: &[[u32; N]],
         value: impl Fn(usize, usize) -> T + Sync,
     ) -> Self {
-        let corners = 3 * faces.len();
+        let corners = N * faces.len();
         assert!(u32::try_from(corners).is_ok(), "too many faces");
         let mut count = vec![0_u32; ranges.last().copied().unwrap_or(0)];
         sweep::sweep_parts(&mut count, ranges, |first, count| {
@@ -66,6 +66,11 @@ impl<T: Copy + Default + Send> Incidence<T> {
 impl<T> Incidence<T> {
     pub fn vertices(&self) -> usize {
         self.start.len() - 1
+    }
+
+    /// One vertex after the other.
+    pub fn into_values(self) -> Vec<T> {
+        self.values
     }
 
     #[inline(always)]

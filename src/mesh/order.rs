@@ -7,10 +7,9 @@
 //! A. George, J. W. H. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981, chapter 4.
 
 use std::borrow::Cow;
-use std::ops::Range;
 
 use super::{Incidence, Mesh};
-use crate::sweep::{collect, join, ranges, results, sum};
+use crate::sweep::{collect, join, ranges, sum};
 
 /// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are more in the
 /// mean than this many square roots of V, or if the last vertices of a face and the next are as far apart. A
@@ -144,32 +143,7 @@ pub fn sorted_by(keys: &[u32], count: usize) -> Vec<u32> {
     if keys.is_sorted() {
         return (0..keys.len() as u32).collect();
     }
-    let cuts = ranges(count);
-    let pieces =
-        results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range: Range<usize>| {
-            let own = |key: u32| {
-                let key = (key as usize).wrapping_sub(range.start);
-                (key < range.len()).then_some(key)
-            };
-            let mut next = vec![0_u32; range.len() + 1];
-            for key in keys.iter().filter_map(|&key| own(key)) {
-                next[key + 1] += 1;
-            }
-            let mut sum = 0;
-            for next in &mut next {
-                sum += *next;
-                *next = sum;
-            }
-            let mut sorted = vec![0; sum as usize];
-            for (i, &key) in keys.iter().enumerate() {
-                if let Some(key) = own(key) {
-                    sorted[next[key] as usize] = i as u32;
-                    next[key] += 1;
-                }
-            }
-            sorted
-        });
-    pieces.concat()
+    Incidence::in_ranges(&ranges(count), keys.as_chunks::<1>().0, |i, _| i as u32).into_values()
 }
 
 fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
