@@ -143,13 +143,14 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 }
 
-/// How many iterations of a pass the cache holds. Looks lie a multiple of four steps apart.
+/// How many iterations of a pass the cache holds. Most looks lie eight steps apart, all of them a multiple of four.
 fn depth<T: Real, const M: usize>(layout: &Layout) -> usize {
     let vertex = 3 * M + 1 + 4 * groups(M);
     let face = 2 * 3 + 4 + 2 * M + 3 * 4 * groups(M);
     let block = layout.lanes.width() * size_of::<T>() * (vertex + 2 * face);
     let fitting = CACHE as f64 / (layout.lag().max(1.0) * block as f64);
-    [DEEPEST, DEEPEST / 2].into_iter().find(|&depth| depth as f64 <= fitting).unwrap_or(1)
+    let depths = [DEEPEST, DEEPEST / 2, DEEPEST / 4];
+    depths.into_iter().find(|&depth| depth as f64 <= fitting).unwrap_or(1)
 }
 
 /// Single precision needs numbers near 1; double precision takes them as they are.

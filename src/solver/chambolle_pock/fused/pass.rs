@@ -25,7 +25,7 @@ const TIDY_EVERY: usize = 8;
 const CHUNK: usize = 32;
 
 /// So many iterations at the most are made in one pass.
-pub const DEEPEST: usize = 4;
+pub const DEEPEST: usize = 8;
 
 pub struct Pass<'a, T, const M: usize> {
     pub part: &'a mut Part<T>,

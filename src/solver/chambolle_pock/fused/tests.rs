@@ -96,7 +96,7 @@ fn check_iterates<const M: usize>(name: &str, mesh: &Mesh) {
 
 /// So narrow that a pass makes several iterations, with three threads too.
 fn narrow() -> Mesh {
-    let mesh = shape("torus:600x16");
+    let mesh = shape("torus:1200x16");
     let ordered = Order::of(&mesh).mesh(Cow::Borrowed(&mesh)).into_owned();
     let problem = random_problem::<3>(&ordered, 0.02, 120);
     let start = start(&problem, 121);
@@ -155,9 +155,9 @@ fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
                 assert!(now.u.iter().all(|u| u.0[M - 1] == 0.0), "{name}: a closed region");
                 let differences =
                     now.u.iter().zip(before).map(|(&u, before)| (u - before).max_abs());
-                let (expected, rounding) =
-                    (problem.dual_bound(now.q), if T::DOUBLE { 0.0 } else { 1e-6 });
-                assert_within(bound, expected, 1e-12, problem.spread());
+                assert_within(bound, problem.dual_bound(now.q), 1e-12, problem.spread());
+                // Rows of single precision are divided by their sums, in which M entries were rounded.
+                let rounding = if T::DOUBLE { 0.0 } else { M as f64 * f64::from(f32::EPSILON) };
                 assert_within(change, differences.fold(0.0, f64::max), rounding, 1.0);
                 said.push((bound.to_bits(), change.to_bits()));
             }
