@@ -107,7 +107,8 @@ impl Layout {
         let cuts = ranges(faces.len().div_ceil(width));
         let seen = results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range| {
             let mut seen = Seen::nothing(count);
-            for i in range {
+            // Backwards: the first block of faces at a vertex is the last that is written.
+            for i in range.rev() {
                 let (mut begins, mut ends) = (count, 0);
                 for &j in &faces[i * width..faces.len().min((i + 1) * width)] {
                     let corners = &corners[j as usize];
@@ -116,11 +117,10 @@ impl Layout {
                     seen.from[ends] = seen.from[ends].min(begin as u32);
                     begins = begins.min(begin);
                     for &v in corners {
-                        let met = &mut seen.met[block(v as usize)];
-                        *met = (*met).min(i as u32);
+                        seen.met[block(v as usize)] = i as u32;
                     }
                 }
-                seen.due[ends] = i as u32 + 1;
+                seen.due[ends] = seen.due[ends].max(i as u32 + 1);
                 seen.until[begins] = seen.until[begins].max(ends as u32);
             }
             seen

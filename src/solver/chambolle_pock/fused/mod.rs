@@ -107,12 +107,11 @@ impl<T: Real, const M: usize> Fused<T, M> {
         });
         let parts: Vec<Part<T>> = results(windows, |window| {
             let mut part = Part::new(window, &layout, u.len(), M);
-            part.set_u(&|v| &u[v].0);
-            part.set_f(&|v| &problem.f[v].0, units);
-            part.set_weights(stencil.weights(), units);
-            part.set_steps(&method.steps, units);
+            part.set_u(&u);
+            part.set_f(&problem.f, units);
+            part.set_steps(&method.steps, stencil.weights(), units);
             if let (Some(q), Some(kq)) = (&q, &kq) {
-                part.set_q(&|j| q[j].0.each_ref().map(|row| &row.0[..]), &|v| &kq[v].0, units);
+                part.set_q(q, kq, units);
             }
             part
         });
@@ -178,7 +177,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
             self.unpack();
             let now = Iterate { u: &self.u, q: &self.q };
             if self.method.rebalance(problem, now) {
-                self.set_steps();
+                self.set_steps(problem);
             }
         }
     }
@@ -246,8 +245,8 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         self.lambda = problem.lambda;
         self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
         let units = self.units;
-        each(self.parts.iter_mut().collect(), &|part| part.set_f(&|v| &problem.f[v].0, units));
-        self.set_steps();
+        each(self.parts.iter_mut().collect(), &|part| part.set_f(&problem.f, units));
+        self.set_steps(problem);
     }
 }
 
@@ -280,9 +279,12 @@ impl<T: Real, const M: usize> Fused<T, M> {
         });
     }
 
-    fn set_steps(&mut self) {
+    fn set_steps<K: Operator>(&mut self, problem: &Problem<K, M>) {
+        let stencil = problem.k.stencil().expect("the engine was built from it");
         let Self { parts, units, method, .. } = self;
-        each(parts.iter_mut().collect(), &|part| part.set_steps(&method.steps, *units));
+        each(parts.iter_mut().collect(), &|part| {
+            part.set_steps(&method.steps, stencil.weights(), *units);
+        });
     }
 
     /// u in the order of the mesh, feasible in double precision too.

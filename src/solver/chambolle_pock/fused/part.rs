@@ -117,65 +117,52 @@ impl<T: Real> Part<T> {
         start * width..self.range.end.min(end * width)
     }
 
-    pub fn set_u<'a>(&mut self, u: &dyn Fn(usize) -> &'a [f64]) {
-        let (range, m) = (self.range.clone(), self.m);
+    pub fn set_u<const M: usize>(&mut self, u: &[Row<M>]) {
+        let range = self.range.clone();
         let (Numbers { u: buffer, tau, .. }, _, lanes) = self.numbers();
-        for (place, v) in range.clone().enumerate() {
-            put(buffer, lanes, place, u(v), 1.0);
+        for (place, u) in u[range.clone()].iter().enumerate() {
+            put(buffer, lanes, place, u.0, 1.0);
         }
         // What fills up a block stays where it is in every step, and so in the corner of the simplex.
         for place in range.len()..tau.len() {
-            buffer[lanes.first(place, m)] = T::from_f64(1.0);
+            buffer[lanes.first(place, M)] = T::from_f64(1.0);
         }
     }
 
-    pub fn set_f<'a>(&mut self, f: &dyn Fn(usize) -> &'a [f64], units: Units) {
+    pub fn set_f<const M: usize>(&mut self, f: &[Row<M>], units: Units) {
         let range = self.range.clone();
         let (numbers, _, lanes) = self.numbers();
-        for (place, v) in range.enumerate() {
-            put(numbers.f, lanes, place, f(v), units.q * units.k);
+        for (place, f) in f[range].iter().enumerate() {
+            put(numbers.f, lanes, place, f.0, units.q * units.k);
         }
     }
 
-    /// sigma and tau.
-    pub fn set_steps(&mut self, steps: &Steps, units: Units) {
+    /// tau, and sigma beside c1, c2, c3.
+    pub fn set_steps(&mut self, steps: &Steps, weights: &[[f64; 3]], units: Units) {
         let range = self.range.clone();
-        let (Numbers { tau, weights, .. }, window, lanes) = self.numbers();
-        for (place, v) in range.enumerate() {
-            put(tau, lanes, place, &[steps.tau[v]], 1.0 / (units.q * units.k));
+        let (numbers, window, lanes) = self.numbers();
+        for (place, &tau) in steps.tau[range].iter().enumerate() {
+            put(numbers.tau, lanes, place, [tau], 1.0 / (units.q * units.k));
         }
-        let unit = units.q / units.k;
         window.each_face(|i, j| {
-            weights[lanes.first(i, 4) + 3 * lanes.width()] = T::from_f64(steps.sigma[j] * unit);
+            let [c1, c2, c3] = weights[j].map(|c| c * units.k);
+            let sigma = steps.sigma[j] * (units.q / units.k);
+            put(numbers.weights, lanes, i, [c1, c2, c3, sigma], 1.0);
         });
     }
 
-    /// c1, c2, c3, before the steps are set.
-    pub fn set_weights(&mut self, weights: &[[f64; 3]], units: Units) {
+    /// q on every face, and K^T q at every vertex.
+    pub fn set_q<const M: usize>(&mut self, q: &[Tangent<M>], kq: &[Row<M>], units: Units) {
+        let range = self.range.clone();
         let (numbers, window, lanes) = self.numbers();
-        window.each_face(|i, j| {
-            let [c1, c2, c3] = weights[j];
-            put(numbers.weights, lanes, i, &[c1, c2, c3, 0.0], units.k);
-        });
-    }
-
-    /// The two rows of q on every face, and K^T q at every vertex.
-    pub fn set_q<'a>(
-        &mut self,
-        q: &dyn Fn(usize) -> [&'a [f64]; 2],
-        kq: &dyn Fn(usize) -> &'a [f64],
-        units: Units,
-    ) {
-        let (range, m) = (self.range.clone(), self.m);
-        let (numbers, window, lanes) = self.numbers();
-        for (place, v) in range.enumerate() {
-            put(numbers.kq, lanes, place, kq(v), units.q * units.k);
+        for (place, kq) in kq[range].iter().enumerate() {
+            put(numbers.kq, lanes, place, kq.0, units.q * units.k);
         }
         window.each_face(|i, j| {
-            let first = lanes.first(i, 2 * m);
-            for (axis, row) in q(j).into_iter().enumerate() {
-                for (p, &entry) in row.iter().enumerate() {
-                    let place = first + (axis * m + p) * lanes.width();
+            let first = lanes.first(i, 2 * M);
+            for (axis, row) in q[j].0.iter().enumerate() {
+                for (p, &entry) in row.0.iter().enumerate() {
+                    let place = first + (axis * M + p) * lanes.width();
                     numbers.q[place] = T::from_f64(entry * units.q);
                 }
             }
@@ -225,9 +212,15 @@ impl<T: Real> Part<T> {
 
 /// The entries of the i-th of many in units of their own, a block after the other.
 #[inline(always)]
-fn put<T: Real>(buffer: &mut [T], lanes: &Lanes, i: usize, entries: &[f64], unit: f64) {
-    let (first, width) = (lanes.first(i, entries.len()), lanes.width());
-    for (p, &entry) in entries.iter().enumerate() {
+fn put<T: Real, const N: usize>(
+    buffer: &mut [T],
+    lanes: &Lanes,
+    i: usize,
+    entries: [f64; N],
+    unit: f64,
+) {
+    let (first, width) = (lanes.first(i, N), lanes.width());
+    for (p, entry) in entries.into_iter().enumerate() {
         buffer[first + p * width] = T::from_f64(entry * unit);
     }
 }
