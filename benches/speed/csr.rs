@@ -1,6 +1,7 @@
 //! The other yardstick: the method as most people would write it, K and K^T in compressed sparse rows, products
 //! stored, each line of the method a parallel loop of its own. In either precision.
 
+use meshseg::operator::bounds::{diagonal_above, of_faces, row_bound};
 use meshseg::operator::{Matrix, Operator};
 use meshseg::problem::Problem;
 use rayon::prelude::*;
@@ -88,9 +89,8 @@ pub struct Csr<T, const M: usize> {
 impl<T: Float, const M: usize> Csr<T, M> {
     pub fn new(problem: &Problem<Matrix, M>) -> Self {
         let omega = STEP_RATIO * problem.lambda;
-        let sigma: Vec<f64> =
-            (0..problem.k.faces()).map(|j| omega / problem.k.face(j).row_bound().sqrt()).collect();
-        let tau = meshseg::operator::bounds::diagonal_above(&problem.k, |j| sigma[j]);
+        let sigma = of_faces(&problem.k, |columns| omega / row_bound(columns).sqrt());
+        let tau = diagonal_above(&problem.k, |j| sigma[j]);
         let rows = |row: &meshseg::field::Row<M>| row.0.map(T::of);
         let u: Vec<[T; M]> =
             problem.f.iter().map(|f| rows(&meshseg::field::Row::one_hot(f.argmin()))).collect();

@@ -2,6 +2,7 @@
 //! operators, rows or threads. The face loop scatters K^T q while q is still in registers.
 
 use meshseg::mesh::Mesh;
+use meshseg::operator::bounds::{diagonal_above, of_faces, row_bound};
 use meshseg::operator::{Operator, Stencil};
 use meshseg::problem::Problem;
 
@@ -27,9 +28,8 @@ impl HandFused {
     pub fn new(mesh: &Mesh, problem: &Problem<Stencil, 4>) -> Self {
         let omega = STEP_RATIO * problem.lambda;
         let faces = 0..problem.k.faces();
-        let sigma: Vec<f64> =
-            faces.clone().map(|j| omega / problem.k.face(j).row_bound().sqrt()).collect();
-        let tau = meshseg::operator::bounds::diagonal_above(&problem.k, |j| sigma[j])
+        let sigma = of_faces(&problem.k, |columns| omega / row_bound(columns).sqrt());
+        let tau = diagonal_above(&problem.k, |j| sigma[j])
             .into_iter()
             .map(f64::recip)
             .collect();

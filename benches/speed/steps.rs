@@ -93,8 +93,8 @@ fn sparse<T: Float, const M: usize>(
     });
 }
 
-/// The program looks after a multiple of so many steps, and the engine makes as many in one pass.
-const STEPS_AT_ONCE: u64 = 4;
+/// Most looks of the program lie so many steps apart, and the engine makes as many in one pass.
+const STEPS_AT_ONCE: u64 = 8;
 
 /// A solver of ours; every measurement begins anew, with a few steps to warm up. The last step lands, so that none
 /// is put off.

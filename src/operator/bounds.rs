@@ -9,36 +9,37 @@
 //! K^T diag(w) K is at most diag( sum_{j at k} w_j b_j |K_jk|^2 ), and for positive definite diagonal D
 //! this bounds lmax(D^-1 K^T diag(w) K). It is exact on a grid of right-angled isosceles triangles.
 
-use super::{Face, Operator};
-use crate::sweep::scatter;
+use super::Operator;
+use crate::sweep::{ranges, scatter, sweep_parts};
 
-impl Face {
-    /// l_j, squared units of length.
-    #[inline(always)]
-    pub fn row_bound(&self) -> f64 {
-        let [mut a, mut b, mut c] = [0.0; 3];
-        for [x, y] in self.columns {
-            a += x * x;
-            b += x * y;
-            c += y * y;
-        }
-        // Relative to the trace, so that no square leaves the range of numbers, however small or large the face is.
-        let trace = a + c;
-        let inverse = 1.0 / trace;
-        trace * largest_eigenvalue(1.0, (a - c) * inverse, b * inverse)
-    }
+/// K_j1, K_j2, K_j3.
+type Columns = [[f64; 2]; 3];
 
-    /// b_j, without unit.
-    #[inline(always)]
-    pub fn column_bound(&self) -> f64 {
-        let (mut difference, mut b) = (0.0, 0.0);
-        for [x, y] in self.columns {
-            let weight = 1.0 / squared([x, y]);
-            difference += weight * (x - y) * (x + y);
-            b += weight * x * y;
-        }
-        largest_eigenvalue(3.0, difference, b)
+/// l_j, squared units of length.
+#[inline(always)]
+pub fn row_bound(columns: Columns) -> f64 {
+    let [mut a, mut b, mut c] = [0.0; 3];
+    for [x, y] in columns {
+        a += x * x;
+        b += x * y;
+        c += y * y;
     }
+    // Relative to the trace, so that no square leaves the range of numbers, however small or large the face is.
+    let trace = a + c;
+    let inverse = 1.0 / trace;
+    trace * largest_eigenvalue(1.0, (a - c) * inverse, b * inverse)
+}
+
+/// b_j, without unit.
+#[inline(always)]
+pub fn column_bound(columns: Columns) -> f64 {
+    let (mut difference, mut b) = (0.0, 0.0);
+    for [x, y] in columns {
+        let weight = 1.0 / squared([x, y]);
+        difference += weight * (x - y) * (x + y);
+        b += weight * x * y;
+    }
+    largest_eigenvalue(3.0, difference, b)
 }
 
 /// Of the symmetric 2 x 2 matrix (a b; b c), from its trace, a - c and b.
@@ -53,8 +54,41 @@ pub fn squared([a, b]: [f64; 2]) -> f64 {
     a * a + b * b
 }
 
+/// Four roots or quotients in a vector take as long as one by itself.
+const SIDE_BY_SIDE: usize = 16;
+
+/// `bound(columns)` of every face.
+pub fn of_faces(k: &impl Operator, bound: impl Fn(Columns) -> f64 + Sync) -> Vec<f64> {
+    let mut bounds = vec![0.0; k.faces()];
+    sweep_parts(
+        &mut bounds,
+        &ranges(k.faces()),
+        #[inline(always)]
+        |first, bounds| {
+            for (block, bounds) in bounds.chunks_mut(SIDE_BY_SIDE).enumerate() {
+                let first = first + block * SIDE_BY_SIDE;
+                // [corner][axis][face]
+                let mut columns = [[[1.0; SIDE_BY_SIDE]; 2]; 3];
+                for i in 0..bounds.len() {
+                    for (columns, column) in columns.iter_mut().zip(k.face(first + i).columns) {
+                        (columns[0][i], columns[1][i]) = (column[0], column[1]);
+                    }
+                }
+                let mut found = [0.0; SIDE_BY_SIDE];
+                for (i, found) in found.iter_mut().enumerate() {
+                    let [a, b, c] = &columns;
+                    *found = bound([[a[0][i], a[1][i]], [b[0][i], b[1][i]], [c[0][i], c[1][i]]]);
+                }
+                bounds.copy_from_slice(&found[..bounds.len()]);
+            }
+        },
+    );
+    bounds
+}
+
 /// sum_{j at k} w_j b_j |K_jk|^2 for every vertex: a diagonal matrix above K^T diag(w) K.
 pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    let b = of_faces(k, column_bound);
     scatter(
         k.vertices(),
         k.faces(),
@@ -63,7 +97,7 @@ pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64 + Sync) -
         #[inline(always)]
         |j| {
             let face = k.face(j);
-            let scale = weight(j) * face.column_bound();
+            let scale = weight(j) * b[j];
             face.columns.map(|column| scale * squared(column))
         },
     )

@@ -35,7 +35,7 @@ use super::balance::{Balance, dual_scale};
 use super::{Description, Iterate, OptionDescription, Setup, Solver};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::operator::bounds::diagonal_above;
+use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
 use crate::operator::{Cholesky, GaussSeidel, Operator, normal_matrix};
 use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
@@ -192,7 +192,7 @@ impl<const M: usize> DouglasRachford<M> {
 
 /// d and s. A vertex without faces gets the least d of the others.
 fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
-    let local: Vec<f64> = (0..k.faces()).map(|j| 1.0 / k.face(j).row_bound().sqrt()).collect();
+    let local = of_faces(k, |columns| 1.0 / row_bound(columns).sqrt());
     let above = diagonal_above(k, |j| local[j]);
     let least = above.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
     let d = above.into_iter().map(|x| if x > 0.0 { x } else { least } / reach).collect();

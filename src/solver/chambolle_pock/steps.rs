@@ -10,7 +10,7 @@
 
 use crate::error::Result;
 use crate::operator::Operator;
-use crate::operator::bounds::diagonal_above;
+use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
 use crate::problem::Problem;
 use crate::solver::Options;
 use crate::solver::balance::dual_scale;
@@ -73,10 +73,10 @@ impl Steps {
 fn step_lengths<K: Operator>(k: &K, rule: Rule, omega: f64) -> (Vec<f64>, Vec<f64>) {
     let (sigma, inverse_tau): (Vec<f64>, Vec<f64>) = match rule {
         Rule::Local => {
-            let sigma = collect(
-                k.faces(),
+            let sigma = of_faces(
+                k,
                 #[inline(always)]
-                |j| omega / k.face(j).row_bound().sqrt(),
+                |columns| omega / row_bound(columns).sqrt(),
             );
             let inverse_tau = diagonal_above(
                 k,
