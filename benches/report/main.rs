@@ -51,7 +51,7 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
         page,
         "The limit is the triad's time for the bytes of a step: u and q read and written, f, steps, weights and \
          corners read, each once. The fused engine makes several steps in one pass and could be below. Steps of \
-         solvers are measured in eights, as the program makes them between most looks at the gap. Ratios above 1 are \
+         solvers are measured in eights, as the program makes them between early looks at the gap. Ratios above 1 are \
          times slower than the limit, and times faster than the loops fused by hand (double precision, baseline \
          instructions, one thread) or than sparse products of the same precision and number of threads, both on \
          the torus as it is numbered.\n"

@@ -29,10 +29,7 @@ impl HandFused {
         let omega = STEP_RATIO * problem.lambda;
         let faces = 0..problem.k.faces();
         let sigma = of_faces(&problem.k, |columns| omega / row_bound(columns).sqrt());
-        let tau = diagonal_above(&problem.k, |j| sigma[j])
-            .into_iter()
-            .map(f64::recip)
-            .collect();
+        let tau = diagonal_above(&problem.k, |j| sigma[j]).into_iter().map(f64::recip).collect();
         let weights = faces
             .map(|j| {
                 let [_, [c1, c2], [_, c3]] = problem.k.face(j).columns;

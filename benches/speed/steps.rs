@@ -93,7 +93,7 @@ fn sparse<T: Float, const M: usize>(
     });
 }
 
-/// Most looks of the program lie so many steps apart, and the engine makes as many in one pass.
+/// The engine makes up to so many in one pass, and the program as many between early looks at the gap.
 const STEPS_AT_ONCE: u64 = 8;
 
 /// A solver of ours; every measurement begins anew, with a few steps to warm up. The last step lands, so that none

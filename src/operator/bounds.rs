@@ -54,7 +54,7 @@ pub fn squared([a, b]: [f64; 2]) -> f64 {
     a * a + b * b
 }
 
-/// Four roots or quotients in a vector take as long as one by itself.
+/// Faces at a time, a few vectors of them: the roots and quotients of a vector take about as long as one.
 const SIDE_BY_SIDE: usize = 16;
 
 /// `bound(columns)` of every face.

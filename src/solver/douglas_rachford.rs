@@ -192,7 +192,11 @@ impl<const M: usize> DouglasRachford<M> {
 
 /// d and s. A vertex without faces gets the least d of the others.
 fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
-    let local = of_faces(k, |columns| 1.0 / row_bound(columns).sqrt());
+    let local = of_faces(
+        k,
+        #[inline(always)]
+        |columns| 1.0 / row_bound(columns).sqrt(),
+    );
     let above = diagonal_above(k, |j| local[j]);
     let least = above.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
     let d = above.into_iter().map(|x| if x > 0.0 { x } else { least } / reach).collect();

@@ -4,9 +4,10 @@ use nalgebra::{DMatrix, Matrix2, SymmetricEigen};
 use rand::RngExt;
 
 use crate::mesh::Mesh;
-use crate::operator::bounds::{column_bound, diagonal_above, row_bound, squared};
+use crate::operator::bounds::{column_bound, diagonal_above, of_faces, row_bound, squared};
 use crate::operator::{Matrix, Operator, Stencil};
 use crate::samples::{assert_within, needles, rng, shape, zoo};
+use crate::sweep::with_threads;
 
 /// sum_k weight_k g_k g_k^T as a matrix, and its largest eigenvalue by nalgebra.
 fn largest(columns: [[f64; 2]; 3], weight: impl Fn([f64; 2]) -> f64) -> f64 {
@@ -24,14 +25,25 @@ fn largest(columns: [[f64; 2]; 3], weight: impl Fn([f64; 2]) -> f64) -> f64 {
 fn face_bounds_are_the_eigenvalues() {
     for (_, mesh) in zoo() {
         let k = Stencil::new(&mesh);
+        let (l, b) = (of_faces(&k, row_bound), of_faces(&k, column_bound));
         for j in 0..k.faces() {
-            let face = k.face(j);
-            let row = largest(face.columns, |_| 1.0);
-            assert_within(row_bound(face.columns), row, 1e-13, row);
-            let column = largest(face.columns, |g| 1.0 / squared(g));
-            assert_within(column_bound(face.columns), column, 1e-13, column);
-            assert!((1.5 - 1e-13..=3.0 + 1e-13).contains(&column_bound(face.columns)));
+            let columns = k.face(j).columns;
+            let row = largest(columns, |_| 1.0);
+            assert_within(l[j], row, 1e-13, row);
+            let column = largest(columns, |g| 1.0 / squared(g));
+            assert_within(b[j], column, 1e-13, column);
+            assert!((1.5 - 1e-13..=3.0 + 1e-13).contains(&b[j]));
         }
+    }
+}
+
+/// Several ranges of faces, whose lengths are no multiple of what is computed side by side.
+#[test]
+fn bounds_are_where_their_faces_are() {
+    let k = Stencil::new(&shape("torus:41x33"));
+    let one_by_one: Vec<f64> = (0..k.faces()).map(|j| row_bound(k.face(j).columns)).collect();
+    for threads in [1, 3] {
+        assert_eq!(with_threads(Some(threads), || of_faces(&k, row_bound)).unwrap(), one_by_one);
     }
 }
 

@@ -142,7 +142,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 }
 
-/// How many iterations of a pass the cache holds. Most looks lie eight steps apart, all of them a multiple of four.
+/// How many iterations of a pass the cache holds. Looks lie four, eight or more steps apart, multiples of four unless
+/// the user asks for others.
 fn depth<T: Real, const M: usize>(layout: &Layout) -> usize {
     let vertex = 3 * M + 1 + 4 * groups(M);
     let face = 2 * 3 + 4 + 2 * M + 3 * 4 * groups(M);

@@ -35,6 +35,12 @@ pub struct Part<T> {
     pub change: f64,
 }
 
+/// Where u, K^T q, f and q come among the [`Numbers`].
+const U: usize = 2;
+const KQ: usize = 3;
+const F: usize = 4;
+const Q: usize = 7;
+
 /// All numbers of a part.
 pub struct Numbers<'a, T> {
     /// `[vertex][group]` in rows.
@@ -94,20 +100,20 @@ impl<T: Real> Part<T> {
     }
 
     pub fn u(&self) -> &[T] {
-        self.numbers.get(2)
+        self.numbers.get(U)
     }
 
     /// K^T q.
     pub fn kq(&self) -> &[T] {
-        self.numbers.get(3)
+        self.numbers.get(KQ)
     }
 
     pub fn f(&self) -> &[T] {
-        self.numbers.get(4)
+        self.numbers.get(F)
     }
 
     pub fn q(&self) -> &[T] {
-        self.numbers.get(7)
+        self.numbers.get(Q)
     }
 
     /// The vertices that this part owns.
