@@ -1,14 +1,26 @@
 //! What the manifests of experiments tell about the program: the commit, the compiler, the target.
 
 use std::env;
+use std::path::Path;
 use std::process::Command;
 
+/// What the program is made of.
+const SOURCES: [&str; 5] = ["src", "assets", "build.rs", "Cargo.toml", "Cargo.lock"];
+
 fn main() {
+    // Cargo would look at every file here otherwise, and results that a user leaves in the folder would rebuild all.
+    let git = ["HEAD", "refs", "packed-refs"]
+        .into_iter()
+        .filter_map(|path| said("git", &["rev-parse", "--git-path", path]));
+    for path in git.chain(SOURCES.map(String::from)) {
+        if Path::new(&path).exists() {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
     let tell = |key: &str, value: &str| println!("cargo::rustc-env=MESHSEG_{key}={value}");
     let commit = said("git", &["rev-parse", "HEAD"]);
-    let sources =
-        ["status", "--porcelain", "--", "src", "assets", "build.rs", "Cargo.toml", "Cargo.lock"];
-    let dirty = said("git", &sources).is_none_or(|changes| !changes.is_empty());
+    let status = [&["status", "--porcelain", "--"][..], &SOURCES].concat();
+    let dirty = said("git", &status).is_none_or(|changes| !changes.is_empty());
     tell("COMMIT", commit.as_deref().unwrap_or("unknown"));
     tell("DIRTY", if dirty { "true" } else { "false" });
     let rustc = env::var("RUSTC").expect("cargo names it");

@@ -239,7 +239,8 @@ fn show(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
         return Ok(());
     }
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
-    let mesh =
-        crate::Mesh { colors: Some(instance.looks.clone()), uv: None, ..instance.mesh.clone() };
+    let crate::Mesh { vertices, faces, .. } = instance.mesh.clone();
+    let colors = Some(instance.looks.clone());
+    let mesh = crate::Mesh { vertices, faces, colors, ..crate::Mesh::default() };
     io::write(&path, &mesh)
 }

@@ -8,6 +8,7 @@ pub mod curvature;
 pub mod geometry;
 mod incidence;
 pub mod io;
+mod materials;
 pub mod order;
 pub(crate) mod partition;
 pub mod shapes;
@@ -22,6 +23,7 @@ use nalgebra::{Point3, Vector3};
 use crate::sweep;
 
 pub use incidence::Incidence;
+pub use materials::{Material, Materials};
 pub use shapes::Shape;
 pub use source::{Source, source};
 pub use statistics::{BoundingBox, Statistics};
@@ -35,17 +37,22 @@ pub struct Mesh {
     pub vertices: Vec<Point3<f64>>,
     /// F triples of vertex indices, each below V.
     pub faces: Vec<[u32; 3]>,
-    /// RGB in [0, 1] per vertex, if the file has it.
+    /// RGB in [0, 1] per vertex, if the file has it; NaN where it has none.
     pub colors: Option<Vec<[f64; 3]>>,
-    /// Texture coordinates per face corner (so that seams split no vertex), v upwards, if the file has them.
+    /// RGB in [0, 1] per face, if the file has it; NaN where it has none.
+    pub face_colors: Option<Vec<[f64; 3]>>,
+    /// Texture coordinates per face corner (so that seams split no vertex), v upwards, if the file has them; NaN
+    /// at the corners that have none.
     pub uv: Option<Vec<[[f64; 2]; 3]>>,
+    /// What the faces are painted with, if the file says so.
+    pub materials: Option<Materials>,
 }
 
 impl Mesh {
     /// A bare mesh. Panics if a face refers to a vertex that is not there.
     pub fn new(vertices: Vec<Point3<f64>>, faces: Vec<[u32; 3]>) -> Self {
         assert!(faces.iter().flatten().all(|&k| (k as usize) < vertices.len()));
-        Mesh { vertices, faces, colors: None, uv: None }
+        Mesh { vertices, faces, ..Mesh::default() }
     }
 
     /// The corners x_{j,1}, x_{j,2}, x_{j,3} of face j.
@@ -98,12 +105,14 @@ impl Mesh {
             return (Cow::Borrowed(self), 0);
         }
         let mut mesh = self.clone();
-        let mut kept = keep.iter();
-        mesh.faces.retain(|_| *kept.next().unwrap());
-        if let Some(uv) = &mut mesh.uv {
+        fn retain<T>(keep: &[bool], faces: &mut Vec<T>) {
             let mut kept = keep.iter();
-            uv.retain(|_| *kept.next().unwrap());
+            faces.retain(|_| *kept.next().unwrap());
         }
+        retain(&keep, &mut mesh.faces);
+        mesh.face_colors.iter_mut().for_each(|colors| retain(&keep, colors));
+        mesh.uv.iter_mut().for_each(|uv| retain(&keep, uv));
+        mesh.materials.iter_mut().for_each(|materials| retain(&keep, &mut materials.of_faces));
         (Cow::Owned(mesh), dropped)
     }
 

@@ -69,7 +69,7 @@ impl Order {
             }
             None => (mesh.vertices.clone(), collect(order.len(), face)),
         };
-        Cow::Owned(Mesh { vertices, faces, colors: None, uv: None })
+        Cow::Owned(Mesh { vertices, faces, ..Mesh::default() })
     }
 
     /// The present number of each vertex in its new place, if any moves.

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 
 use nalgebra::center;
 
-use super::Mesh;
+use super::{Materials, Mesh};
 
 impl Mesh {
     /// The mesh with every face divided into four at the midpoints of its edges.
@@ -49,7 +49,15 @@ impl Mesh {
             };
             uv.iter().flat_map(divide).collect()
         });
-        Mesh { vertices, faces, colors, uv }
+        fn fourfold<T: Clone>(faces: &[T]) -> Vec<T> {
+            faces.iter().flat_map(|face| std::array::repeat::<T, 4>(face.clone())).collect()
+        }
+        let face_colors = self.face_colors.as_deref().map(fourfold);
+        let materials = self.materials.as_ref().map(|materials| Materials {
+            all: materials.all.clone(),
+            of_faces: fourfold(&materials.of_faces),
+        });
+        Mesh { vertices, faces, colors, face_colors, uv, materials }
     }
 }
 

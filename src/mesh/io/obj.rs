@@ -64,6 +64,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
         vertices,
         faces: faces.corners,
         uv,
+        ..Mesh::default()
     })
 }
 

@@ -134,6 +134,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
         colors: if layout.color { Some(normalize(path, colors)?) } else { None },
         vertices: positions,
         faces,
+        ..Mesh::default()
     })
 }
 

@@ -74,7 +74,13 @@ fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<
         (true, Some(uv)) => Some(uv_of_vertices(&faces.corners, &uv)),
         (true, None) => None,
     };
-    Ok(Mesh { vertices: vertices.positions, colors: vertices.colors, faces: faces.corners, uv })
+    Ok(Mesh {
+        vertices: vertices.positions,
+        colors: vertices.colors,
+        faces: faces.corners,
+        uv,
+        ..Mesh::default()
+    })
 }
 
 /// The elements that the rest of the file has.
