@@ -21,13 +21,14 @@ use crate::mesh::Mesh;
 use crate::mesh::coarsen::{Coarsening, Parents};
 use crate::mesh::geometry::frame;
 use crate::operator::Stencil;
-use crate::problem::{Problem, relative_gap};
+use crate::problem::{NEVER, Problem, relative_gap};
 use crate::prox::project_ball;
 use crate::regions;
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request};
-use crate::solver::{self, Setup};
-use crate::sweep::{collect, sum, sweep};
+use crate::solver::{self, Options, Setup};
+use crate::start::allowed;
+use crate::sweep::{self, collect, sweep};
 
 /// Meshes of so few vertices are not coarsened: solving them costs next to nothing.
 const COARSEST: usize = 1000;
@@ -87,11 +88,16 @@ pub struct Pair<const M: usize> {
 impl<'a> Hierarchy<'a> {
     /// Without levels where the mesh is small, or where nothing can be made coarser.
     pub fn new(finest: &'a Mesh) -> Self {
+        Hierarchy::down_to(finest, COARSEST)
+    }
+
+    /// The same, ending with the first level of at most so many vertices.
+    pub fn down_to(finest: &'a Mesh, vertices: usize) -> Self {
         let mut levels: Vec<Coarsening> = Vec::new();
         loop {
             let fine = levels.last().map_or(finest, |level| &level.mesh);
             let most = (LARGEST_SHARE * fine.vertices.len() as f64) as usize;
-            if fine.vertices.len() <= COARSEST {
+            if fine.vertices.len() <= vertices {
                 break;
             }
             let coarsening = fine.coarsened();
@@ -125,7 +131,7 @@ impl<'a> Hierarchy<'a> {
 
 /// A level is not solved beyond what its own coarseness is worth, nor the last digit that is asked for:
 /// 10 times the gap, but between these.
-const GAPS: [f64; 2] = [1e-4, 2e-3];
+const GAPS: [f64; 2] = [2.5e-4, 5e-3];
 
 /// Steps on a level at the most; on a quarter of the vertices they cost a quarter.
 const MOST_STEPS: u64 = 500;
@@ -144,9 +150,8 @@ pub fn stop(request: &Request, spent: Duration) -> Stop {
 /// Whether the cheapest region everywhere, with q = 0, is already as good as what is asked for. What comes up
 /// from coarse levels could then only be worse: where all costs are zero, by rounding.
 pub fn is_certified<const M: usize>(problem: &Problem<Stencil, M>, request: &Request) -> bool {
-    let cheapest = cheapest(&problem.f);
-    let bound = sum(problem.f.len(), |v| problem.f[v].min());
-    let gap = relative_gap(problem.energy(&cheapest), bound, problem.scale());
+    let energy = problem.energy(&cheapest(&problem.f));
+    let gap = relative_gap(energy, 0.0, problem.rounding());
     request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
 }
 
@@ -180,7 +185,10 @@ pub fn start<const M: usize>(
         let f = std::mem::take(&mut costs[l]);
         let problem = Problem::new(Stencil::new(mesh), f, request.lambda);
         let (start, dual_start) = match pair {
-            Some(Pair { u, q }) => (u, Some(q)),
+            Some(Pair { mut u, q }) => {
+                without_forbidden(&mut u, &problem.f);
+                (u, Some(q))
+            }
             None => (cheapest(&problem.f), None),
         };
         let mut run = Run::new(&start);
@@ -191,8 +199,65 @@ pub fn start<const M: usize>(
         levels.push(LevelRecord::of(mesh, run.iterations()));
         Ok(reached(solver.iterate(), status))
     })?;
+    let pair = pair.map(|Pair { mut u, q }| {
+        without_forbidden(&mut u, &problem.f);
+        Pair { u, q }
+    });
     let record = Record { spent: begin.elapsed(), levels };
     Ok(Beginning { pair, record })
+}
+
+/// P u may give to labels that a finer vertex forbids.
+fn without_forbidden<const M: usize>(u: &mut [Row<M>], f: &[Row<M>]) {
+    sweep((u, f), |_, (u, f)| *u = allowed(*u, f));
+}
+
+/// Of the mesh on which [`separating`] looks.
+const MOST_VERTICES: usize = 4000;
+
+/// Lambdas that are tried at the most.
+const TRIED: i32 = 14;
+
+/// The first of lambda / 2, lambda / 4, ... for which regions that should be used are, on a coarse mesh; none if all of
+/// them fail.
+pub fn separating<const M: usize>(
+    finest: &Mesh,
+    problem: &Problem<Stencil, M>,
+    m: usize,
+    wanted: &[usize],
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Option<f64>> {
+    let hierarchy = Hierarchy::down_to(finest, MOST_VERTICES);
+    let mut f = sweep::copy(&problem.f);
+    for level in &hierarchy.levels {
+        f = restrict(level, &f);
+        regions::close_from(m, &mut f);
+    }
+    let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
+    let mut coarse = Problem::new(Stencil::new(mesh), f, problem.lambda);
+    for i in 1..=TRIED {
+        coarse.lambda = problem.lambda * 0.5_f64.powi(i);
+        let start = cheapest(&coarse.f);
+        let mut run = Run::new(&start);
+        let options = &Options::default();
+        let setup = Setup { mesh, problem: &coarse, start, dual_start: None, options };
+        let mut solver = solver::build(solver::DEFAULT, setup)?;
+        let stop = Stop {
+            relative_gap: Some(GAPS[1]),
+            iterations: Some(MOST_STEPS),
+            ..request.stop.clone()
+        };
+        let status = run.advance(&mut *solver, &coarse, &stop, &mut |_| observe(None));
+        if status == Status::Interrupted {
+            return Ok(None);
+        }
+        let u = run.best_u();
+        if wanted.iter().all(|&p| u.iter().any(|u| u.argmax() == p)) {
+            return Ok(Some(coarse.lambda));
+        }
+    }
+    Ok(None)
 }
 
 /// What a level ends with, if that is made of numbers.
@@ -200,12 +265,23 @@ pub fn reached<const M: usize>(iterate: solver::Iterate<'_, M>, status: Status) 
     (status != Status::Diverged).then(|| Pair { u: iterate.u.to_vec(), q: iterate.q.to_vec() })
 }
 
-/// P^T f.
+/// P^T f. A label is forbidden at a coarse vertex if all that it stands for forbid it; those who do among others count
+/// with the dearest of what they allow.
 pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>> {
-    let mut coarse = vec![Row::ZERO; level.mesh.vertices.len()];
-    for (parents, &f) in level.parents.iter().zip(f) {
+    let n = level.mesh.vertices.len();
+    let (mut coarse, mut allowed) = (vec![Row::<M>::ZERO; n], vec![[false; M]; n]);
+    for (parents, f) in level.parents.iter().zip(f) {
+        let dearest = Row::<M>::from_fn(|p| if f.0[p] == NEVER { f.min() } else { f.0[p] }).max();
+        let finite = Row::from_fn(|p| if f.0[p] == NEVER { dearest } else { f.0[p] });
         for (&c, w) in parents.corners.iter().zip(parents.weights) {
-            coarse[c as usize] += f * w;
+            coarse[c as usize] += finite * w;
+            let open = &mut allowed[c as usize];
+            (0..M).for_each(|p| open[p] |= w > 0.0 && f.0[p] < NEVER);
+        }
+    }
+    for (coarse, allowed) in coarse.iter_mut().zip(&allowed) {
+        if allowed.contains(&true) {
+            *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { NEVER });
         }
     }
     coarse

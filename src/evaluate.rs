@@ -1,16 +1,22 @@
 //! The energies and the certificate of any U, whoever computed it.
 
-use ndarray::Array2;
+use std::borrow::Cow;
+
+use ndarray::{Array2, Axis};
 use serde::Serialize;
 
+use crate::certificate;
+use crate::costs;
 use crate::error::{Error, Result};
-use crate::field::{Row, Tangent};
+use crate::field::Row;
 use crate::mesh::Mesh;
-use crate::operator::{Mass, Operator, Stencil};
-use crate::problem::{Problem, Smoothing, SmoothingMode, relative_gap, rounded};
+use crate::mesh::order::Order;
+use crate::operator::{Mass, Stencil};
+use crate::problem::{NEVER, Problem, Smoothing, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};
-use crate::solve::{check_range, integrate, model_mesh};
-use crate::sweep::sweep;
+use crate::run::Certificate;
+use crate::solve::{Observer, check_range, integrate, model_mesh};
+use crate::start::Start;
 
 /// How far entries may leave the simplex and still count as rounding.
 const FEASIBLE: f64 = 1e-9;
@@ -29,16 +35,23 @@ pub struct Evaluation {
     pub total_variation: f64,
     /// E_eps(U), if an eps was given.
     pub smoothed_energy: Option<f64>,
-    /// D(q), q_j = lambda (K U)_j / sqrt(|(K U)_j|^2 + eps_j^2): no labels have less energy.
+    /// D: no labels have less energy.
     pub dual_bound: f64,
-    /// None if U is infeasible: its energy is then no upper bound.
+    /// Where the bound comes from.
+    pub certificate: Certificate,
+    /// B, see `problem.rs`: relative gaps are measured from here.
+    pub baseline: f64,
+    /// E - D; none if U is infeasible: its energy is then no upper bound.
     pub gap: Option<f64>,
+    /// (E - D) / (E - B).
     pub relative_gap: Option<f64>,
+    /// R, of the one-hot rows of argmax_p u_kp.
     pub rounded_energy: f64,
+    /// (R - D) / (D - B), see [`crate::solve::Summary`].
     pub rounded_relative_gap: f64,
-    /// The eps of the bound, and of E_eps if that was asked for.
-    pub epsilon: f64,
-    pub epsilon_mode: &'static str,
+    /// Of E_eps, if that was asked for.
+    pub epsilon: Option<f64>,
+    pub epsilon_mode: Option<&'static str>,
     /// Whether every row of U is in the simplex to 1e-9; if not, the gap is none.
     pub feasible: bool,
     pub largest_row_sum_error: f64,
@@ -46,17 +59,29 @@ pub struct Evaluation {
     pub warnings: Vec<String>,
 }
 
-/// Scores U (V x m) for pointwise costs s (V x m). Without an eps the bound takes one from the mesh.
+/// What is asked besides mesh, costs and U.
+#[derive(Clone, Copy, Debug)]
+pub struct Question<'a> {
+    pub lambda: f64,
+    pub mass: Mass,
+    /// Of E_eps.
+    pub smoothing: Option<Smoothing>,
+    /// A dual field that bounds the energies, 2F x m as [`crate::solve::Solution::q`]; without one, so many steps of
+    /// our own find one.
+    pub q: Option<&'a Array2<f64>>,
+    pub dual_steps: u64,
+}
+
+/// Scores U (V x m) for pointwise costs s (V x m, see [`costs`]). `observe` is told of the steps to a bound.
 ///
 /// # Errors
-/// Shapes that do not fit each other; a mesh without area; lambda negative or not finite.
+/// Shapes that do not fit each other; a mesh without area; lambda negative or not finite; labels that are forbidden.
 pub fn evaluate(
     mesh: &Mesh,
     s: &Array2<f64>,
     u: &Array2<f64>,
-    lambda: f64,
-    mass: Mass,
-    smoothing: Option<Smoothing>,
+    question: Question<'_>,
+    observe: Observer<'_>,
 ) -> Result<Evaluation> {
     regions::check(s.ncols())?;
     if u.dim() != s.dim() {
@@ -68,42 +93,96 @@ pub fn evaluate(
             s.ncols()
         )));
     }
-    crate::solve::check_lambda(lambda)?;
+    crate::solve::check_lambda(question.lambda)?;
     crate::solve::check_rows("costs", s.nrows(), mesh)?;
-    crate::solve::check_finite("costs", s)?;
     crate::solve::check_finite("entries of U", u)?;
-    let (model, warnings) = model_mesh(mesh)?;
-    let mut evaluation =
-        with_regions!(s.ncols(), evaluate_compiled(&model, s, u, lambda, mass, smoothing))?;
+    let (s, mut warnings) = costs::checked(s, question.mass)?;
+    let (model, left_out) = model_mesh(mesh)?;
+    warnings.extend(left_out);
+    let q = question.q.map(|q| of_model(mesh, &model, q, s.ncols())).transpose()?;
+    let mut evaluation = with_regions!(
+        s.ncols(),
+        evaluate_compiled(&model, &s, u, q.as_deref(), question, observe)
+    )?;
     evaluation.faces = mesh.faces.len();
     evaluation.warnings = warnings;
     Ok(evaluation)
+}
+
+/// The rows of q in the faces that have an area.
+fn of_model<'a>(
+    mesh: &Mesh,
+    model: &Mesh,
+    q: &'a Array2<f64>,
+    m: usize,
+) -> Result<Cow<'a, Array2<f64>>> {
+    if q.dim() != (2 * mesh.faces.len(), m) {
+        return Err(Error::unsuitable(format!(
+            "q has {} x {} entries, not two rows for each of the {} faces and {m} columns",
+            q.nrows(),
+            q.ncols(),
+            mesh.faces.len()
+        )));
+    }
+    crate::solve::check_finite("entries of q", q)?;
+    if model.faces.len() == mesh.faces.len() {
+        return Ok(Cow::Borrowed(q));
+    }
+    let rows: Vec<usize> = (0..mesh.faces.len())
+        .filter(|&j| !mesh.is_degenerate(j))
+        .flat_map(|j| [2 * j, 2 * j + 1])
+        .collect();
+    Ok(Cow::Owned(q.select(Axis(0), &rows)))
 }
 
 fn evaluate_compiled<const M: usize>(
     model: &Mesh,
     s: &Array2<f64>,
     u: &Array2<f64>,
-    lambda: f64,
-    mass: Mass,
-    smoothing: Option<Smoothing>,
+    q: Option<&Array2<f64>>,
+    question: Question<'_>,
+    observe: Observer<'_>,
 ) -> Result<Evaluation> {
+    let Question { lambda, mass, smoothing, dual_steps, .. } = question;
     let m = s.ncols();
     let f = integrate(&mass.on(model), m, &regions::rows::<M>(s.view()));
     let problem = Problem::new(Stencil::new(model), f, lambda);
     check_range(&problem)?;
-    let u: Vec<Row<M>> = regions::rows(u.view());
+    let given: Vec<Row<M>> = regions::rows(u.view());
+    let u = without_forbidden(&problem, m, &given)?;
 
-    let (bounding, dual_bound) = bound(&problem, &u, smoothing);
+    let on_simplex = || {
+        let given = regions::array(&u, m);
+        Start::Given(given).rows::<M>(m, &problem.f, &Order::as_it_is())
+    };
+    let mut bounds = Vec::new();
+    match q {
+        Some(q) => {
+            let q = regions::tangents(q.view());
+            bounds.push((certificate::offered(&problem, q), Certificate::Offered));
+        }
+        None => {
+            let steps = certificate::steps(model, &problem, &on_simplex(), dual_steps, observe)?;
+            bounds.push((steps, Certificate::Steps));
+        }
+    }
+    if let Some(smoothing) = smoothing {
+        bounds.push((certificate::smoothed(&problem, &u, smoothing), Certificate::Smoothed));
+    }
+    let (bound, certificate) =
+        bounds.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one");
+    // q = 0 gives B.
+    let bound = bound.max(0.0);
+
+    let (baseline, rounding) = (problem.baseline, problem.rounding());
     let data_term = problem.data_term(&u);
     let total_variation = problem.total_variation(&u);
     let energy = data_term + lambda * total_variation;
     let rounded_energy = problem.energy(&rounded(&u));
-    let scale = problem.scale();
     let largest_row_sum_error =
-        u.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs()).fold(0.0, f64::max);
+        given.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs()).fold(0.0, f64::max);
     let smallest_entry =
-        u.iter().flat_map(|row| &row.0[..m]).copied().fold(f64::INFINITY, f64::min);
+        given.iter().flat_map(|row| &row.0[..m]).copied().fold(f64::INFINITY, f64::min);
     let feasible = largest_row_sum_error <= FEASIBLE && smallest_entry >= -FEASIBLE;
     Ok(Evaluation {
         vertices: model.vertices.len(),
@@ -112,17 +191,20 @@ fn evaluate_compiled<const M: usize>(
         lambda,
         mass: mass.name(),
         area: model.area(),
-        energy,
-        data_term,
+        energy: baseline + energy,
+        data_term: baseline + data_term,
         total_variation,
-        smoothed_energy: smoothing.map(|smoothing| problem.smoothed_energy(&u, smoothing)),
-        dual_bound,
-        gap: feasible.then_some(energy - dual_bound),
-        relative_gap: feasible.then(|| relative_gap(energy, dual_bound, scale)),
-        rounded_energy,
-        rounded_relative_gap: relative_gap(rounded_energy, dual_bound, scale),
-        epsilon: bounding.epsilon,
-        epsilon_mode: bounding.mode.name(),
+        smoothed_energy: smoothing
+            .map(|smoothing| baseline + problem.smoothed_energy(&u, smoothing)),
+        dual_bound: baseline + bound,
+        certificate,
+        baseline,
+        gap: feasible.then_some(energy - bound),
+        relative_gap: feasible.then(|| relative_gap(energy, bound, rounding)),
+        rounded_energy: baseline + rounded_energy,
+        rounded_relative_gap: label_gap(rounded_energy, bound, rounding),
+        epsilon: smoothing.map(|smoothing| smoothing.epsilon),
+        epsilon_mode: smoothing.map(|smoothing| smoothing.mode.name()),
         feasible,
         largest_row_sum_error,
         smallest_entry,
@@ -130,27 +212,21 @@ fn evaluate_compiled<const M: usize>(
     })
 }
 
-/// Each eps gives a true bound; without one given, the best of a ladder from the default down.
-const LADDER: [f64; 6] = [1.0, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10];
-
-fn bound<const M: usize>(
+/// U without what is within rounding of zero where the costs forbid a label.
+fn without_forbidden<const M: usize>(
     problem: &Problem<Stencil, M>,
+    m: usize,
     u: &[Row<M>],
-    given: Option<Smoothing>,
-) -> (Smoothing, f64) {
-    let Problem { k, lambda, .. } = problem;
-    let mut q = vec![Tangent::ZERO; k.faces()];
-    let mut at = |smoothing: Smoothing| {
-        sweep(&mut q[..], |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
-        (smoothing, problem.dual_bound(&q))
-    };
-    if let Some(smoothing) = given {
-        return at(smoothing);
+) -> Result<Vec<Row<M>>> {
+    let forbidden = |v: usize, p: usize| problem.f[v].0[p] == NEVER;
+    for (v, row) in u.iter().enumerate() {
+        if let Some(p) = (0..m).find(|&p| forbidden(v, p) && row.0[p].abs() > FEASIBLE) {
+            return Err(Error::unsuitable(format!(
+                "U has {} in row {v}, column {p}, which the costs forbid (+inf)",
+                row.0[p]
+            )));
+        }
     }
-    let default = Smoothing::default_for(k, SmoothingMode::Intrinsic);
-    LADDER
-        .map(|share| at(Smoothing { epsilon: share * default.epsilon, ..default }))
-        .into_iter()
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .expect("the ladder has steps")
+    let allowed = |v: usize| Row::from_fn(|p| if forbidden(v, p) { 0.0 } else { u[v].0[p] });
+    Ok((0..u.len()).map(allowed).collect())
 }

@@ -21,8 +21,10 @@
 //! One convex problem: [`solve::solve`]. Data to regions: [`segment::segment`]. Any U, scored:
 //! [`evaluate::evaluate`]. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
 
+pub mod certificate;
 pub mod coarse;
 mod constant;
+pub mod costs;
 pub mod data;
 pub mod error;
 pub mod evaluate;
@@ -40,6 +42,7 @@ pub mod outcome;
 pub mod problem;
 pub mod prox;
 pub mod regions;
+pub mod remarks;
 pub mod render;
 pub mod run;
 #[cfg(test)]

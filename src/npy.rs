@@ -14,7 +14,8 @@ use crate::file;
 /// A well-formed header has a handful; a parser need not recurse further.
 const MOST_BRACKETS: usize = 16;
 
-/// A V x m array of float64 or float32, in C or Fortran order, every entry finite.
+/// A V x m array of numbers of any kind (floats of 16 to 64 bits, integers, bool; either endianness), in C or Fortran
+/// order, every entry finite.
 ///
 /// # Errors
 /// The file cannot be read, is cut off, has another type or shape, or an entry that is not finite.
@@ -67,7 +68,7 @@ pub(crate) fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
     Ok(String::from_utf8_lossy(text).trim_end_matches('\0').to_owned())
 }
 
-/// Data at vertices: V or V x d, float64 or float32 as they are, uint8 divided by 255.
+/// Data at vertices: V or V x d, numbers of any kind as they are, but uint8 divided by 255; NaN where nothing is known.
 ///
 /// # Errors
 /// As [`read_matrix`].
@@ -88,7 +89,15 @@ pub fn read_data(path: &Path) -> Result<Array2<f64>> {
     if data.ncols() == 0 {
         return Err(Error::malformed(path, "has no columns"));
     }
-    finite(path, data)
+    match data.indexed_iter().find(|(_, x)| x.is_infinite()) {
+        None => Ok(data),
+        Some(((row, column), x)) => Err(Error::malformed(
+            path,
+            format!(
+                "the entry in row {row}, column {column} is {x}: data are finite numbers, or NaN where nothing is known"
+            ),
+        )),
+    }
 }
 
 /// One uint8 per vertex.
@@ -145,13 +154,15 @@ impl Header {
         let text = std::str::from_utf8(&bytes[start..end])
             .map_err(|_| malformed("has a header that is no text"))?;
         if text.matches(['(', '[', '{']).count() > MOST_BRACKETS {
-            return Err(malformed("does not hold plain numbers; float64 or float32 is needed"));
+            return Err(malformed(
+                "does not hold plain numbers; convert it with numpy's astype(float)",
+            ));
         }
         let element = after(text, "descr")
             .and_then(|rest| rest.trim_start().strip_prefix(['\'', '"']))
             .and_then(|rest| rest.split(['\'', '"']).next())
             .ok_or_else(|| {
-                malformed("does not hold plain numbers; float64 or float32 is needed")
+                malformed("does not hold plain numbers; convert it with numpy's astype(float)")
             })?;
         let shape = after(text, "shape")
             .and_then(|rest| rest.trim_start().strip_prefix('('))
@@ -205,7 +216,7 @@ impl Header {
         Error::malformed(
             path,
             format!(
-                "holds {}, not float64 or float32; convert it with numpy's astype",
+                "holds {}, not plain numbers; convert it with numpy's astype(float)",
                 self.element.escape_debug()
             ),
         )
@@ -216,11 +227,27 @@ impl Header {
         path: &Path,
         bytes: &[u8],
     ) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
-        match self.element.as_str() {
-            "<f8" | ">f8" => parse::<f64, D>(path, bytes),
-            "<f4" | ">f4" => Ok(parse::<f32, D>(path, bytes)?.mapv(f64::from)),
-            _ => Err(self.wrong_type(path)),
-        }
+        let kind = self.element.get(1..).unwrap_or_default();
+        Ok(match kind {
+            "f8" => parse::<f64, D>(path, bytes)?,
+            "f4" => parse::<f32, D>(path, bytes)?.mapv(f64::from),
+            "f2" => {
+                let at = bytes.windows(3).position(|three| three == b"f2'" || three == b"f2\"");
+                let mut bits = bytes.to_vec();
+                bits[at.expect("the header names the type")] = b'u';
+                parse::<u16, D>(path, &bits)?.mapv(|bits| half::f16::from_bits(bits).to_f64())
+            }
+            "i1" => parse::<i8, D>(path, bytes)?.mapv(f64::from),
+            "i2" => parse::<i16, D>(path, bytes)?.mapv(f64::from),
+            "i4" => parse::<i32, D>(path, bytes)?.mapv(f64::from),
+            "i8" => parse::<i64, D>(path, bytes)?.mapv(|x| x as f64),
+            "u1" => parse::<u8, D>(path, bytes)?.mapv(f64::from),
+            "u2" => parse::<u16, D>(path, bytes)?.mapv(f64::from),
+            "u4" => parse::<u32, D>(path, bytes)?.mapv(f64::from),
+            "u8" => parse::<u64, D>(path, bytes)?.mapv(|x| x as f64),
+            "b1" => parse::<bool, D>(path, bytes)?.mapv(|x| f64::from(u8::from(x))),
+            _ => return Err(self.wrong_type(path)),
+        })
     }
 }
 
@@ -283,6 +310,51 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_all_kinds_are_numbers() {
+        fn read<A: WritableElement>(numbers: [A; 2]) -> [f64; 2] {
+            let (_folder, path) =
+                written("s.npy", &npy(&Array::from(Vec::from(numbers)).insert_axis(Axis(0))));
+            let array = read_matrix(&path).unwrap();
+            [array[[0, 0]], array[[0, 1]]]
+        }
+        assert_eq!(read([-7i8, 3]), [-7.0, 3.0]);
+        assert_eq!(read([-700i16, 3]), [-700.0, 3.0]);
+        assert_eq!(read([-70_000i32, 3]), [-70_000.0, 3.0]);
+        assert_eq!(read([-(1i64 << 40), 3]), [-((1u64 << 40) as f64), 3.0]);
+        assert_eq!(read([200u8, 3]), [200.0, 3.0]);
+        assert_eq!(read([60_000u16, 3]), [60_000.0, 3.0]);
+        assert_eq!(read([4_000_000_000u32, 3]), [4e9, 3.0]);
+        assert_eq!(read([1u64 << 40, 3]), [(1u64 << 40) as f64, 3.0]);
+        assert_eq!(read([true, false]), [1.0, 0.0]);
+        assert_eq!(read([0.1f32, 3.0]), [f64::from(0.1f32), 3.0]);
+        // 1.5 and -2^-14, as halves.
+        let mut halves = npy(&array![[0x3e00u16, 0x8400]]);
+        let at = halves.windows(2).position(|two| two == b"u2").unwrap();
+        halves[at] = b'f';
+        let (_folder, path) = written("s.npy", &halves);
+        assert_eq!(read_matrix(&path).unwrap(), array![[1.5, -(0.5f64.powi(14))]]);
+    }
+
+    #[test]
+    fn big_endian_numbers_read_equal() {
+        let mut bytes = npy(&array![[1.5f64, -2.0]]);
+        let at = bytes.windows(3).position(|three| three == b"<f8").unwrap();
+        bytes[at] = b'>';
+        let start = bytes.len() - 16;
+        bytes[start..].chunks_mut(8).for_each(<[u8]>::reverse);
+        let (_folder, path) = written("s.npy", &bytes);
+        assert_eq!(read_matrix(&path).unwrap(), array![[1.5, -2.0]]);
+    }
+
+    #[test]
+    fn unknown_data_are_nan_and_infinite_ones_refused() {
+        let (_folder, path) = written("c.npy", &npy(&array![1.0, f64::NAN]));
+        assert!(read_data(&path).unwrap()[[1, 0]].is_nan());
+        let (_folder, path) = written("c.npy", &npy(&array![1.0, f64::INFINITY]));
+        assert!(read_data(&path).unwrap_err().to_string().contains("row 1, column 0"));
+    }
+
+    #[test]
     fn data_may_have_one_axis_or_bytes() {
         let (_folder, path) = written("c.npy", &npy(&array![0u8, 51, 255]));
         assert_eq!(read_data(&path).unwrap(), array![[0.0], [0.2], [1.0]]);
@@ -303,13 +375,13 @@ mod tests {
         bad.push([good.as_slice(), b"x"].concat());
         bad.push(replaced(b"(2, 2)", b"(9, 9)"));
         bad.push(replaced(b"(2, 2)", b"(9999)"));
-        bad.push(replaced(b"<f8", b"<i8"));
         bad.push(replaced(b"<f8", b"|O8"));
         bad.push(replaced(b"'<f8'", b"[[[[["));
         bad.push(npy(&array![1.0, 2.0]));
         bad.push(npy(&array![[1.0, f64::NAN]]));
         bad.push(npy(&array![[1.0, f64::INFINITY]]));
-        bad.push(npy(&array![[1i32, 2]]));
+        bad.push(replaced(b"<f8", b"<c8"));
+        bad.push(replaced(b"<f8", b"<U2"));
         bad.push(b"\x93NUMPY\x02\x00\xff\xff\xff\xff{".to_vec());
         bad.push(vec![b'('; 100_000]);
         for bytes in bad {

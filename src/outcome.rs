@@ -32,10 +32,12 @@ pub fn write(
     mesh: &Mesh,
     looks: &Looks,
 ) -> Result<()> {
-    let drawn = folder.join("preview.png");
     file::write_folder(folder, |folder| {
         let arrays = || {
             npy::write(&folder.join("u.npy"), &solution.u)?;
+            if let Some(q) = &solution.q {
+                npy::write(&folder.join("q.npy"), q)?;
+            }
             npy::write(&folder.join("labels.npy"), &solution.labels)
         };
         let labels: Vec<u8> = solution.labels.iter().map(|&label| label as u8).collect();
@@ -59,14 +61,18 @@ pub fn write(
             out.write_all(b"\n")
         })
     })?;
-    // The picture of an earlier run does not show this one.
-    if looks.data.is_some() {
-        return Ok(());
+    // What an earlier run drew or saved does not belong to this one.
+    let made = [("preview.png", looks.data.is_some()), ("q.npy", solution.q.is_some())];
+    for (name, _) in made.into_iter().filter(|(_, made)| !made) {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                return Err(Error::io(&path, error));
+            }
+            _ => {}
+        }
     }
-    match std::fs::remove_file(&drawn) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Error::io(&drawn, error)),
-        _ => Ok(()),
-    }
+    Ok(())
 }
 
 pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {

@@ -7,11 +7,15 @@
 //! ```
 //!
 //! D(q) <= E* <= E(U) for every feasible pair. Delaunoy et al., ICCV 2009, equations (7) and (9).
+//!
+//! No labels cost less than B = sum_k min_p f_kp, and a constant that is added to all costs of a vertex changes B
+//! alone. A problem therefore keeps f_k - min_p f_kp and B apart: its energies and bounds are E - B and D - B,
+//! `relative_gap` is (E - D) / (E - B), and nothing that is decided or claimed depends on such a constant.
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::sweep::{collect, sum, sum_blocks};
+use crate::sweep::{collect, sum, sum_blocks, sweep};
 
 /// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
 /// no number to multiply by zero; u is exactly zero there from the start to the end.
@@ -19,21 +23,50 @@ pub const NEVER: f64 = 1e300;
 
 pub struct Problem<K, const M: usize> {
     pub k: K,
-    /// Integrated costs, one row per vertex.
+    /// Integrated costs above the least of their row, one row per vertex.
     pub f: Vec<Row<M>>,
+    /// B, the sum of these least costs: all energies and bounds below are measured from here.
+    pub baseline: f64,
     /// Weight of the total variation, in units of cost times length; not negative.
     pub lambda: f64,
+    /// The sum of the lengths of all columns K_jk: no K^T q is larger than lambda times this.
+    columns: f64,
 }
 
 impl<K: Operator, const M: usize> Problem<K, M> {
-    /// Panics if the sizes do not fit or lambda is negative or not finite.
+    /// For integrated costs f. Panics if the sizes do not fit or lambda is negative or not finite.
     pub fn new(k: K, f: Vec<Row<M>>, lambda: f64) -> Self {
-        assert_eq!(f.len(), k.vertices());
         assert!(lambda >= 0.0 && lambda.is_finite());
-        Problem { k, f, lambda }
+        let columns = sum(
+            k.faces(),
+            #[inline(always)]
+            |j| k.face(j).columns.iter().map(|[x, y]| x.abs() + y.abs()).sum(),
+        );
+        let mut problem = Problem { k, f: Vec::new(), baseline: 0.0, lambda, columns };
+        problem.set_costs(f);
+        problem
     }
 
-    /// sum_k <u_k, f_k>.
+    /// Other integrated costs take the place of f.
+    pub fn set_costs(&mut self, mut f: Vec<Row<M>>) {
+        assert_eq!(f.len(), self.k.vertices());
+        self.baseline = sum(
+            f.len(),
+            #[inline(always)]
+            |v| f[v].min(),
+        );
+        sweep(
+            &mut f[..],
+            #[inline(always)]
+            |_, f| {
+                let least = f.min();
+                *f = Row::from_fn(|p| if f.0[p] == NEVER { NEVER } else { f.0[p] - least });
+            },
+        );
+        self.f = f;
+    }
+
+    /// sum_k <u_k, f_k> - B.
     pub fn data_term(&self, u: &[Row<M>]) -> f64 {
         sum(
             u.len(),
@@ -51,12 +84,12 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         )
     }
 
-    /// E(U).
+    /// E(U) - B.
     pub fn energy(&self, u: &[Row<M>]) -> f64 {
         self.data_term(u) + self.lambda * self.total_variation(u)
     }
 
-    /// E_eps(U).
+    /// E_eps(U) - B.
     pub fn smoothed_energy(&self, u: &[Row<M>], smoothing: Smoothing) -> f64 {
         let variation = sum(
             self.k.faces(),
@@ -66,21 +99,12 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         self.data_term(u) + self.lambda * variation
     }
 
-    /// D(q); a lower bound of every energy if |q_j| <= lambda for all j.
+    /// D(q) - B; a lower bound of every E(U) - B if |q_j| <= lambda for all j.
     pub fn dual_bound(&self, q: &[Tangent<M>]) -> f64 {
         sum(
             self.f.len(),
             #[inline(always)]
             |v| (self.f[v] + self.k.adjoint_at(q, v)).min(),
-        )
-    }
-
-    /// sum_k |min_p f_kp|: the size of the data term before costs of opposite signs cancel.
-    pub fn scale(&self) -> f64 {
-        sum(
-            self.f.len(),
-            #[inline(always)]
-            |v| self.f[v].min().abs(),
         )
     }
 
@@ -91,10 +115,15 @@ impl<K: Operator, const M: usize> Problem<K, M> {
             #[inline(always)]
             |v| {
                 let f = self.f[v];
-                let least = f.min();
-                Row::<M>::from_fn(|p| if f.0[p] == NEVER { least } else { f.0[p] }).max() - least
+                Row::<M>::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { f.0[p] }).max()
             },
         )
+    }
+
+    /// How far apart rounding may put an energy and a bound that are equal: a small multiple of the unit roundoff
+    /// times the sizes of all terms that they sum up.
+    pub fn rounding(&self) -> f64 {
+        64.0 * f64::EPSILON * (self.spread() + self.lambda * self.columns)
     }
 }
 
@@ -178,15 +207,24 @@ impl Smoothing {
     }
 }
 
-/// (E - D) / |E|. Where costs of both signs cancel so that |E| is next to nothing, a millionth of the
-/// size of the data term takes its place, or no gap could ever be called small.
-pub fn relative_gap(energy: f64, bound: f64, scale: f64) -> f64 {
+/// (E - D) / (E - B), for E - B and D - B: the share of what labels cost beyond B that may be saved at the most. None,
+/// where E and D differ by no more than what rounding may put between them, or where the labels cost B.
+pub fn relative_gap(energy: f64, bound: f64, rounding: f64) -> f64 {
     let gap = energy - bound;
-    if gap == 0.0 {
-        return 0.0;
+    if energy == 0.0 || (0.0..=rounding).contains(&gap) { 0.0 } else { gap / energy }
+}
+
+/// (R - D) / (D - B), for R - B and D - B: labels of energy R are at most this share above any labeling L, since
+/// (R - L) / (L - B) is no larger where L >= D. Infinite where the bound says no more than B does.
+pub fn label_gap(rounded_energy: f64, bound: f64, rounding: f64) -> f64 {
+    let excess = rounded_energy - bound;
+    if rounded_energy == 0.0 || (0.0..=rounding).contains(&excess) {
+        0.0
+    } else if bound <= 0.0 {
+        f64::INFINITY
+    } else {
+        excess / bound
     }
-    let floor = 1e-6 * scale;
-    gap / if energy.abs() < floor { floor } else { energy.abs() }
 }
 
 /// Labels as a field: the one-hot rows of argmax_p u_kp.

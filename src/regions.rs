@@ -6,7 +6,7 @@
 use ndarray::{Array2, ArrayView2};
 
 use crate::error::{Error, Result};
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 use crate::problem::NEVER;
 use crate::sweep::{collect, sweep};
 
@@ -81,6 +81,12 @@ pub fn rows<const M: usize>(array: ArrayView2<f64>) -> Vec<Row<M>> {
             collect(array.nrows(), |k| Row::from_fn(|p| if p < m { array[[k, p]] } else { 0.0 }))
         }
     }
+}
+
+/// The tangents of a 2F x m array, whose rows 2j and 2j + 1 are those of face j.
+pub fn tangents<const M: usize>(array: ArrayView2<f64>) -> Vec<Tangent<M>> {
+    let rows = rows::<M>(array);
+    collect(rows.len() / 2, |j| Tangent([rows[2 * j], rows[2 * j + 1]]))
 }
 
 /// The first m columns of rows.

@@ -1,9 +1,12 @@
 //! The only loop and the only clock: runs a solver, evaluates what it reaches, and decides when to stop.
 //!
-//! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap. The best of each
-//! is kept apart: the best U may come from another iteration than the best bound. After [`LONG`] steps the best
-//! labels that are constant on every component count as seen, on the clock; see `constant.rs`.
-//! Metrics are evaluated off the clock.
+//! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap, which is relative to E - B, see
+//! `problem.rs`. The best of each is kept apart: the best U may come from another iteration than the best bound, and
+//! no bound is less than B. After [`LONG`] steps the best labels that are constant on every component count as seen,
+//! on the clock; see `constant.rs`. Metrics are evaluated off the clock.
+//!
+//! A bound above an energy, by more than rounding allows, proves a fault of the program: it is kept as it is, and the
+//! run ends as [`Status::Contradicted`].
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -11,7 +14,7 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::constant::Constant;
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 use crate::operator::Operator;
 use crate::problem::{Problem, relative_gap};
 use crate::solver::Solver;
@@ -20,7 +23,7 @@ use crate::sweep;
 /// When to stop. Without any bound a run goes on until the observer ends it.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
-    /// Certified: (E - D) / |E| at most this.
+    /// Certified: (E - D) / (E - B) at most this.
     pub relative_gap: Option<f64>,
     /// In steps of this call.
     pub iterations: Option<u64>,
@@ -63,6 +66,8 @@ pub enum Status {
     Interrupted,
     /// A number that is none appeared; the best answer before it is kept.
     Diverged,
+    /// A lower bound exceeded an energy: nothing is certified.
+    Contradicted,
     /// A solver outside the program ended by itself.
     Ended,
     /// A solver outside the program ended with an error; what it reached before is kept.
@@ -82,6 +87,10 @@ impl Status {
             Status::Diverged => {
                 "diverged: a value is not a number any more; the best answer before that is kept"
             }
+            Status::Contradicted => {
+                "contradicted: the lower bound exceeds the energy by more than rounding allows, so that nothing is \
+                 certified; this is a fault of the program, please report it"
+            }
             Status::Ended => "the solver ended by itself before the gap was reached",
             Status::Failed => "the solver failed; what it reached before is kept",
         }
@@ -100,6 +109,7 @@ pub struct Sample {
     pub dual_bound: f64,
     /// Their difference.
     pub gap: f64,
+    /// gap / (E - B).
     pub relative_gap: f64,
     /// max |u^n - u^{n-1}|; none before the first step.
     pub change: Option<f64>,
@@ -148,8 +158,11 @@ pub struct Reached<'a, const M: usize> {
 pub struct Run<const M: usize> {
     pub trace: Vec<Sample>,
     best_u: Vec<Row<M>>,
+    /// Above B, as all energies of a problem.
     best_energy: f64,
     best_bound: f64,
+    /// The field of the best bound, if it is kept; empty for the bound B, which is that of q = 0.
+    best_q: Option<Vec<Tangent<M>>>,
     clock: Duration,
     iteration: u64,
     /// When constant labels are tried.
@@ -163,11 +176,22 @@ impl<const M: usize> Run<M> {
             trace: Vec::new(),
             best_u: sweep::copy(start),
             best_energy: f64::INFINITY,
-            best_bound: f64::NEG_INFINITY,
+            best_bound: 0.0,
+            best_q: None,
             clock: Duration::ZERO,
             iteration: 0,
             constant_from: LONG,
         }
+    }
+
+    /// Keeps the dual field of the best bound from now on, see [`Run::best_q`].
+    pub fn keep_dual(&mut self) {
+        self.best_q = Some(Vec::new());
+    }
+
+    /// The q of [`Run::bound`], if it is kept; empty where that is the bound of q = 0.
+    pub fn best_q(&self) -> Option<&[Tangent<M>]> {
+        self.best_q.as_deref()
     }
 
     /// The U with the least energy seen for the current costs.
@@ -175,12 +199,12 @@ impl<const M: usize> Run<M> {
         &self.best_u
     }
 
-    /// Its energy.
+    /// Its energy above B.
     pub fn energy(&self) -> f64 {
         self.best_energy
     }
 
-    /// The greatest lower bound seen for the current costs.
+    /// The greatest lower bound seen for the current costs, above B.
     pub fn bound(&self) -> f64 {
         self.best_bound
     }
@@ -202,7 +226,8 @@ impl<const M: usize> Run<M> {
     /// The costs changed: energies and bounds seen so far are those of another problem.
     pub fn forget(&mut self) {
         self.best_energy = f64::INFINITY;
-        self.best_bound = f64::NEG_INFINITY;
+        self.best_bound = 0.0;
+        self.best_q.iter_mut().for_each(Vec::clear);
         self.constant_from = self.iteration + LONG;
     }
 
@@ -217,9 +242,9 @@ impl<const M: usize> Run<M> {
     ) -> Status {
         let begin = Instant::now();
         let first = self.iteration;
-        let scale = problem.scale();
+        let rounding = problem.rounding();
         if self.best_energy == f64::INFINITY
-            && let Some(status) = self.sample(solver, problem, scale, None, stop)
+            && let Some(status) = self.sample(solver, problem, rounding, None, stop)
         {
             return status;
         }
@@ -258,7 +283,7 @@ impl<const M: usize> Run<M> {
                         |v| (u[v] - previous[v]).max_abs(),
                     )
                 });
-                if let Some(status) = self.sample(solver, problem, scale, Some(change), stop) {
+                if let Some(status) = self.sample(solver, problem, rounding, Some(change), stop) {
                     return status;
                 }
                 sample = self.trace.last();
@@ -308,8 +333,8 @@ impl<const M: usize> Run<M> {
         if energy <= self.best_energy {
             self.best_energy = energy;
             sweep::copy_over(&mut self.best_u, &labels);
-            if let Some(bound) = constant.dual_bound(problem) {
-                self.best_bound = self.best_bound.max(bound);
+            if let Some(q) = constant.field(problem) {
+                self.see_bound(problem.dual_bound(&q), || q);
             }
         }
     }
@@ -319,24 +344,28 @@ impl<const M: usize> Run<M> {
         &mut self,
         solver: &mut dyn Solver<K, M>,
         problem: &Problem<K, M>,
-        scale: f64,
+        rounding: f64,
         change: Option<f64>,
         stop: &Stop,
     ) -> Option<Status> {
         let smoothing = solver.smoothing();
         let bound = solver.dual_bound(problem);
+        self.see_bound(bound, || sweep::copy(solver.iterate().q));
         let u = solver.labels();
-        let energy = self.see(problem, u, bound);
+        let energy = self.see(problem, u);
         if self.iteration >= self.constant_from {
             self.constant_from = u64::MAX;
             let tick = Instant::now();
             self.try_constant(problem);
             self.clock += tick.elapsed();
         }
-        let smoothed = smoothing.map(|smoothing| problem.smoothed_energy(u, smoothing));
-        let relative_gap = self.note(scale, change, smoothed, None);
+        let smoothed =
+            smoothing.map(|smoothing| problem.baseline + problem.smoothed_energy(u, smoothing));
+        let relative_gap = self.note(problem.baseline, rounding, change, smoothed, None);
         if energy.is_nan() || bound.is_nan() {
             Some(Status::Diverged)
+        } else if self.is_contradicted() {
+            Some(Status::Contradicted)
         } else if stop.relative_gap.is_some_and(|tolerance| relative_gap <= tolerance) {
             Some(Status::Converged)
         } else if let (Some(delta), Some(change)) = (stop.change, change)
@@ -356,44 +385,58 @@ impl<const M: usize> Run<M> {
     ) -> f64 {
         self.iteration = reached.iteration;
         self.clock = Duration::from_secs_f64(reached.seconds);
-        self.see(problem, reached.u, reached.dual_bound);
+        self.see(problem, reached.u);
+        self.best_bound = self.best_bound.max(reached.dual_bound);
         let certificate = Some(reached.certificate);
-        self.note(problem.scale(), None, reached.smoothed_energy, certificate)
+        self.note(problem.baseline, problem.rounding(), None, reached.smoothed_energy, certificate)
     }
 
     /// Keeps what is better than all before, and returns the energy.
-    fn see<K: Operator>(&mut self, problem: &Problem<K, M>, u: &[Row<M>], bound: f64) -> f64 {
+    fn see<K: Operator>(&mut self, problem: &Problem<K, M>, u: &[Row<M>]) -> f64 {
         let energy = problem.energy(u);
         if energy < self.best_energy {
             self.best_energy = energy;
             sweep::copy_over(&mut self.best_u, u);
         }
+        energy
+    }
+
+    /// The same of a bound, and of its field where that is kept.
+    fn see_bound(&mut self, bound: f64, q: impl FnOnce() -> Vec<Tangent<M>>) {
         if bound > self.best_bound {
             self.best_bound = bound;
+            if let Some(best_q) = &mut self.best_q {
+                *best_q = q();
+            }
         }
-        energy
+    }
+
+    /// Whether the best bound exceeds the best energy; what rounding puts between them is taken away before.
+    pub fn is_contradicted(&self) -> bool {
+        self.best_bound > self.best_energy
     }
 
     /// Adds to the trace, and returns the relative gap.
     fn note(
         &mut self,
-        scale: f64,
+        baseline: f64,
+        rounding: f64,
         change: Option<f64>,
         smoothed_energy: Option<f64>,
         certificate: Option<Certificate>,
     ) -> f64 {
-        // What D exceeds E by, when both are at the optimum, is rounding.
-        if self.best_bound > self.best_energy {
+        let excess = self.best_bound - self.best_energy;
+        if excess > 0.0 && excess <= rounding {
             self.best_bound = self.best_energy;
         }
-        let relative_gap = relative_gap(self.best_energy, self.best_bound, scale);
+        let relative_gap = relative_gap(self.best_energy, self.best_bound, rounding);
         // The first sample after the costs changed takes the place of the last one before.
         self.trace.pop_if(|last| last.iteration == self.iteration);
         self.trace.push(Sample {
             iteration: self.iteration,
             seconds: self.seconds(),
-            energy: self.best_energy,
-            dual_bound: self.best_bound,
+            energy: baseline + self.best_energy,
+            dual_bound: baseline + self.best_bound,
             gap: self.best_energy - self.best_bound,
             relative_gap,
             change,

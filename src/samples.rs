@@ -178,7 +178,7 @@ pub struct Known<const M: usize> {
     pub u: Vec<Row<M>>,
     /// A maximizer of the dual.
     pub q: Vec<Tangent<M>>,
-    /// E*.
+    /// E* - B.
     pub energy: f64,
 }
 
@@ -225,7 +225,9 @@ pub fn known_optimum<const M: usize>(
             })
         })
         .collect();
-    Known { problem: Problem::new(k, f, lambda), u, q, energy }
+    let problem = Problem::new(k, f, lambda);
+    let energy = energy - problem.baseline;
+    Known { problem, u, q, energy }
 }
 
 /// |a - b| <= relative * size.

@@ -5,13 +5,17 @@
 //! solved to the requested gap, and that gap is a certificate for the parameters found.
 //! Delaunoy et al., ICCV 2009, section 3.2.
 //!
-//! Coarse to fine, each coarser mesh goes through the same first, and passes on U, q and the parameters.
+//! Two regions of one mean become one, and the other is empty: `segment/unions.rs`.
+//!
+//! Coarse to fine, each coarser mesh goes through the same first, and passes on U, q and the parameters. What lambda is
+//! taken where none is given: `segment/lambda.rs`.
 
 mod coarse;
+pub mod lambda;
+mod unions;
 
 use std::time::{Duration, Instant};
 
-use ndarray::Array1;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -19,16 +23,19 @@ use crate::coarse::{Pair, is_certified};
 use crate::data::kmeans::kmeans;
 use crate::data::{Data, DataModel, PiecewiseConstant, RegionParameters};
 use crate::error::Result;
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::operator::Stencil;
-use crate::problem::Problem;
+use crate::problem::{NEVER, Problem};
 use crate::regions::{self, with_regions};
+use crate::remarks::named;
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request, Solution, check_range, check_rows, conclude, model_mesh};
-use crate::solver::{self, Setup, Solver};
+use crate::solver::{self, Iterate, Setup, Solver};
 use crate::sweep::collect;
+
+use unions::{Unions, united, without};
 
 /// Re-estimations at the most; after them the parameters count as settled.
 const MOST_ESTIMATES: usize = 200;
@@ -118,15 +125,22 @@ fn segment_compiled<const M: usize>(
     let mut record = None;
     if request.coarse_to_fine && !is_certified(&first.problem, request) {
         let (means, pair, spent) = coarse::start(mesh, data, first.means, &asked, observe)?;
-        first.problem.f = level.costs(&PiecewiseConstant::new(data, means.clone()), &asked);
+        let model = PiecewiseConstant::new(data, means.clone());
+        first.problem.set_costs(level.costs(&model, &vec![true; m]));
         (first.means, first.pair, record) = (means, pair, Some(spent));
     }
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
     let asked = Asked { stop: request.stop.after(spent), ..asked };
-    let Found { problem, run, status, parameters, estimates, settled, .. } =
+    let Found { problem, run, status, parameters, estimates, settled, open, .. } =
         alternate(&level, first, spent, &asked, observe)?;
 
     let mut warnings = warnings;
+    if data.unknown() > 0 {
+        warnings.push(format!(
+            "nothing is known of {} vertices; they take the labels of their neighbors",
+            data.unknown()
+        ));
+    }
     if !settled || estimates == MOST_ESTIMATES {
         warnings.push(format!(
             "the region parameters still moved after {estimates} re-estimations; the certificate holds for the \
@@ -135,10 +149,82 @@ fn segment_compiled<const M: usize>(
     }
     let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     solution.summary.coarse_to_fine = record;
-    let deviation = data.variance(&request.mass.weights(mesh)).sqrt();
-    solution.summary.warnings.extend(merged(&parameters, &solution.labels, deviation));
+    // Who breaks off does not want to wait for advice.
+    if status != Status::Interrupted {
+        let remark = remark(
+            mesh,
+            data,
+            &solution.summary.empty_regions,
+            &open,
+            alternation,
+            request,
+            observe,
+        )?;
+        solution.summary.warnings.extend(remark);
+    }
     Ok(Segmentation { solution, parameters, estimates })
 }
+
+/// What must be said where the labels are fewer than what was asked for.
+fn remark(
+    mesh: &Mesh,
+    data: &Data,
+    empty: &[usize],
+    open: &[bool],
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Option<String>> {
+    if empty.is_empty() {
+        return Ok(None);
+    }
+    let area = data.known_area(&request.mass.weights(mesh));
+    let size =
+        data.values.iter().filter(|x| !x.is_nan()).fold(0.0, |most, x| f64::max(most, x.abs()));
+    if data.variance(&area).sqrt() <= SIGNAL * size {
+        return Ok(Some(format!(
+            "{}: the data are the same everywhere, so that there is nothing to segment; choose other data",
+            named(empty)
+        )));
+    }
+    let different = different(data, alternation.regions);
+    if different < alternation.regions {
+        return Ok(Some(format!(
+            "{}: the data have only {different} different values; ask for {different} regions",
+            named(empty)
+        )));
+    }
+    let half = 0.5 * request.lambda;
+    let fewer = alternation.regions - empty.len();
+    let advice = match lambda::separating(mesh, data, alternation, request, half, observe)? {
+        Some(lambda) => format!("lambda is too large for these data; try --lambda {lambda:.1e}"),
+        None if fewer > 1 => format!(
+            "the data do not separate into {} regions; ask for {fewer}",
+            alternation.regions
+        ),
+        None => "the data do not separate into regions; choose other data".into(),
+    };
+    let one = open.iter().any(|open| !open);
+    let cause = if one { ", since regions with one mean became one" } else { "" };
+    Ok(Some(format!("{}{cause}: {advice}", named(empty))))
+}
+
+/// How many different values the data have, counted up to a number.
+fn different(data: &Data, most: usize) -> usize {
+    let mut found: Vec<&[f64]> = Vec::new();
+    for value in (0..data.len()).filter(|&k| data.is_known(k)).map(|k| data.at(k)) {
+        if !found.contains(&value) {
+            found.push(value);
+            if found.len() == most {
+                break;
+            }
+        }
+    }
+    found.len()
+}
+
+/// Data whose standard deviation is below this share of their size vary by rounding alone.
+const SIGNAL: f64 = 1e-9;
 
 /// What the alternation works on: the mesh itself, or a coarser one with the means of its data.
 struct Level<'a, const M: usize> {
@@ -149,15 +235,17 @@ struct Level<'a, const M: usize> {
 }
 
 impl<const M: usize> Level<'_, M> {
-    /// f for the parameters of the model.
-    fn costs(&self, model: &PiecewiseConstant, asked: &Asked<'_>) -> Vec<Row<M>> {
-        let mut f = (self.integrate)(&DataModel::<M>::costs(model));
-        regions::close_from(asked.alternation.regions, &mut f);
-        f
+    /// f for the parameters of the model, of which regions that are not open take nothing.
+    fn costs(&self, model: &PiecewiseConstant, open: &[bool]) -> Vec<Row<M>> {
+        let f = (self.integrate)(&DataModel::<M>::costs(model));
+        let open: [bool; M] = std::array::from_fn(|p| p < open.len() && open[p]);
+        let row = |f: &Row<M>| Row::from_fn(|p| if open[p] { f.0[p] } else { NEVER });
+        collect(f.len(), |v| row(&f[v]))
     }
 
     fn problem(&self, means: &[Vec<f64>], asked: &Asked<'_>) -> Result<Problem<Stencil, M>> {
-        let f = self.costs(&PiecewiseConstant::new(self.data, means.to_vec()), asked);
+        let model = PiecewiseConstant::new(self.data, means.to_vec());
+        let f = self.costs(&model, &vec![true; means.len()]);
         let problem = Problem::new(Stencil::new(self.mesh), f, asked.request.lambda);
         check_range(&problem)?;
         Ok(problem)
@@ -187,6 +275,8 @@ struct Found<const M: usize> {
     parameters: Vec<RegionParameters>,
     estimates: usize,
     settled: bool,
+    /// Which regions have not become one with another.
+    open: Vec<bool>,
 }
 
 /// Re-estimates until the parameters settle, then solves for the last ones.
@@ -214,6 +304,7 @@ fn alternate<const M: usize>(
     let mut solver = solver::build(&request.solver, setup)?;
 
     let range = range(level.data);
+    let deviation = level.data.variance(&request.mass.weights(level.mesh)).sqrt();
     let begin = Instant::now();
     // What is left of the iterations and of the time.
     let rest = |used: u64| Stop {
@@ -222,6 +313,7 @@ fn alternate<const M: usize>(
     };
     let mut estimates = 0;
     let mut settled = false;
+    let mut unions = Unions::new(alternation.regions, deviation);
     let status = loop {
         let stop = rest(run.iterations());
         if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
@@ -234,34 +326,31 @@ fn alternate<const M: usize>(
         }
         let weights = (level.integrate)(solver.labels());
         let change = DataModel::<M>::fit(&mut model, &weights);
-        problem.f = level.costs(&model, asked);
-        solver.restart(&problem);
-        run.forget();
         estimates += 1;
         settled = change <= SETTLED * range || estimates == MOST_ESTIMATES;
+        let pairs = unions.unite(&DataModel::<M>::parameters(&model), &weights, settled);
+        problem.set_costs(level.costs(&model, &unions.open));
+        if pairs.is_empty() {
+            solver.restart(&problem);
+        } else {
+            settled = estimates == MOST_ESTIMATES;
+            let Iterate { u, q } = solver.iterate();
+            let start = u.iter().map(|&u| pairs.iter().fold(u, |u, &pair| united(u, pair)));
+            let closed = |row: &Row<M>| pairs.iter().fold(*row, |row, pair| without(row, pair[1]));
+            let dual_start = q.iter().map(|q| Tangent([closed(&q.0[0]), closed(&q.0[1])]));
+            let setup = Setup {
+                mesh: level.mesh,
+                problem: &problem,
+                start: start.collect(),
+                dual_start: Some(dual_start.collect()),
+                options: &request.options,
+            };
+            solver = solver::build(&request.solver, setup)?;
+        }
+        run.forget();
     };
     let parameters = DataModel::<M>::parameters(&model);
-    Ok(Found { problem, solver, run, status, parameters, estimates, settled })
-}
-
-/// Regions whose means agree to this share of the standard deviation of the data have become one.
-const SAME: f64 = 0.05;
-
-fn merged(parameters: &[RegionParameters], labels: &Array1<i32>, deviation: f64) -> Option<String> {
-    let used = |p: usize| labels.iter().any(|&label| label as usize == p);
-    let same = |a: usize, b: usize| {
-        let pairs = parameters[a].mean.iter().zip(&parameters[b].mean);
-        pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt() <= SAME * deviation
-    };
-    (0..parameters.len())
-        .flat_map(|b| (0..b).map(move |a| (a, b)))
-        .find(|&(a, b)| same(a, b) && used(a) && used(b))
-        .map(|(a, b)| {
-            format!(
-                "regions {a} and {b} have nearly the same mean, so the cut between them is arbitrary; \
-                 ask for fewer regions or a smaller lambda"
-            )
-        })
+    Ok(Found { problem, solver, run, status, parameters, estimates, settled, open: unions.open })
 }
 
 fn initial_means(
@@ -270,7 +359,7 @@ fn initial_means(
     alternation: &Alternation,
     request: &Request,
 ) -> Vec<Vec<f64>> {
-    let area = request.mass.weights(mesh);
+    let area = data.known_area(&request.mass.weights(mesh));
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
     let regions = alternation.regions;
     match alternation.initial {
@@ -280,6 +369,9 @@ fn initial_means(
             let mut sums = vec![vec![0.0; data.dimension]; regions];
             for (k, &a) in area.iter().enumerate() {
                 let p = rng.random_range(0..regions);
+                if !data.is_known(k) {
+                    continue;
+                }
                 mass[p] += a;
                 for (sum, c) in sums[p].iter_mut().zip(data.at(k)) {
                     *sum += a * c;
@@ -308,6 +400,7 @@ fn initial_means(
 fn range(data: &Data) -> f64 {
     (0..data.dimension)
         .map(|i| {
+            // f64::min and max take no notice of NaN.
             let column = data.values[i..].iter().step_by(data.dimension).copied();
             let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                 (f64::min(low, x), f64::max(high, x))

@@ -9,13 +9,15 @@ use ndarray::{Array1, Array2};
 use serde::Serialize;
 
 use crate::coarse::{self, Pair, Record};
+use crate::costs;
 use crate::error::{Error, Result};
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::operator::{Mass, Operator, Quadrature, Stencil};
-use crate::problem::{NEVER, Problem, relative_gap, rounded};
+use crate::problem::{NEVER, Problem, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};
+use crate::remarks::{empty_regions, named};
 use crate::run::{Run, Sample, Status, Stop};
 use crate::solver::{self, Options, Setup};
 use crate::start::Start;
@@ -33,6 +35,8 @@ pub struct Request {
     pub stop: Stop,
     /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
     pub coarse_to_fine: bool,
+    /// Keep the dual field of the best bound, [`Solution::q`].
+    pub keep_dual: bool,
 }
 
 impl Request {
@@ -96,19 +100,24 @@ pub struct Summary {
     pub seconds: f64,
     /// E of `u`.
     pub energy: f64,
-    /// No U has less energy than this.
+    /// D: no U has less energy than this.
     pub dual_bound: f64,
+    /// B = sum_k min_p f_kp, from which all relative gaps are measured; see `problem.rs`.
+    pub baseline: f64,
+    /// E - D.
     pub gap: f64,
-    /// gap / |energy|.
+    /// (E - D) / (E - B).
     pub relative_gap: f64,
-    /// E of the one-hot rows of `labels`.
+    /// R, the energy of the one-hot rows of `labels`.
     pub rounded_energy: f64,
-    /// (rounded_energy - dual_bound) / |rounded_energy|: at most this share of it lies above the energy of any
-    /// labeling.
+    /// (R - D) / (D - B): the labels are at most this share above any labeling, measured from B as well. Infinite
+    /// (null in JSON) where D = B, which bounds no such share.
     pub rounded_relative_gap: f64,
     pub vertices: usize,
     pub faces: usize,
     pub regions: usize,
+    /// Those that no vertex has.
+    pub empty_regions: Vec<usize>,
     pub lambda: f64,
     pub mass: &'static str,
     /// Of the mesh that the energy is measured on.
@@ -126,12 +135,27 @@ pub struct Solution {
     pub u: Array2<f64>,
     /// argmax over the regions, V numbers.
     pub labels: Array1<i32>,
+    /// The field that certifies `dual_bound`, if it was asked for: 2F x m, rows 2j and 2j + 1 those of face j, in the
+    /// frame of the rows of K; zero in faces without area.
+    pub q: Option<Array2<f64>>,
 }
 
 impl Solution {
     /// The same for the mesh as the caller knows it.
     pub(crate) fn of(mut self, mesh: &Mesh, order: &Order) -> Self {
         self.summary.faces = mesh.faces.len();
+        self.q = self.q.map(|q| {
+            // Which face of the mesh is the next of the model.
+            let kept: Vec<usize> =
+                (0..mesh.faces.len()).filter(|&j| !mesh.is_degenerate(j)).collect();
+            let mut all = Array2::zeros((2 * mesh.faces.len(), q.ncols()));
+            for (i, j) in order.faces(kept.len()).into_iter().enumerate() {
+                for axis in 0..2 {
+                    all.row_mut(2 * kept[j] + axis).assign(&q.row(2 * i + axis));
+                }
+            }
+            all
+        });
         if let Some(places) = order.places() {
             let rows = self.u.as_slice().expect("rows are contiguous");
             let m = self.u.ncols();
@@ -146,7 +170,7 @@ impl Solution {
     }
 }
 
-/// Minimizes E for pointwise costs s (V x m, finite) on a mesh as it is: no scaling.
+/// Minimizes E for pointwise costs s (V x m, see [`costs`]) on a mesh as it is: no scaling.
 pub fn solve(
     mesh: &Mesh,
     s: &Array2<f64>,
@@ -157,14 +181,15 @@ pub fn solve(
     request.check()?;
     regions::check(s.ncols())?;
     check_rows("costs", s.nrows(), mesh)?;
-    check_finite("costs", s)?;
     start.check(s.dim())?;
-    let (model, warnings) = model_mesh(mesh)?;
+    let (s, mut warnings) = costs::checked(s, request.mass)?;
+    let (model, left_out) = model_mesh(mesh)?;
+    warnings.extend(left_out);
     let order = Order::of(&model);
     let model = order.mesh(model);
     let solved = with_regions!(
         s.ncols(),
-        solve_compiled(&model, &order, warnings, s, start, request, observe)
+        solve_compiled(&model, &order, warnings, &s, start, request, observe)
     );
     solved.map(|solution| solution.of(mesh, &order))
 }
@@ -191,6 +216,9 @@ fn solve_compiled<const M: usize>(
         None => (start.rows(m, &problem.f, order), None),
     };
     let mut run = Run::new(&start);
+    if request.keep_dual {
+        run.keep_dual();
+    }
     let setup =
         Setup { mesh: model, problem: &problem, start, dual_start, options: &request.options };
     let mut solver = solver::build(&request.solver, setup)?;
@@ -200,7 +228,44 @@ fn solve_compiled<const M: usize>(
     let status = run.advance(&mut *solver, &problem, &stop, observe);
     let mut solution = conclude(model, &problem, m, request, run, status, warnings);
     solution.summary.coarse_to_fine = record;
+    // Who breaks off does not want to wait for advice.
+    if status != Status::Interrupted {
+        let remark = remark(model, &problem, m, &solution.summary.empty_regions, request, observe)?;
+        solution.summary.warnings.extend(remark);
+    }
     Ok(solution)
+}
+
+/// What must be said where some regions are empty. A lambda that saves those that are somewhere the cheapest is looked
+/// for on a coarse mesh.
+fn remark<const M: usize>(
+    mesh: &Mesh,
+    problem: &Problem<Stencil, M>,
+    m: usize,
+    empty: &[usize],
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Option<String>> {
+    if empty.is_empty() {
+        return Ok(None);
+    }
+    let cheapest: Array1<i32> = problem.f.iter().map(|f| f.argmin() as i32).collect();
+    let hopeless = empty_regions(&cheapest, m);
+    let (hopeless, lost): (Vec<usize>, Vec<usize>) =
+        empty.iter().partition(|p| hopeless.contains(p));
+    let mut sentences = Vec::new();
+    if !hopeless.is_empty() {
+        sentences.push(format!("{}: nowhere do they cost the least", named(&hopeless)));
+    }
+    if !lost.is_empty() {
+        let advice = match coarse::separating(mesh, problem, m, &lost, request, observe)? {
+            Some(lambda) => format!("try --lambda {lambda:.1e}"),
+            None => "try a much smaller --lambda".into(),
+        };
+        let few = "lambda is too large for these costs";
+        sentences.push(format!("{}: {few}; {advice}", named(&lost)));
+    }
+    Ok(Some(sentences.join("; ")))
 }
 
 /// The faces with an area, and what was left out. What is left out couples its corners no more.
@@ -276,14 +341,20 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
     }
 }
 
-/// f = M s.
+/// f = M s; what s forbids, f forbids, also where a vertex has no area.
 pub(crate) fn integrate<const M: usize>(
     mass: &Quadrature<'_>,
     m: usize,
     s: &[Row<M>],
 ) -> Vec<Row<M>> {
     let mut f = mass.integrate(s);
-    regions::close_from(m, &mut f);
+    sweep::sweep(
+        (&mut f[..], s),
+        #[inline(always)]
+        |_, (f, s)| {
+            *f = Row::from_fn(|p| if p < m && s.0[p] < f64::INFINITY { f.0[p] } else { NEVER });
+        },
+    );
     f
 }
 
@@ -298,8 +369,10 @@ pub(crate) fn conclude<const M: usize>(
     warnings: Vec<String>,
 ) -> Solution {
     let u = run.best_u();
+    let (baseline, rounding) = (problem.baseline, problem.rounding());
+    let (energy, bound) = (run.energy(), run.bound());
     let rounded_energy = problem.energy(&rounded(u));
-    let scale = problem.scale();
+    let labels = sweep::collect(u.len(), |v| u[v].argmax() as i32).into();
     let summary = Summary {
         solver: request.solver.clone(),
         solver_options: request.options.pairs().clone(),
@@ -307,15 +380,17 @@ pub(crate) fn conclude<const M: usize>(
         status_sentence: status.sentence(),
         iterations: run.iterations(),
         seconds: run.seconds(),
-        energy: run.energy(),
-        dual_bound: run.bound(),
-        gap: run.energy() - run.bound(),
-        relative_gap: relative_gap(run.energy(), run.bound(), scale),
-        rounded_energy,
-        rounded_relative_gap: relative_gap(rounded_energy, run.bound(), scale),
+        energy: baseline + energy,
+        dual_bound: baseline + bound,
+        baseline,
+        gap: energy - bound,
+        relative_gap: relative_gap(energy, bound, rounding),
+        rounded_energy: baseline + rounded_energy,
+        rounded_relative_gap: label_gap(rounded_energy, bound, rounding),
         vertices: problem.k.vertices(),
         faces: problem.k.faces(),
         regions: m,
+        empty_regions: empty_regions(&labels, m),
         lambda: problem.lambda,
         mass: request.mass.name(),
         area: model.area(),
@@ -325,9 +400,18 @@ pub(crate) fn conclude<const M: usize>(
     Solution {
         summary,
         u: regions::array(u, m),
-        labels: sweep::collect(u.len(), |v| u[v].argmax() as i32).into(),
+        labels,
+        q: run.best_q().map(|q| dual_array(q, problem.k.faces(), m)),
         trace: run.trace,
     }
+}
+
+/// 2F x m; no q at all is zero.
+fn dual_array<const M: usize>(q: &[Tangent<M>], faces: usize, m: usize) -> Array2<f64> {
+    if q.is_empty() {
+        return Array2::zeros((2 * faces, m));
+    }
+    Array2::from_shape_fn((2 * faces, m), |(row, p)| q[row / 2].0[row % 2].0[p])
 }
 
 #[cfg(test)]

@@ -52,12 +52,12 @@ impl Start {
     }
 
     /// The rows for m regions of integrated costs f, which are in that order of the vertices; exactly zero
-    /// from column m on.
+    /// from column m on, and where a label is forbidden.
     pub fn rows<const M: usize>(&self, m: usize, f: &[Row<M>], order: &Order) -> Vec<Row<M>> {
         let only =
             |value: &dyn Fn(usize) -> f64| Row::from_fn(|p| if p < m { value(p) } else { 0.0 });
         match self {
-            Start::Uniform => vec![only(&|_| 1.0 / m as f64); f.len()],
+            Start::Uniform => collect(f.len(), |v| allowed(only(&|_| 1.0 / m as f64), &f[v])),
             Start::Argmin => collect(
                 f.len(),
                 #[inline(always)]
@@ -65,7 +65,10 @@ impl Start {
             ),
             Start::Given(u) => {
                 let rows = order.applied(crate::regions::rows::<M>(u.view()));
-                collect(rows.len(), |v| project_onto_first(m, rows[v]))
+                collect(rows.len(), |v| {
+                    let open = |p: usize| p < m && f[v].0[p] < NEVER;
+                    project_simplex(Row::from_fn(|p| if open(p) { rows[v].0[p] } else { -NEVER }))
+                })
             }
             Start::Random { seed } => {
                 let mut rng = Pcg64::seed_from_u64(*seed);
@@ -81,16 +84,24 @@ impl Start {
                         if sum > 0.0 { row * (1.0 / sum) } else { only(&|_| 1.0 / m as f64) }
                     })
                     .collect();
-                order.applied(rows)
+                let rows = order.applied(rows);
+                collect(rows.len(), |v| allowed(rows[v], &f[v]))
             }
         }
     }
 }
 
-/// The projection onto the simplex of the first m regions.
-fn project_onto_first<const M: usize>(m: usize, row: Row<M>) -> Row<M> {
-    project_simplex(Row::from_fn(|p| if p < m { row.0[p] } else { -NEVER }))
+/// A row of the simplex without what it gives to labels that f forbids.
+pub fn allowed<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
+    let forbidden = |p: usize| f.0[p] == NEVER;
+    if (0..M).all(|p| !forbidden(p) || u.0[p] == 0.0) {
+        return u;
+    }
+    let kept = Row::from_fn(|p| if forbidden(p) { 0.0 } else { u.0[p] });
+    let sum: f64 = kept.0.iter().sum();
+    if sum > 0.0 { kept * (1.0 / sum) } else { Row::one_hot(f.argmin()) }
 }
+
 #[cfg(test)]
 mod tests {
     use super::*;

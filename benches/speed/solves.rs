@@ -71,6 +71,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
                 options: Options::parse(&[precision]).expect("options are pairs"),
                 stop: stop(gap),
                 coarse_to_fine: true,
+                keep_dual: false,
             };
             let once = || {
                 let go = &mut |_: Option<&_>| ControlFlow::Continue(());

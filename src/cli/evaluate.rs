@@ -2,19 +2,24 @@
 
 use std::path::PathBuf;
 
-use meshseg::evaluate::evaluate;
+use meshseg::certificate::DUAL_STEPS;
+use meshseg::evaluate::{Question, evaluate};
 use meshseg::operator::Mass;
 use meshseg::problem::{Smoothing, SmoothingMode};
 use meshseg::{Error, npy};
 
 use super::inputs::mesh_with_costs;
-use super::{Outcome, named, print_json};
+use super::progress::Progress;
+use super::{Outcome, named, print_json, warn};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
 ///
-/// The bound comes from the gradient of the smoothed total variation at U, so it holds whoever computed U.
+/// The bound holds whoever computed U: it is that of a given dual field q, or of a number of steps of the default
+/// solver from U, or of the gradient of the smoothed total variation at U, whichever is greatest.
 #[derive(clap::Args)]
-#[command(after_help = "Example:
+#[command(after_help = "Examples:
+  meshseg solve mesh.ply --costs S.npy --lambda 0.005 --save q --out results/mesh
+  meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --q results/mesh/q.npy
   meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --epsilon 0.01")]
 pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
@@ -32,7 +37,15 @@ pub struct Arguments {
     #[arg(long, value_name = "U.npy")]
     u: PathBuf,
 
-    /// Also print the smoothed energy with this eps
+    /// A dual field, 2F x m, as `solve --save q` writes it: the bound is then its own
+    #[arg(long, value_name = "Q.npy")]
+    q: Option<PathBuf>,
+
+    /// Steps of the default solver to a bound, where no q is given
+    #[arg(long, value_name = "N", default_value_t = DUAL_STEPS, conflicts_with = "q", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), allow_negative_numbers = true)]
+    dual_steps: u64,
+
+    /// Also print the smoothed energy with this eps, and bound by its gradient
     #[arg(long, allow_negative_numbers = true)]
     epsilon: Option<f64>,
 
@@ -59,7 +72,30 @@ pub fn run(arguments: &Arguments) -> Outcome {
             format!("has {rows} x {columns} entries, the costs have {needed} x {regions}");
         return Err(Error::malformed(&arguments.u, message).into());
     }
-    let evaluation = evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
+    let q = arguments.q.as_deref().map(npy::read_matrix).transpose()?;
+    if let (Some(path), Some(q)) = (&arguments.q, &q)
+        && q.dim() != (2 * mesh.faces.len(), costs.ncols())
+    {
+        let (rows, columns) = q.dim();
+        let message = format!(
+            "has {rows} x {columns} entries; two rows for each of the {} faces and {} columns are needed",
+            mesh.faces.len(),
+            costs.ncols()
+        );
+        return Err(Error::malformed(path, message).into());
+    }
+    let question = Question {
+        lambda: arguments.lambda,
+        mass: arguments.mass,
+        smoothing,
+        q: q.as_ref(),
+        dual_steps: arguments.dual_steps,
+    };
+    let mut progress = Progress::new(0.0);
+    let mut observe = |sample: Option<&_>| progress.observe(sample);
+    let evaluation = evaluate(&mesh, &costs, &u, question, &mut observe)?;
+    progress.finish();
+    warn(&evaluation.warnings);
     print_json(&evaluation)?;
     Ok(())
 }

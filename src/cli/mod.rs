@@ -23,6 +23,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 
 use meshseg::Error;
+use meshseg::run::Status;
 
 /// Convex multi-region segmentation of data on triangle meshes, with certified optimality gaps.
 #[derive(Parser)]
@@ -64,6 +65,8 @@ enum Failure {
     Output(io::Error),
     /// The user broke off; what was reached is written.
     Interrupted,
+    /// A bound exceeded an energy; what was reached is written.
+    Contradicted,
 }
 
 impl From<Error> for Failure {
@@ -118,6 +121,10 @@ pub fn main() -> ExitCode {
             ExitCode::from(1)
         }
         Err(Failure::Interrupted) => ExitCode::from(130),
+        Err(Failure::Contradicted) => {
+            note(&format!("error: {}", Status::Contradicted.sentence()));
+            ExitCode::from(1)
+        }
     }
 }
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use meshseg::exchange::{DUAL_STEPS, End, Exchanged, Iterates, certify};
+use meshseg::certificate::DUAL_STEPS;
+use meshseg::exchange::{End, Exchanged, Iterates, certify};
 use meshseg::experiment::{Places, Spec};
 use meshseg::operator::Mass;
 use meshseg::outcome::{self, Looks};
@@ -16,7 +17,7 @@ use meshseg::{Error, Result};
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
-use super::solve::{Init, cheapest};
+use super::solve::{Init, look};
 use super::solving::{exit, summary_lines};
 use super::{Outcome, named, print, table, warn};
 
@@ -206,6 +207,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
         options: Options::default(),
         stop: Stop { relative_gap: Some(*gap), ..Stop::default() },
         coarse_to_fine: false,
+        keep_dual: false,
     };
     let end = End { status: Status::Ended, warnings: Vec::new() };
     let mut progress = Progress::new(*gap);
@@ -215,7 +217,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
     if solution.summary.status == Status::Failed {
         return Err(Error::unsuitable(solution.summary.warnings.join("; ")).into());
     }
-    let data = || problem.f.outer_iter().map(|f| categorical(cheapest(f))).collect();
+    let data = || problem.f.outer_iter().map(look).collect();
     let looks = Looks {
         regions: (0..problem.f.ncols()).map(categorical).collect(),
         data: (!no_preview).then(data),

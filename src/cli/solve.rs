@@ -105,7 +105,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let solution = solve::solve(&mesh, &costs, &start, &request, &mut observe)?;
     progress.finish();
 
-    let data = || costs.outer_iter().map(|s| categorical(cheapest(s))).collect();
+    let data = || costs.outer_iter().map(look).collect();
     let looks = Looks {
         regions: (0..costs.ncols()).map(categorical).collect(),
         data: (!solving.no_preview).then(data),
@@ -118,7 +118,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     exit(summary.status, print(&table::pairs(&lines)))
 }
 
-/// The region with the least cost.
-pub fn cheapest(s: ArrayView1<f64>) -> usize {
-    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
+/// The color of the region with the least cost; gray where nothing is known.
+pub fn look(s: ArrayView1<f64>) -> [f64; 3] {
+    let least = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
+    if s[least].is_nan() { [0.5; 3] } else { categorical(least) }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use meshseg::coarse::Record;
 use meshseg::operator::Mass;
+use meshseg::remarks;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, Summary};
 use meshseg::solver::{DEFAULT, DESCRIPTIONS, Options};
@@ -33,7 +34,8 @@ pub struct Solving {
     #[arg(long, value_name = "PRECISION", value_parser = ["f64", "f32"])]
     precision: Option<String>,
 
-    /// Stop when the certified gap (E - D) / |E| is at most this
+    /// Stop when the certified gap (E - D) / (E - B) is at most this; B is the sum of the least costs of all vertices,
+    /// below which no labels can be
     #[arg(long, value_name = "GAP", default_value_t = 1e-4, allow_negative_numbers = true)]
     gap: f64,
 
@@ -59,6 +61,11 @@ pub struct Solving {
     #[arg(long)]
     coarse_to_fine: bool,
 
+    /// What else to write into the folder: q, the dual field of the lower bound as q.npy (2F x m, rows as those of K),
+    /// from which `evaluate --q` finds the same bound
+    #[arg(long, value_name = "WHAT", value_parser = named(&Saved::NAMES))]
+    save: Vec<Saved>,
+
     /// Threads; the result does not depend on their number [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
@@ -70,6 +77,15 @@ pub struct Solving {
     /// Draw no preview.png
     #[arg(long)]
     pub no_preview: bool,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+pub enum Saved {
+    Q,
+}
+
+impl Saved {
+    const NAMES: [(&'static str, Saved); 1] = [("q", Saved::Q)];
 }
 
 impl Solving {
@@ -107,6 +123,7 @@ impl Solving {
                 interval: self.check_every,
             },
             coarse_to_fine: self.coarse_to_fine,
+            keep_dual: self.save.contains(&Saved::Q),
         };
         request.check()?;
         meshseg::file::check_folder(&self.out)?;
@@ -120,6 +137,7 @@ impl Solving {
 pub fn exit(status: Status, printed: std::io::Result<()>) -> Outcome {
     match status {
         Status::Interrupted => Err(Failure::Interrupted),
+        Status::Contradicted => Err(Failure::Contradicted),
         _ => Ok(printed?),
     }
 }
@@ -140,18 +158,23 @@ fn time(summary: &Summary) -> String {
 
 /// The lines of the short table that every run prints.
 pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
-    // Above any labeling L >= D: (R - L) / |L| <= (R - D) / D, if D is positive.
-    let excess = summary.rounded_energy - summary.dual_bound;
-    let above = if summary.dual_bound > 0.0 {
-        format!("{:.2} %", 100.0 * excess / summary.dual_bound)
+    let share = summary.rounded_relative_gap;
+    let above = if share.is_finite() {
+        format!("{:.2} %", 100.0 * share)
     } else {
-        table::number(excess)
+        table::number(summary.rounded_energy - summary.dual_bound)
     };
-    vec![
-        ("status", summary.status_sentence.to_owned()),
+    let mut lines = vec![("status", summary.status_sentence.to_owned())];
+    if !summary.empty_regions.is_empty() {
+        let used = summary.regions - summary.empty_regions.len();
+        let empty = remarks::named(&summary.empty_regions);
+        lines.push(("regions", format!("{used} of {} used: {empty}", summary.regions)));
+    }
+    lines.extend([
         ("energy", table::number(summary.energy)),
         ("lower bound", table::number(summary.dual_bound)),
-        ("certified gap", format!("{:.2e} relative to the energy", summary.relative_gap)),
+        ("baseline", format!("{}, the sum of the least costs", table::number(summary.baseline))),
+        ("certified gap", format!("{:.2e} of the energy above the baseline", summary.relative_gap)),
         (
             "labels",
             format!(
@@ -162,5 +185,6 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
         ("lambda", table::number(summary.lambda)),
         ("iterations", format!("{} of {}", summary.iterations, summary.solver)),
         ("time", time(summary)),
-    ]
+    ]);
+    lines
 }

@@ -29,20 +29,24 @@ impl<const M: usize> DataModel<M> for PiecewiseConstant<'_> {
         let cost = |k: usize, mu: &[f64]| -> f64 {
             self.data.at(k).iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
         };
-        collect(self.data.len(), |k| Row::from_fn(|p| self.mu.get(p).map_or(0.0, |mu| cost(k, mu))))
+        let known = |k: usize| self.data.is_known(k);
+        let row = |k: usize| Row::from_fn(|p| self.mu.get(p).map_or(0.0, |mu| cost(k, mu)));
+        collect(self.data.len(), |k| if known(k) { row(k) } else { Row::ZERO })
     }
 
     fn fit(&mut self, weights: &[Row<M>]) -> f64 {
         let n = weights.len();
+        let known = |k: usize| self.data.is_known(k);
         let total = sum(n, |k| weights[k].0.iter().sum());
         let mut change = 0.0;
         for (p, mu) in self.mu.iter_mut().enumerate() {
-            let mass = sum(n, |k| weights[k].0[p]);
+            let mass = sum(n, |k| if known(k) { weights[k].0[p] } else { 0.0 });
             if mass <= f64::EPSILON * total {
                 continue;
             }
             for (i, mu) in mu.iter_mut().enumerate() {
-                let mean = sum(n, |k| weights[k].0[p] * self.data.at(k)[i]) / mass;
+                let moment = |k: usize| weights[k].0[p] * self.data.at(k)[i];
+                let mean = sum(n, |k| if known(k) { moment(k) } else { 0.0 }) / mass;
                 change = f64::max(change, (mean - *mu).abs());
                 *mu = mean;
             }
@@ -106,6 +110,17 @@ mod tests {
                 assert_eq!(DataModel::<3>::fit(&mut model, &weights), 0.0);
             }
         }
+    }
+
+    /// Of what is not known, neither costs nor means take notice.
+    #[test]
+    fn unknown_vertices_count_for_nothing() {
+        let data = Data::new(2, vec![0.0, 1.0, f64::NAN, 7.0, 4.0, 3.0]).unwrap();
+        let mut model = PiecewiseConstant::new(&data, vec![vec![0.0, 0.0], vec![3.0, 1.0]]);
+        assert_eq!(DataModel::<2>::costs(&model)[1], Row::ZERO);
+        DataModel::<2>::fit(&mut model, &[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.5, 2.0])]);
+        assert_eq!(model.mu, [[2.0, 2.0], [4.0, 3.0]]);
+        assert_eq!((data.unknown(), data.variance(&[1.0, 5.0, 1.0])), (1, 5.0));
     }
 
     #[test]

@@ -16,7 +16,7 @@ const STEPS: usize = 50;
 
 /// The centers c_p of `regions` clusters, as many rows of d values.
 ///
-/// `data` holds V rows of d finite values, `area` the V weights; rows without weight are ignored, and some
+/// `data` holds V rows of d values, `area` the V weights; rows without weight are ignored, all others finite, and some
 /// weight must be positive. Fewer distinct rows than regions give repeated centers. Deterministic for a
 /// given state of `rng`.
 pub fn kmeans(
@@ -27,7 +27,6 @@ pub fn kmeans(
     rng: &mut impl Rng,
 ) -> Vec<Vec<f64>> {
     assert!(d > 0 && regions > 0 && data.len() == d * area.len());
-    assert!(data.iter().all(|value| value.is_finite()));
     let all = Weighted::positive(data, d, area);
     assert!(!all.weight.is_empty(), "no datum has a positive weight");
 
@@ -63,6 +62,7 @@ impl Weighted {
         };
         for (row, &a) in data.chunks(d).zip(area) {
             if a > 0.0 {
+                assert!(row.iter().all(|value| value.is_finite()));
                 kept.rows.extend_from_slice(row);
                 kept.weight.push(a);
             }

@@ -18,7 +18,8 @@ use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::order::Order;
 
-/// What is segmented: a value in R^d at every vertex.
+/// What is segmented: a value in R^d at every vertex. Where nothing is known, d times NaN: such a vertex costs nothing,
+/// counts for no region parameter, and takes the label of its neighbors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Data {
     /// d.
@@ -28,17 +29,42 @@ pub struct Data {
 }
 
 impl Data {
-    /// Refuses values that are not finite numbers, naming the first one.
-    pub fn new(dimension: usize, values: Vec<f64>) -> Result<Self> {
+    /// A row with any NaN is unknown.
+    ///
+    /// # Errors
+    /// Infinite values, naming the first one; nothing known of any vertex.
+    pub fn new(dimension: usize, mut values: Vec<f64>) -> Result<Self> {
         assert!(dimension > 0 && values.len().is_multiple_of(dimension));
-        match values.iter().position(|x| !x.is_finite()) {
-            None => Ok(Data { dimension, values }),
-            Some(i) => Err(Error::unsuitable(format!(
-                "the data at vertex {} is {}, not a finite number",
+        if let Some(i) = values.iter().position(|x| x.is_infinite()) {
+            return Err(Error::unsuitable(format!(
+                "the data at vertex {} are {}, not a finite number",
                 i / dimension,
                 values[i]
-            ))),
+            )));
         }
+        for row in values.chunks_mut(dimension).filter(|row| row.iter().any(|x| x.is_nan())) {
+            row.fill(f64::NAN);
+        }
+        if !values.is_empty() && values.iter().all(|x| x.is_nan()) {
+            return Err(Error::unsuitable("nothing is known of any vertex: all data are NaN"));
+        }
+        Ok(Data { dimension, values })
+    }
+
+    /// Whether anything is known of vertex k.
+    #[inline(always)]
+    pub fn is_known(&self, k: usize) -> bool {
+        !self.values[k * self.dimension].is_nan()
+    }
+
+    /// How many vertices nothing is known of.
+    pub fn unknown(&self) -> usize {
+        (0..self.len()).filter(|&k| !self.is_known(k)).count()
+    }
+
+    /// `area` where something is known, 0 elsewhere.
+    pub fn known_area(&self, area: &[f64]) -> Vec<f64> {
+        (area.iter().enumerate()).map(|(k, &a)| if self.is_known(k) { a } else { 0.0 }).collect()
     }
 
     /// The same data with the vertices in that order.
@@ -57,12 +83,15 @@ impl Data {
         self.values.is_empty()
     }
 
-    /// int |C - mean C|^2 / area: the sum of the variances of the coordinates.
+    /// int |C - mean C|^2 / area, over what is known: the sum of the variances of the coordinates.
     pub fn variance(&self, area: &[f64]) -> f64 {
-        let total: f64 = area.iter().sum();
+        let total: f64 = self.known_area(area).iter().sum();
         (0..self.dimension)
             .map(|i| {
-                let column = || self.values[i..].iter().step_by(self.dimension).zip(area);
+                let column = || {
+                    let values = self.values[i..].iter().step_by(self.dimension);
+                    values.zip(area).filter(|(c, _)| !c.is_nan())
+                };
                 let mean = column().map(|(c, a)| a * c).sum::<f64>() / total;
                 column().map(|(c, a)| a * (c - mean).powi(2)).sum::<f64>() / total
             })

@@ -1,12 +1,6 @@
-//! Foreign iterates under our own measures: E(U), and a true lower bound from the best dual field at hand.
-//!
-//! ```text
-//! offered    q of the solver, each q_j cut off at |q_j| = lambda
-//! smoothed   q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ),  where the trace names an eps
-//! steps      D after DUAL_STEPS steps of our own from (U, 0), that of `constant.rs` included; their U does not count
-//! ```
-//!
-//! U is projected onto the simplex first: its energy would bound nothing otherwise.
+//! Foreign iterates under our own measures: E(U), and a true lower bound from the best dual field at hand, as
+//! `certificate.rs` has them: that of the solver, else that of the smoothing which the trace names, else steps of our
+//! own. U is projected onto the simplex first: its energy would bound nothing otherwise.
 
 use std::path::Path;
 
@@ -14,22 +8,18 @@ use ndarray::Array2;
 
 use super::iterates::{Iterate, Iterates};
 use super::problem::Exchanged;
+use crate::certificate;
 use crate::error::{Error, Result};
-use crate::field::{Row, Tangent};
+use crate::field::Row;
 use crate::mesh::order::Order;
 use crate::npy;
 use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
-use crate::prox::project_ball;
 use crate::regions::{self, with_regions};
-use crate::run::{Certificate, Reached, Run, Status, Stop};
+use crate::run::{Certificate, Reached, Run, Status};
 use crate::solve::{Observer, Request, Solution, check_range, conclude};
-use crate::solver::{self, Options, Setup};
 use crate::start::Start;
-use crate::sweep::{max, sweep};
-
-/// Steps of our own, where a solver brings neither q nor an eps.
-pub const DUAL_STEPS: u64 = 100;
+use crate::sweep::max;
 
 /// An entry or a sum of a row may be off by this much before a warning says so.
 const OFF: f64 = 1e-6;
@@ -89,7 +79,7 @@ fn certify_compiled<const M: usize>(
         iteration: 0,
         seconds: 0.0,
         u: &start,
-        dual_bound: f64::NEG_INFINITY,
+        dual_bound: 0.0,
         certificate: Certificate::Steps,
         smoothed_energy: None,
     };
@@ -125,8 +115,9 @@ fn certify_compiled<const M: usize>(
         };
         let given = regions::rows::<M>(array.view());
         farthest = f64::max(farthest, max(u.len(), |v| (u[v] - given[v]).max_abs()));
-        let smoothed_energy =
-            iterate.smoothing.map(|smoothing| problem.smoothed_energy(&u, smoothing));
+        let smoothed_energy = iterate
+            .smoothing
+            .map(|smoothing| problem.baseline + problem.smoothed_energy(&u, smoothing));
         let Iterate { iteration, seconds, .. } = *iterate;
         let reached =
             Reached { iteration, seconds, u: &u, dual_bound, certificate, smoothed_energy };
@@ -142,7 +133,9 @@ fn certify_compiled<const M: usize>(
         first.dual_bound = judge.steps(&start, observe)?;
         run.record(&problem, &first);
     }
-    if interrupted {
+    if run.is_contradicted() {
+        status = Status::Contradicted;
+    } else if interrupted {
         status = Status::Interrupted;
     } else if converged && status != Status::Failed {
         status = Status::Converged;
@@ -177,24 +170,17 @@ impl<const M: usize> Judge<'_, M> {
         u: &[Row<M>],
         observe: Observer<'_>,
     ) -> Result<(f64, Certificate)> {
-        let Problem { k, lambda, .. } = self.problem;
         if let Some(path) = &iterate.q {
-            let m = self.exchanged.f.ncols();
-            let array = read(path, (2 * k.faces(), m))?;
+            let (m, faces) = (self.exchanged.f.ncols(), self.problem.k.faces());
+            let array = read(path, (2 * faces, m))?;
             // What is not finite bounds nothing.
             if array.iter().all(|x| x.is_finite()) {
-                let rows = regions::rows::<M>(array.view());
-                let mut q = vec![Tangent::ZERO; k.faces()];
-                sweep(&mut q[..], |j, q| {
-                    *q = project_ball(Tangent([rows[2 * j], rows[2 * j + 1]]), *lambda);
-                });
-                return Ok((self.problem.dual_bound(&q), Certificate::Offered));
+                let q = regions::tangents(array.view());
+                return Ok((certificate::offered(self.problem, q), Certificate::Offered));
             }
         }
         if let Some(smoothing) = iterate.smoothing {
-            let mut q = vec![Tangent::ZERO; k.faces()];
-            sweep(&mut q[..], |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda));
-            let dual_bound = self.problem.dual_bound(&q);
+            let dual_bound = certificate::smoothed(self.problem, u, smoothing);
             // The square of a tiny eps is zero, and what it divides may be so too.
             if dual_bound.is_finite() {
                 return Ok((dual_bound, Certificate::Smoothed));
@@ -203,19 +189,8 @@ impl<const M: usize> Judge<'_, M> {
         Ok((self.steps(u, observe)?, Certificate::Steps))
     }
 
-    /// D after steps of our own; they are no part of the run.
+    /// They are no part of the run.
     fn steps(&self, u: &[Row<M>], observe: Observer<'_>) -> Result<f64> {
-        let setup = Setup {
-            mesh: &self.exchanged.mesh,
-            problem: self.problem,
-            start: u.to_vec(),
-            dual_start: None,
-            options: &Options::default(),
-        };
-        let mut solver = solver::build(solver::DEFAULT, setup)?;
-        let mut run = Run::new(u);
-        let stop = Stop { iterations: Some(self.dual_steps), ..Stop::default() };
-        run.advance(&mut *solver, self.problem, &stop, &mut |_| observe(None));
-        Ok(run.bound())
+        certificate::steps(&self.exchanged.mesh, self.problem, u, self.dual_steps, observe)
     }
 }

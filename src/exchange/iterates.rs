@@ -6,13 +6,15 @@
 //! q_<iteration>.npy     2F x m, rows as those of K, if the solver has one
 //! ```
 //!
-//! A line counts once it is whole: a solver that is ended in the middle keeps what it wrote before.
+//! A line counts once it is whole: a solver that is ended in the middle keeps what it wrote before. The last one needs
+//! no end of line, if its fields can be read and its iterate is there.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
+use csv::StringRecord;
+use serde::{Deserialize, Deserializer};
 
 use crate::error::{Error, Result};
 use crate::file;
@@ -39,12 +41,21 @@ pub struct Iterates {
 
 #[derive(Deserialize)]
 struct Line {
+    #[serde(deserialize_with = "whole")]
     iteration: u64,
     seconds: f64,
     #[serde(default)]
     epsilon: Option<f64>,
     #[serde(default)]
     epsilon_mode: Option<String>,
+}
+
+/// 10 and 10.0 alike, as tables of floats are written.
+fn whole<'a, D: Deserializer<'a>>(field: D) -> std::result::Result<u64, D::Error> {
+    let text = String::deserialize(field)?;
+    let float = || text.parse().ok().filter(|x: &f64| x.fract() == 0.0 && (0.0..1e15).contains(x));
+    let number = text.parse().ok().or_else(|| float().map(|x| x as u64));
+    number.ok_or_else(|| serde::de::Error::custom(format!("iteration {text:?} is no whole number")))
 }
 
 impl Iterates {
@@ -57,58 +68,86 @@ impl Iterates {
     }
 
     fn read(&mut self, folder: &Path) -> Result<()> {
-        let all = &mut self.all;
         let path = folder.join("trace.csv");
         let bytes = file::read(&path)?;
         let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
-        let us = numbered(folder, "u_")?;
-        let qs = numbered(folder, "q_")?;
-        let mut csv = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..whole]);
+        let arrays = Arrays { us: numbered(folder, "u_")?, qs: numbered(folder, "q_")? };
+        let mut csv =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(&bytes[..]);
         let malformed = |error: csv::Error| Error::malformed(&path, error.to_string());
         let headers = csv.headers().map_err(malformed)?.clone();
+        if whole == 0 {
+            return Ok(());
+        }
         for record in csv.records() {
             let record = record.map_err(malformed)?;
-            let number = record.position().map_or(0, |position| position.line() as usize);
-            let wrong = |message: String| Error::malformed_line(&path, number, message);
-            let line: Line = record.deserialize(Some(&headers)).map_err(|error| {
-                wrong(match error.kind() {
-                    csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
-                    _ => error.to_string(),
-                })
-            })?;
-            if !(line.seconds >= 0.0 && line.seconds <= u32::MAX.into()) {
-                return Err(wrong(format!("{} is no time in seconds", line.seconds)));
+            let start = record.position().map_or(0, |position| position.byte() as usize);
+            match self.iterate(&path, &headers, &record, &arrays) {
+                Ok(iterate) => self.all.push(iterate),
+                // It was being written.
+                Err(_) if start >= whole => {}
+                Err(error) => return Err(error),
             }
-            if let Some(last) = all.last()
-                && !(line.iteration > last.iteration && line.seconds >= last.seconds)
-            {
-                return Err(wrong("iterations must ascend, and times not descend".into()));
-            }
-            let smoothing = match line.epsilon {
-                None => None,
-                Some(epsilon) => {
-                    let mode = line.epsilon_mode.as_deref().filter(|mode| !mode.is_empty());
-                    let mode = mode.unwrap_or("paper");
-                    let named = SmoothingMode::NAMES.iter().find(|(name, _)| *name == mode);
-                    let (_, mode) = named.ok_or_else(|| {
-                        wrong(format!("epsilon_mode {mode:?}: paper or intrinsic"))
-                    })?;
-                    Some(Smoothing::new(*mode, epsilon).map_err(|error| wrong(error.to_string()))?)
-                }
-            };
-            let u = us.get(&line.iteration).cloned().ok_or_else(|| {
-                wrong(format!("there is no file u_{}.npy beside it", line.iteration))
-            })?;
-            all.push(Iterate {
-                iteration: line.iteration,
-                seconds: line.seconds,
-                smoothing,
-                u,
-                q: qs.get(&line.iteration).cloned(),
-            });
         }
         Ok(())
     }
+
+    /// What a line of the trace stands for, after those before it.
+    fn iterate(
+        &self,
+        path: &Path,
+        headers: &StringRecord,
+        record: &StringRecord,
+        Arrays { us, qs }: &Arrays,
+    ) -> Result<Iterate> {
+        let number = record.position().map_or(0, |position| position.line() as usize);
+        let wrong = |message: String| Error::malformed_line(path, number, message);
+        if record.len() != headers.len() {
+            return Err(wrong(format!(
+                "{} fields, the header has {}",
+                record.len(),
+                headers.len()
+            )));
+        }
+        let line: Line = record.deserialize(Some(headers)).map_err(|error| {
+            wrong(match error.kind() {
+                csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+                _ => error.to_string(),
+            })
+        })?;
+        if !(line.seconds >= 0.0 && line.seconds <= u32::MAX.into()) {
+            return Err(wrong(format!("{} is no time in seconds", line.seconds)));
+        }
+        if let Some(last) = self.all.last()
+            && !(line.iteration > last.iteration && line.seconds >= last.seconds)
+        {
+            return Err(wrong("iterations must ascend, and times not descend".into()));
+        }
+        // Tables of floats write what is missing as NaN.
+        let smoothing = match line.epsilon.filter(|epsilon| !epsilon.is_nan()) {
+            None => None,
+            Some(epsilon) => {
+                let mode = line.epsilon_mode.as_deref().filter(|mode| !mode.is_empty());
+                let mode = mode.unwrap_or("paper");
+                let named = SmoothingMode::NAMES.iter().find(|(name, _)| *name == mode);
+                let (_, mode) = named
+                    .ok_or_else(|| wrong(format!("epsilon_mode {mode:?}: paper or intrinsic")))?;
+                Some(Smoothing::new(*mode, epsilon).map_err(|error| wrong(error.to_string()))?)
+            }
+        };
+        let u = us
+            .get(&line.iteration)
+            .cloned()
+            .ok_or_else(|| wrong(format!("there is no file u_{}.npy beside it", line.iteration)))?;
+        let q = qs.get(&line.iteration).cloned();
+        Ok(Iterate { iteration: line.iteration, seconds: line.seconds, smoothing, u, q })
+    }
+}
+
+/// The arrays of a folder, by their iterations.
+struct Arrays {
+    us: BTreeMap<u64, PathBuf>,
+    qs: BTreeMap<u64, PathBuf>,
 }
 
 /// The files `<prefix><number>.npy`, by their numbers.

@@ -13,6 +13,6 @@ mod certify;
 mod iterates;
 mod problem;
 
-pub use certify::{DUAL_STEPS, End, certify};
+pub use certify::{End, certify};
 pub use iterates::{Iterate, Iterates};
 pub use problem::Exchanged;

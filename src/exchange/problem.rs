@@ -22,6 +22,7 @@ use ndarray_npy::{NpzWriter, WriteNpzError};
 use sprs::CsMat;
 use zip::ZipArchive;
 
+use crate::costs;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::Mesh;
@@ -74,11 +75,16 @@ impl Exchanged {
         solve::check_lambda(lambda)?;
         regions::check(s.ncols())?;
         solve::check_rows("costs", s.nrows(), mesh)?;
-        solve::check_finite("costs", s)?;
+        let (s, _) = costs::checked(s, mass)?;
+        if s.iter().any(|x| x.is_infinite()) {
+            return Err(Error::unsuitable(
+                "solvers elsewhere know no forbidden labels (costs of +inf): take large finite costs",
+            ));
+        }
         start.check(s.dim())?;
         let (model, _) = model_mesh(mesh)?;
         let model = Mesh::new(model.vertices.clone(), model.faces.clone());
-        let (f, u0) = with_regions!(s.ncols(), integrated(&model, s, mass, start));
+        let (f, u0) = with_regions!(s.ncols(), integrated(&model, &s, mass, start));
         Ok(Exchanged { mesh: model, f, lambda, mass, u0 })
     }
 

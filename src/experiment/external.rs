@@ -17,8 +17,9 @@ use std::time::{Duration, Instant};
 use super::data::Instance;
 use super::plan::Planned;
 use super::spec::External;
+use crate::certificate::DUAL_STEPS;
 use crate::error::{Error, Result};
-use crate::exchange::{DUAL_STEPS, End, Exchanged, Iterates, certify};
+use crate::exchange::{End, Exchanged, Iterates, certify};
 use crate::run::{Status, Stop};
 use crate::solve::{Observer, Request, Solution};
 use crate::solver::Options;
@@ -98,6 +99,7 @@ impl Attempt<'_> {
             )?,
             stop: (*stop).clone(),
             coarse_to_fine: false,
+            keep_dual: false,
         };
         let iterates = Iterates::of(&out);
         let end = self.end(went, &iterates, &said);

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer};
 
 use super::runner::Manifest;
 use super::store::Store;
@@ -33,8 +33,10 @@ pub struct Recorded {
     pub seconds: f64,
     pub energy: f64,
     pub dual_bound: f64,
+    pub baseline: f64,
     pub relative_gap: f64,
     pub rounded_energy: f64,
+    #[serde(deserialize_with = "share")]
     pub rounded_relative_gap: f64,
     pub vertices: usize,
     pub faces: usize,
@@ -111,6 +113,11 @@ impl Done {
             None => first("instance")?.get(key).or_else(|| first("solver")?.get(key)),
         }
     }
+}
+
+/// JSON has no infinity.
+fn share<'a, D: Deserializer<'a>>(number: D) -> std::result::Result<f64, D::Error> {
+    Option::<f64>::deserialize(number).map(|share| share.unwrap_or(f64::INFINITY))
 }
 
 fn json<T: DeserializeOwned>(path: &Path) -> Result<T> {

@@ -204,6 +204,7 @@ fn attempt(
         options: run.solver.options.clone(),
         stop,
         coarse_to_fine: run.solver.coarse_to_fine,
+        keep_dual: false,
     };
     let solve = || solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe);
     sweep::with_threads(run.solver.threads, solve)?

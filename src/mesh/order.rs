@@ -77,6 +77,14 @@ impl Order {
         self.vertices.as_deref()
     }
 
+    /// The present number of each of so many faces in its new place.
+    pub fn faces(&self, count: usize) -> Vec<usize> {
+        match &self.faces {
+            Some(order) => order.iter().map(|&j| j as usize).collect(),
+            None => (0..count).collect(),
+        }
+    }
+
     /// Values at the vertices of the mesh as it is, in this order.
     pub fn applied<T: Copy + Send + Sync>(&self, values: Vec<T>) -> Vec<T> {
         match &self.vertices {

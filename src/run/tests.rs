@@ -58,9 +58,10 @@ fn the_first_sample_is_the_start() {
         run.advance(&mut *solver(name, &mesh, &problem), &problem, &every(1, 1), &mut go);
         let first = &run.trace[0];
         assert_eq!((first.iteration, first.seconds, first.change), (0, 0.0, None));
-        assert_eq!(first.energy, problem.energy(&uniform(&mesh)));
-        assert_eq!(first.dual_bound, sweep::sum(problem.f.len(), |v| problem.f[v].min()));
-        assert_eq!(first.gap, first.energy - first.dual_bound);
+        assert_eq!(first.energy, problem.baseline + problem.energy(&uniform(&mesh)));
+        assert_eq!(first.dual_bound, problem.baseline);
+        assert_eq!(first.gap, problem.energy(&uniform(&mesh)));
+        assert_eq!(first.relative_gap, 1.0);
         let exact = ["chambolle-pock", "douglas-rachford"].contains(&name);
         assert_eq!(first.smoothed_energy.is_none(), exact);
     }
@@ -116,8 +117,9 @@ fn best_bounds_only_improve() {
             assert!(pair[1].gap >= 0.0 && pair[1].relative_gap <= pair[0].relative_gap + 1e-12);
         }
         let last = run.trace.last().unwrap();
-        assert_eq!(last.energy, problem.energy(run.best_u()));
-        assert_eq!((last.energy, last.dual_bound), (run.energy(), run.bound()));
+        assert_eq!(run.energy(), problem.energy(run.best_u()));
+        let above = |x: f64| problem.baseline + x;
+        assert_eq!((last.energy, last.dual_bound), (above(run.energy()), above(run.bound())));
     }
 }
 
@@ -186,6 +188,7 @@ fn an_interrupt_keeps_the_best() {
     let status = run.advance(&mut script, &ladder(&mesh), &stop, &mut observe);
     assert_eq!((status, run.iterations()), (Status::Interrupted, 7));
     assert!((run.energy() - 1.1).abs() < 1e-12 && run.best_u()[0] == Row([0.0, 0.9, 0.1]));
+    // B = 0.
     assert_eq!(run.trace.last().unwrap().energy, run.energy());
 }
 
@@ -231,20 +234,75 @@ fn each_bound_stops_by_itself() {
     assert_eq!((status, run.iterations()), (Status::Converged, 0));
 }
 
-/// What was seen of other costs counts no more; the sample of the new ones takes the old one's place.
+/// What was seen of other costs counts no more, neither the energy nor the bound: for these costs any of the former
+/// bounds would be false. The sample of the new ones takes the old one's place.
 #[test]
 fn forgetting_voids_the_bounds() {
     let mesh = bumpy(6);
-    let mut problem = random_problem::<3>(&mesh, 0.05, 107);
+    let dear = random_problem::<3>(&mesh, 0.05, 107);
+    let cheap = || dear.f.iter().map(|&f| f * 1e-3).collect();
+    for name in NAMES {
+        let mut problem = Problem::new(Stencil::new(&mesh), dear.f.clone(), dear.lambda);
+        let mut solver = solver(name, &mesh, &problem);
+        let mut run = Run::new(&uniform(&mesh));
+        run.keep_dual();
+        run.advance(&mut *solver, &problem, &every(10, 50), &mut go);
+        let (rows, before) = (run.trace.len(), run.bound());
+        problem.set_costs(cheap());
+        solver.restart(&problem);
+        run.forget();
+        assert!(run.best_q().unwrap().is_empty());
+        run.advance(&mut *solver, &problem, &every(10, 0), &mut go);
+        assert_eq!(run.trace.len(), rows);
+        let last = run.trace.last().unwrap();
+        let energy = problem.baseline + problem.energy(run.best_u());
+        assert_eq!((last.iteration, last.energy), (50, energy), "{name}");
+        assert_eq!(run.best_u(), solver.iterate().u);
+        // The least energy of the new costs lies below the bound of the old ones.
+        let least = (0..3).map(|p| problem.energy(&vec![Row::one_hot(p); mesh.vertices.len()]));
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!(before > least, "{name}: {before} {least}");
+        assert!(run.bound() <= least, "{name}: {} {least}", run.bound());
+    }
+}
+
+/// The field that is kept has the bound that is stated.
+#[test]
+fn the_kept_field_certifies_the_bound() {
+    let mesh = bumpy(8);
+    let problem = random_problem::<3>(&mesh, 0.05, 109);
+    for name in NAMES {
+        let mut run = Run::new(&uniform(&mesh));
+        run.keep_dual();
+        run.advance(&mut *solver(name, &mesh, &problem), &problem, &every(7, 300), &mut go);
+        let q = run.best_q().unwrap();
+        assert!(q.iter().all(|q| q.norm() <= problem.lambda * (1.0 + 1e-14)), "{name}");
+        let bound = problem.dual_bound(q);
+        assert!(
+            (bound - run.bound()).abs() <= problem.rounding(),
+            "{name}: {bound} {}",
+            run.bound()
+        );
+    }
+}
+
+/// A solver whose field leaves the ball claims what is false: that is said, and nothing is certified.
+#[test]
+fn a_bound_above_an_energy_is_a_contradiction() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 110);
     let mut solver = solver("chambolle-pock", &mesh, &problem);
     let mut run = Run::new(&uniform(&mesh));
-    run.advance(&mut *solver, &problem, &every(10, 50), &mut go);
-    let rows = run.trace.len();
-    problem.f.iter_mut().for_each(|f| *f = *f * -2.0 + Row([1.0; 3]));
-    run.forget();
-    run.advance(&mut *solver, &problem, &every(10, 0), &mut go);
-    assert_eq!(run.trace.len(), rows);
+    let stop = Stop { relative_gap: Some(1e-6), ..Stop::default() };
+    assert_eq!(run.advance(&mut *solver, &problem, &stop, &mut go), Status::Converged);
+    // Twice the optimal field is infeasible; the same costs with a lambda of none are bounded by B.
+    let wrong = Problem::new(Stencil::new(&mesh), problem.f.clone(), 0.0);
+    let argmin: Vec<Row<3>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let q = solver.iterate().q.to_vec();
+    let mut liar = Script { rows: vec![[1.0, 0.0, 0.0]], step: 0, u: argmin.clone(), q };
+    let mut run = Run::new(&argmin);
+    let status = run.advance(&mut liar, &wrong, &every(1, 5), &mut go);
+    assert_eq!(status, Status::Contradicted);
     let last = run.trace.last().unwrap();
-    assert_eq!((last.iteration, last.energy), (50, problem.energy(run.best_u())));
-    assert_eq!(run.best_u(), solver.iterate().u);
+    assert!(last.gap < 0.0 && run.is_contradicted(), "{}", last.gap);
 }

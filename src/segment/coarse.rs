@@ -58,12 +58,12 @@ pub fn start<const M: usize>(
     Ok((means, pair, Record { spent: begin.elapsed(), levels }))
 }
 
-/// P^T w, and the means of the data with these weights; a vertex without weight has none.
-fn restrict(level: &Coarsening, weights: &[f64], data: &Data) -> (Vec<f64>, Data) {
+/// P^T w where something is known, and the means of the data with these weights; a vertex without weight has none.
+pub fn restrict(level: &Coarsening, weights: &[f64], data: &Data) -> (Vec<f64>, Data) {
     let d = data.dimension;
     let n = level.mesh.vertices.len();
     let (mut weight, mut sums) = (vec![0.0; n], vec![0.0; n * d]);
-    for (v, parents) in level.parents.iter().enumerate() {
+    for (v, parents) in level.parents.iter().enumerate().filter(|&(v, _)| data.is_known(v)) {
         for (&c, share) in parents.corners.iter().zip(parents.weights) {
             let (c, w) = (c as usize, share * weights[v]);
             weight[c] += w;

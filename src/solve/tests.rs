@@ -16,6 +16,7 @@ fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
         solver: DEFAULT.to_owned(),
         options: Options::default(),
         coarse_to_fine: false,
+        keep_dual: false,
         stop: Stop { iterations: Some(40), ..Stop::default() },
     };
     solve(mesh, s, start, &request, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -68,6 +69,7 @@ fn a_start_without_steps_comes_back_as_it_is() {
         solver: DEFAULT.to_owned(),
         options: Options::default(),
         coarse_to_fine: false,
+        keep_dual: false,
         stop: Stop { iterations: Some(0), ..Stop::default() },
     };
     let start = |start: &Start| {

@@ -205,7 +205,7 @@ fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
 
 impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
     fn step(&mut self, problem: &Problem<K, M>, land: bool) {
-        let Problem { k, f, lambda } = problem;
+        let Problem { k, f, lambda, .. } = problem;
         let Self { u, u_bar, q, delta, solution, x, z, d, s, inner, omega, rho, .. } = self;
         let (omega, inverse_omega, rho) = (*omega, 1.0 / *omega, *rho);
         // delta = M^-1 ( D (u_bar - u) - K^T (q_bar + Sigma K u) )

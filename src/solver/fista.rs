@@ -125,7 +125,7 @@ impl<const M: usize> Fista<M> {
 }
 
 impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
-    fn step(&mut self, Problem { k, f, lambda }: &Problem<K, M>, _land: bool) {
+    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>, _land: bool) {
         let smoothing = self.current_smoothing();
         let tau = self.tau * self.enlargement();
         let Self { u, next, y, q, d, t, .. } = self;

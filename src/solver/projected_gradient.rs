@@ -87,7 +87,7 @@ fn replace_closed<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
 }
 
 impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
-    fn step(&mut self, Problem { k, f, lambda }: &Problem<K, M>, _land: bool) {
+    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>, _land: bool) {
         let Self { u, q, gradient, metric, smoothing, tau } = self;
         // q_j = lambda (K U)_j / sqrt(|(K U)_j|^2 + eps_j^2),   so that dE_eps/dU = f + K^T q        (9)
         sweep(

@@ -10,7 +10,7 @@ use meshseg::Mesh;
 use meshseg::field::{Row, Tangent};
 use meshseg::mesh::io;
 use meshseg::operator::{Operator, Stencil};
-use meshseg::problem::{Smoothing, SmoothingMode};
+use meshseg::problem::{Problem, Smoothing, SmoothingMode};
 use meshseg::prox::{project_ball, project_simplex};
 use nalgebra::Vector3;
 use ndarray::{Array0, Array2, arr0};
@@ -91,8 +91,9 @@ fn python_finds_the_same_gradients_energies_and_projections() {
         energies.insert(format!("smoothed_{name}"), evaluation["smoothed_energy"].clone());
         energies.insert("energy".into(), evaluation["energy"].clone());
         if mode == SmoothingMode::Intrinsic {
-            // `evaluate` takes its bound from the same q.
-            energies.insert("dual_bound".into(), evaluation["dual_bound"].clone());
+            let problem = Problem::new(Stencil::new(&mesh), f.clone(), lambda);
+            let bound = problem.baseline + problem.dual_bound(&q);
+            energies.insert("dual_bound".into(), bound.into());
             let rows = Array2::from_shape_fn((2 * q.len(), M), |(i, p)| {
                 project_ball(q[i / 2], lambda).0[i % 2].0[p]
             });

@@ -112,10 +112,16 @@ impl<'a> Pool<'a> {
             .flat_map(|cell| cell.runs.iter().copied())
     }
 
-    /// (E - D*) / |D*|, D* the best bound of all solvers.
+    /// (E - D*) / (E* - B), D* the best bound and E* the least energy of all solvers.
     pub fn suboptimality(&self, instance: usize, energy: f64) -> f64 {
-        let bound = self.bound(instance);
-        (energy - bound) / bound.abs()
+        self.share(instance, energy - self.bound(instance))
+    }
+
+    /// A difference of energies, relative to E* - B.
+    pub fn share(&self, instance: usize, difference: f64) -> f64 {
+        let baselines = self.of_instance(instance).map(|run| run.summary.baseline);
+        let baseline = baselines.fold(f64::INFINITY, f64::min);
+        if difference == 0.0 { 0.0 } else { difference / (self.energy(instance) - baseline) }
     }
 
     /// Iterations or seconds until a gap, infinite for runs that end before; `None` without runs.

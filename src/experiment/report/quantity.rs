@@ -42,6 +42,7 @@ pub fn quantity<'a>(pool: &Pool<'a>, cell: &Cell<'a>, name: &str, gap: Option<f6
         };
     }
     let bound = pool.bound(cell.instance);
+    let share = |difference: f64| pool.share(cell.instance, difference);
     let of = |runs: Vec<&'a Done>, value: &dyn Fn(&'a Done) -> Option<f64>| {
         let values: Vec<f64> = runs.into_iter().filter_map(value).filter(|x| !x.is_nan()).collect();
         if values.is_empty() { Shown::Nothing } else { Shown::Number(Spread::of(values)) }
@@ -80,20 +81,20 @@ pub fn quantity<'a>(pool: &Pool<'a>, cell: &Cell<'a>, name: &str, gap: Option<f6
         "bound" => all(&|run| Some(run.summary.dual_bound)),
         "gap" => all(&|run| Some(run.summary.relative_gap)),
         "rounded-gap" => all(&|run| Some(run.summary.rounded_relative_gap)),
-        "excess" => all(&|run| Some((run.summary.energy - bound) / bound.abs())),
+        "excess" => all(&|run| Some(share(run.summary.energy - bound))),
         "rounding-error" => {
-            all(&|run| Some((run.summary.rounded_energy - run.summary.energy) / bound.abs()))
+            all(&|run| Some(share(run.summary.rounded_energy - run.summary.energy)))
         }
         "optimization-error" => {
             let least = least_smoothed();
             all(&|run| match (smoothed(run), least) {
-                (Some(energy), Some(least)) => Some((energy - least) / bound.abs()),
-                _ => Some((run.summary.energy - bound) / bound.abs()),
+                (Some(energy), Some(least)) => Some(share(energy - least)),
+                _ => Some(share(run.summary.energy - bound)),
             })
         }
         "bias" => {
             let least = least_smoothed();
-            all(&|run| Some((smoothed(run).and(least)? - bound) / bound.abs()))
+            all(&|run| Some(share(smoothed(run).and(least)? - bound)))
         }
         "labels-changed" => {
             let best = pool

@@ -19,7 +19,7 @@ pub struct Rows<const M: usize> {
 
 impl<K: Operator, const M: usize> Solver<K, M> for Rows<M> {
     fn step(&mut self, problem: &Problem<K, M>, land: bool) {
-        let Problem { k, f, lambda } = problem;
+        let Problem { k, f, lambda, .. } = problem;
         let Self { u, u_bar, q, method: Method { steps: Steps { sigma, tau, .. }, rho, .. } } =
             self;
         let rho = if land { 1.0 } else { *rho };

@@ -170,6 +170,31 @@ fn any_inner_solve_and_any_steps_reach_the_same_optimum() {
     }
 }
 
+/// Beck, Teboulle 2009: Y^{n+1} = U^n + (t_n - 1) / t_{n+1} (U^n - U^{n-1}), t_1 = 1, t_{n+1} = (1 + sqrt(1 + 4 t_n^2)) / 2,
+/// and U^n the projected gradient step from Y^n, which is the first step of a method that starts there.
+#[test]
+fn the_momentum_is_that_of_the_paper() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 94);
+    let variant: (&str, &[&str]) = ("fista", &["restart=never", "epsilon=0.04"]);
+    let start = uniform(mesh.vertices.len(), 3);
+    let mut fista = solver(variant, &mesh, &problem, start.clone());
+    let (mut y, mut before, mut t) = (start.clone(), start, 1.0_f64);
+    for n in 1..=12 {
+        let mut gradient = solver(variant, &mesh, &problem, y.clone());
+        gradient.step(&problem, true);
+        let u = gradient.iterate().u.to_vec();
+        let next = 0.5 * (1.0 + (1.0 + 4.0 * t * t).sqrt());
+        let momentum = (t - 1.0) / next;
+        y = u.iter().zip(&before).map(|(&u, &b)| u + (u - b) * momentum).collect();
+        (before, t) = (u, next);
+        fista.step(&problem, true);
+        for (u, expected) in fista.iterate().u.iter().zip(&before) {
+            assert!((*u - *expected).max_abs() <= 1e-13, "step {n}");
+        }
+    }
+}
+
 /// Continuation begins with a larger eps and ends with the one asked for.
 #[test]
 fn continuation_ends() {

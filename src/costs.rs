@@ -1,0 +1,119 @@
+//! Pointwise costs as people give them: numbers, labels that are forbidden, and vertices of which nothing is known.
+//!
+//! ```text
+//! s_kp = +inf            region p is forbidden at vertex k
+//! s_k  = NaN ... NaN     nothing is known of vertex k: it costs nothing and takes the label of its neighbors
+//! ```
+
+use std::borrow::Cow;
+
+use ndarray::{Array2, ArrayView1};
+
+use crate::error::{Error, Result};
+use crate::operator::Mass;
+use crate::sweep;
+
+/// The same costs with zeros where nothing is known, and what must be said about them.
+///
+/// # Errors
+/// A row with NaN and numbers; -inf; a row that forbids every label; forbidden labels with the consistent mass, which
+/// would spread them to the neighbors; nothing known of any vertex.
+pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec<String>)> {
+    if let Some(numbers) = s.as_slice()
+        && sweep::all(
+            numbers.len(),
+            #[inline(always)]
+            |i| numbers[i].is_finite(),
+        )
+    {
+        return Ok((Cow::Borrowed(s), Vec::new()));
+    }
+    let (mut unknown, mut forbidden) = (0, 0);
+    for (k, row) in s.outer_iter().enumerate() {
+        check(k, row)?;
+        unknown += usize::from(row[0].is_nan());
+        forbidden += row.iter().filter(|&&x| x == f64::INFINITY).count();
+    }
+    if unknown == s.nrows() {
+        return Err(Error::unsuitable(
+            "the costs are NaN at every vertex: nothing is known of any",
+        ));
+    }
+    if forbidden > 0 && mass == Mass::Consistent {
+        return Err(Error::unsuitable(
+            "forbidden labels (costs of +inf) need a lumped mass: --mass barycentric or voronoi",
+        ));
+    }
+    let mut warnings = Vec::new();
+    if unknown > 0 {
+        warnings.push(format!(
+            "the costs of {unknown} vertices are NaN: nothing is known of these, and they take the labels of their \
+             neighbors"
+        ));
+    }
+    if forbidden > 0 {
+        warnings.push(format!(
+            "{forbidden} costs are +inf: these labels are forbidden at their vertices"
+        ));
+    }
+    let known = s.mapv(|x| if x.is_nan() { 0.0 } else { x });
+    Ok((if unknown > 0 { Cow::Owned(known) } else { Cow::Borrowed(s) }, warnings))
+}
+
+fn check(k: usize, row: ArrayView1<'_, f64>) -> Result<()> {
+    let nan = row.iter().filter(|x| x.is_nan()).count();
+    let message = if nan > 0 && nan < row.len() {
+        let p = row.iter().position(|x| x.is_nan()).expect("one is NaN");
+        format!(
+            "the costs have NaN in row {k}, column {p}; a whole row of NaN is a vertex of which nothing is known, +inf \
+             forbids a label"
+        )
+    } else if let Some(p) = row.iter().position(|&x| x == f64::NEG_INFINITY) {
+        format!(
+            "the costs have -inf in row {k}, column {p}; to force a label, forbid the others by +inf"
+        )
+    } else if row.iter().all(|&x| x == f64::INFINITY) {
+        format!(
+            "the costs forbid every label in row {k}; one must be left, or NaN where nothing is known"
+        )
+    } else {
+        return Ok(());
+    };
+    Err(Error::unsuitable(message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::array;
+
+    const INF: f64 = f64::INFINITY;
+    const NAN: f64 = f64::NAN;
+
+    #[test]
+    fn unknown_rows_cost_nothing_and_infinite_costs_stay() {
+        let finite = array![[1.0, 2.0], [3.0, 4.0]];
+        let (same, warnings) = checked(&finite, Mass::Consistent).unwrap();
+        assert!(*same == finite && warnings.is_empty());
+        let s = array![[1.0, INF], [NAN, NAN], [-3.0, 4.0]];
+        let (known, warnings) = checked(&s, Mass::Barycentric).unwrap();
+        assert_eq!(*known, array![[1.0, INF], [0.0, 0.0], [-3.0, 4.0]]);
+        assert!(
+            warnings[0].contains("1 vertices are NaN") && warnings[1].contains("1 costs are +inf")
+        );
+    }
+
+    #[test]
+    fn what_means_nothing_is_refused_with_its_place() {
+        let message = |s: Array2<f64>, mass| checked(&s, mass).unwrap_err().to_string();
+        let lumped = Mass::Barycentric;
+        assert!(message(array![[1.0, 2.0], [NAN, 1.0]], lumped).contains("row 1, column 0"));
+        assert!(
+            message(array![[1.0, 2.0], [1.0, -INF]], lumped).contains("-inf in row 1, column 1")
+        );
+        assert!(message(array![[INF, INF], [1.0, 1.0]], lumped).contains("every label in row 0"));
+        assert!(message(array![[INF, NAN], [1.0, 1.0]], lumped).contains("NaN in row 0"));
+        assert!(message(array![[NAN, NAN]], lumped).contains("at every vertex"));
+        assert!(message(array![[INF, 1.0]], Mass::Consistent).contains("lumped"));
+    }
+}

@@ -1,0 +1,211 @@
+//! A lambda for data of any kind, and one that saves a region which a given lambda empties.
+//!
+//! ```text
+//! lambda_i = 0.02 |variance of C| sqrt(area) / 2^i
+//! R(U)     = 1 - sum_p int u_p |C - mu_p|^2 / int |C - mean C|^2        the share of the variance that labels explain
+//! ```
+//!
+//! The first weighs cuts as much as a mistake of one standard deviation within a fiftieth of the size of the surface,
+//! which suits colors and textures, but empties all regions but one where the data vary over shorter distances, as
+//! curvature does. So it is halved until, on a coarse mesh with the means of the data, no region that k-means uses is
+//! empty and the labels explain at least two thirds of what those of k-means explain, which know no cuts. Means over
+//! coarse vertices carry little noise, so that noise is no reason to go on.
+
+use std::time::Instant;
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64;
+
+use super::coarse::restrict;
+use super::{Alternation, Asked, Level, State, alternate};
+use crate::coarse::Hierarchy;
+use crate::data::kmeans::kmeans;
+use crate::data::{Data, DataModel, PiecewiseConstant};
+use crate::error::Result;
+use crate::field::Row;
+use crate::mesh::Mesh;
+use crate::problem::rounded;
+use crate::regions::with_regions;
+use crate::run::Stop;
+use crate::solve::{Observer, Request};
+
+/// Of the mesh that lambdas are tried on.
+const MOST_VERTICES: usize = 4000;
+
+/// Labels on it need not be exact.
+const GAP: f64 = 1e-2;
+const MOST_STEPS: u64 = 200;
+
+/// Lambdas that are tried at the most, each half of the one before.
+const TRIED: i32 = 14;
+
+/// Of what k-means explains.
+const KEPT: f64 = 2.0 / 3.0;
+
+/// Where lambdas start, for data of this variance on a surface of this area.
+pub fn largest(variance: f64, area: f64) -> f64 {
+    0.02 * variance * area.sqrt()
+}
+
+/// The first of `from`, `from` / 2, ... that leaves no region empty and explains enough; none if all of them fail, so
+/// that the data have fewer regions. `mesh` has no face without area; `request.lambda` does not count.
+///
+/// # Errors
+/// Numbers that leave the range of double precision.
+pub fn separating(
+    mesh: &Mesh,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+    from: f64,
+    observe: Observer<'_>,
+) -> Result<Option<f64>> {
+    with_regions!(
+        alternation.regions,
+        separating_compiled(mesh, data, alternation, request, from, observe)
+    )
+}
+
+fn separating_compiled<const M: usize>(
+    finest: &Mesh,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+    from: f64,
+    observe: Observer<'_>,
+) -> Result<Option<f64>> {
+    let begin = Instant::now();
+    let hierarchy = Hierarchy::down_to(finest, MOST_VERTICES);
+    let mut coarse = (request.mass.weights(finest), data.clone());
+    for level in &hierarchy.levels {
+        coarse = restrict(level, &coarse.0, &coarse.1);
+    }
+    let (weights, data) = &coarse;
+    let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
+    let known = data.known_area(weights);
+    let mut rng = Pcg64::seed_from_u64(alternation.seed);
+    let means = kmeans(&data.values, data.dimension, &known, alternation.regions, &mut rng);
+
+    let integrate = |s: &[Row<M>]| s.iter().zip(&known).map(|(&s, &w)| s * w).collect();
+    let level = Level { mesh, data, integrate: &integrate };
+    let stop = Stop {
+        relative_gap: Some(GAP),
+        iterations: Some(MOST_STEPS),
+        ..request.stop.after(begin.elapsed())
+    };
+    let nearest = nearest::<M>(data, &means);
+    let wanted = Explained::of(&nearest, data, &known, alternation.regions);
+    if wanted.share <= 0.0 {
+        return Ok(None);
+    }
+    for i in 0..TRIED {
+        let request = Request { lambda: from * 0.5_f64.powi(i), ..request.clone() };
+        let asked = Asked { alternation, request: &request, stop: stop.clone() };
+        let state =
+            State { problem: level.problem(&means, &asked)?, means: means.clone(), pair: None };
+        let mut flow = std::ops::ControlFlow::Continue(());
+        let found = alternate(&level, state, begin.elapsed(), &asked, &mut |_| {
+            flow = observe(None);
+            flow
+        })?;
+        if flow.is_break() {
+            return Ok(None);
+        }
+        let labels = rounded(found.run.best_u());
+        let reached = Explained::of(&labels, data, &known, alternation.regions);
+        if reached.regions >= wanted.regions && reached.share >= KEPT * wanted.share {
+            return Ok(Some(request.lambda));
+        }
+    }
+    Ok(None)
+}
+
+/// The labels without any cuts in mind.
+fn nearest<const M: usize>(data: &Data, means: &[Vec<f64>]) -> Vec<Row<M>> {
+    let s = DataModel::<M>::costs(&PiecewiseConstant::new(data, means.to_vec()));
+    let least = |s: &Row<M>| (0..means.len()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
+    s.iter().map(|s| Row::one_hot(least(s).expect("there are regions"))).collect()
+}
+
+/// What labels tell of the data.
+struct Explained {
+    /// R.
+    share: f64,
+    /// How many are used on more than a speck, and differ in their means.
+    regions: usize,
+}
+
+/// Of the area: a speck.
+const SPECK: f64 = 1e-3;
+
+/// Of the standard deviation of the data: means that are closer do not differ.
+const CLOSE: f64 = 0.1;
+
+impl Explained {
+    fn of<const M: usize>(labels: &[Row<M>], data: &Data, area: &[f64], m: usize) -> Self {
+        let d = data.dimension;
+        let (mut mass, mut moments) = (vec![0.0; m], vec![vec![0.0; d]; m]);
+        for (k, (u, &a)) in labels.iter().zip(area).enumerate().filter(|(_, (_, a))| **a > 0.0) {
+            let p = u.argmax();
+            mass[p] += a;
+            moments[p].iter_mut().zip(data.at(k)).for_each(|(sum, c)| *sum += a * c);
+        }
+        let total: f64 = mass.iter().sum();
+        let mean: Vec<f64> =
+            (0..d).map(|i| moments.iter().map(|sum| sum[i]).sum::<f64>() / total).collect();
+        // Mean and mass of each region that has some.
+        let regions: Vec<(Vec<f64>, f64)> = moments
+            .into_iter()
+            .zip(mass)
+            .filter(|(_, mass)| *mass > 0.0)
+            .map(|(sum, mass)| (sum.into_iter().map(|sum| sum / mass).collect(), mass))
+            .collect();
+        let squared =
+            |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
+        let variance = data.variance(area);
+        let explained: f64 = regions.iter().map(|(mu, mass)| mass * squared(mu, &mean)).sum();
+        let mut different: Vec<&[f64]> = Vec::new();
+        for (mu, mass) in &regions {
+            let new = different.iter().all(|other| squared(mu, other) > CLOSE.powi(2) * variance);
+            if new && *mass > SPECK * total {
+                different.push(mu);
+            }
+        }
+        let share = if variance > 0.0 { explained / (total * variance) } else { 0.0 };
+        Explained { share, regions: different.len() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::rng;
+    use rand::RngExt;
+
+    /// The share of the variance that is between the regions, by the other formula: what is left is within them.
+    #[test]
+    fn explained_is_what_is_not_within() {
+        let mut rng = rng(141);
+        let n = 500;
+        let data = Data::new(2, (0..2 * n).map(|_| rng.random()).collect()).unwrap();
+        let area: Vec<f64> = (0..n).map(|_| rng.random()).collect();
+        let labels: Vec<Row<4>> = (0..n).map(|_| Row::one_hot(rng.random_range(0..4))).collect();
+        let mut model = PiecewiseConstant::new(&data, vec![vec![0.0; 2]; 4]);
+        let weights: Vec<Row<4>> = labels.iter().zip(&area).map(|(&u, &a)| u * a).collect();
+        DataModel::<4>::fit(&mut model, &weights);
+        let s = DataModel::<4>::costs(&model);
+        let within: f64 = weights.iter().zip(&s).map(|(w, &s)| w.dot(s)).sum();
+        let total = area.iter().sum::<f64>() * data.variance(&area);
+        let found = Explained::of(&labels, &data, &area, 4);
+        assert!((found.share - (1.0 - within / total)).abs() < 1e-12, "{}", found.share);
+    }
+
+    #[test]
+    fn specks_and_twins_are_no_regions() {
+        let values = [vec![0.0; 1000], vec![1.0; 1000], vec![1.01; 1000], vec![5.0; 1]].concat();
+        let regions = [vec![0; 1000], vec![1; 1000], vec![2; 1000], vec![3; 1]].concat();
+        let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
+        let data = Data::new(1, values).unwrap();
+        assert_eq!(Explained::of(&labels, &data, &[1.0; 3001], 4).regions, 2);
+    }
+}

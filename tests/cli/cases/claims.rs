@@ -1,0 +1,284 @@
+//! What is claimed means what it says: gaps that no constant changes, forbidden labels, vertices of which nothing is
+//! known, numbers of all kinds, regions that end empty, bounds of answers that are given.
+
+use std::path::PathBuf;
+
+use ndarray::{Array2, s};
+use ndarray_npy::{read_npy, write_npy};
+use serde_json::Value;
+
+use crate::support::{Answer, Folder, costs, stderr};
+
+fn case(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(name)
+}
+
+const VERTICES: usize = 60 * 40;
+
+fn torus() -> Folder {
+    let folder = Folder::new();
+    folder.done("mesh generate torus:60x40 --out m.ply");
+    folder
+}
+
+/// Constants at the vertices, one for all or one for each, change neither where a solver stops nor what it claims.
+#[test]
+fn a_constant_changes_no_claim() {
+    let folder = torus();
+    let own = costs(VERTICES, 3);
+    let ramp = Array2::from_shape_fn((VERTICES, 3), |(k, _)| 1e4 * (k as f64).sin());
+    for (name, costs) in
+        [("s", own.clone()), ("high", &own + 1e5), ("low", &own - 1e3), ("ramp", &own + &ramp)]
+    {
+        folder.array(&format!("{name}.npy"), &costs);
+    }
+    for options in
+        ["", "--precision f32", "--solver fista --max-iterations 200", "--mass consistent"]
+    {
+        let solve = |name: &str| {
+            folder.solve(
+                &format!("m.ply --costs {name}.npy --lambda 0.05 --no-preview {options}"),
+                name,
+            )
+        };
+        let known = solve("s");
+        assert!(known.number("iterations") > 0.0);
+        for name in ["high", "low", "ramp"] {
+            let other = solve(name);
+            assert_eq!(other.labels, known.labels, "{name} {options}");
+            assert_eq!(other.number("iterations"), known.number("iterations"), "{name} {options}");
+            for key in ["gap", "relative_gap", "rounded_relative_gap"] {
+                let (a, b) = (other.number(key), known.number(key));
+                // Of the costs five digits are lost, more of a difference.
+                assert!((a - b).abs() <= 1e-5 * b + 1e-7, "{name} {options}, {key}: {a} {b}");
+            }
+            let above = |answer: &Answer| answer.number("energy") - answer.number("baseline");
+            assert!((above(&other) - above(&known)).abs() <= 1e-7 * above(&known), "{name}");
+        }
+    }
+}
+
+/// One denominator on the screen and in the summary: (R - D) / (D - B).
+#[test]
+fn the_labels_have_one_gap() {
+    let folder = torus();
+    folder.array("s.npy", &costs(VERTICES, 3));
+    let screen = folder.done("solve m.ply --costs s.npy --lambda 0.05 --no-preview --out o");
+    let answer = folder.answer("o");
+    let [r, d, b] = ["rounded_energy", "dual_bound", "baseline"].map(|key| answer.number(key));
+    let share = answer.number("rounded_relative_gap");
+    assert!((share - (r - d) / (d - b)).abs() <= 1e-9 * share);
+    assert!(
+        screen.contains(&format!("at most {:.2} % above any labeling", 100.0 * share)),
+        "{screen}"
+    );
+    let e = answer.number("energy");
+    let gap = answer.number("relative_gap");
+    assert!((gap - (e - d) / (e - b)).abs() <= 1e-9 + 1e-6 * gap);
+}
+
+/// +inf forbids a label, whatever the solver; the optimum is that of a cost which nobody would pay.
+#[test]
+fn infinite_costs_forbid_labels() {
+    let folder = torus();
+    let mut s = costs(VERTICES, 3);
+    let mut dear = s.clone();
+    for k in (0..VERTICES).filter(|k| k % 5 == 0 || *k < 500) {
+        (s[[k, k % 3]], dear[[k, k % 3]]) = (f64::INFINITY, 1e4);
+    }
+    folder.array("s.npy", &s);
+    folder.array("dear.npy", &dear);
+    let dear = folder.solve("m.ply --costs dear.npy --lambda 0.01 --gap 1e-5 --no-preview", "dear");
+    for options in [
+        "--gap 1e-5",
+        "--gap 1e-5 --solver-option engine=rows",
+        "--precision f32",
+        "--gap 1e-5 --init uniform",
+        "--gap 1e-5 --init random --coarse-to-fine",
+        "--gap 1e-5 --solver douglas-rachford",
+        "--solver fista --max-iterations 1000",
+        "--solver projected-gradient --max-iterations 1000",
+        "--mass voronoi",
+    ] {
+        let options = options.replace(" --init random --coarse-to-fine", " --coarse-to-fine");
+        let line = format!("m.ply --costs s.npy --lambda 0.01 --no-preview {options}");
+        let found = folder.solve(&line, "found");
+        found.assert_consistent();
+        for ((k, p), cost) in s.indexed_iter() {
+            assert!(cost.is_finite() || found.u[[k, p]] == 0.0, "{options}");
+        }
+        if options.contains("1e-5") {
+            let (a, b) = (found.number("energy"), dear.number("energy"));
+            assert!((a - b).abs() <= 2e-5 * b, "{options}: {a} {b}");
+        }
+        let warnings = found.summary["warnings"].to_string();
+        assert!(warnings.contains("forbidden"), "{warnings}");
+    }
+    let evaluate = folder.done("evaluate m.ply --costs s.npy --lambda 0.01 --u dear/u.npy");
+    let evaluation: Value = serde_json::from_str(&evaluate).unwrap();
+    assert!((evaluation["energy"].as_f64().unwrap() - dear.number("energy")).abs() < 1e-9);
+    let refused = |line: &str, what: &str| {
+        let output = folder.run(line);
+        assert_eq!(output.status.code(), Some(1), "{line}");
+        let message = stderr(&output);
+        assert!(message.contains(what) && message.lines().count() == 1, "{message}");
+    };
+    refused("solve m.ply --costs s.npy --lambda 0.01 --mass consistent --out x", "lumped");
+    refused("problem export m.ply --costs s.npy --lambda 0.01 --out x.npz", "forbidden");
+    let mut u = Array2::zeros((VERTICES, 3));
+    u.column_mut(0).fill(1.0);
+    folder.array("u.npy", &u);
+    refused("evaluate m.ply --costs s.npy --lambda 0.01 --u u.npy", "forbid");
+    for (name, row, what) in [
+        ("all", [f64::INFINITY; 3], "every label in row 7"),
+        ("minus", [0.0, f64::NEG_INFINITY, 1.0], "-inf in row 7, column 1"),
+        ("some", [0.0, 1.0, f64::NAN], "NaN in row 7, column 2"),
+    ] {
+        let mut wrong = costs(VERTICES, 3);
+        wrong.row_mut(7).assign(&ndarray::arr1(&row));
+        folder.array(&format!("{name}.npy"), &wrong);
+        refused(&format!("solve m.ply --costs {name}.npy --lambda 0.01 --out x"), what);
+    }
+}
+
+/// A row of NaN costs nothing: the answer is that of a row of zeros.
+#[test]
+fn rows_of_nan_are_unknown() {
+    let folder = torus();
+    let mut s = costs(VERTICES, 3);
+    s.slice_mut(s![300..350, ..]).fill(0.0);
+    folder.array("zero.npy", &s);
+    s.slice_mut(s![300..350, ..]).fill(f64::NAN);
+    folder.array("nan.npy", &s);
+    let solve = |name: &str| folder.solve(&format!("m.ply --costs {name}.npy --lambda 0.02"), name);
+    let (zero, nan) = (solve("zero"), solve("nan"));
+    assert_eq!((zero.u, zero.labels), (nan.u, nan.labels));
+    assert!(nan.summary["warnings"][0].as_str().unwrap().contains("50 vertices"));
+
+    let (mesh, data) = (case("27-nan-mask/m.ply"), case("27-nan-mask/thickness.npy"));
+    let line = format!(
+        "segment {} --data {} --regions 2 --no-preview --out o",
+        mesh.display(),
+        data.display()
+    );
+    folder.done(&line);
+    let known: ndarray::Array1<f64> = read_npy(&data).unwrap();
+    let unknown = known.iter().filter(|x| x.is_nan()).count();
+    let answer = folder.answer("o");
+    assert!(unknown > 0);
+    let warnings = answer.summary["warnings"].to_string();
+    assert!(warnings.contains(&format!("nothing is known of {unknown} vertices")), "{warnings}");
+    let means = answer.summary["region_parameters"].as_array().unwrap();
+    assert!(means.iter().all(|region| region["mean"][0].as_f64().is_some()), "{means:?}");
+}
+
+#[test]
+fn arrays_of_all_kinds_of_numbers_are_read() {
+    let folder = Folder::new();
+    let file = |name: &str| case(&format!("35-npy-kinds/{name}")).display().to_string();
+    let mesh = file("m.ply");
+    for kind in ["i8", "i4", "bool", "f2", "be", "u2", "u1", "fort", "v2", "v3", "be_u1col"] {
+        let data = file(&format!("{kind}.npy"));
+        folder.done(&format!("segment {mesh} --data {data} --regions 2 --no-preview --out {kind}"));
+    }
+    for kind in ["S_i8", "S_be4", "Sfort"] {
+        let costs = file(&format!("{kind}.npy"));
+        folder
+            .done(&format!("solve {mesh} --costs {costs} --lambda 0.01 --no-preview --out {kind}"));
+    }
+    for (kind, what) in
+        [("obj", "not plain numbers"), ("struct", "plain numbers"), ("perface", "rows")]
+    {
+        let output = folder.run(&format!(
+            "segment {mesh} --data {} --regions 2 --out x",
+            file(&format!("{kind}.npy"))
+        ));
+        assert_eq!(output.status.code(), Some(1), "{kind}");
+        assert!(stderr(&output).contains(what), "{}", stderr(&output));
+    }
+    // The program's own labels are data as well.
+    folder
+        .done(&format!("segment {mesh} --data i4/labels.npy --regions 2 --no-preview --out again"));
+}
+
+/// An empty region is said, with a lambda that does not lose it.
+#[test]
+fn empty_regions_are_said_with_what_helps() {
+    let folder = torus();
+    folder.array("s.npy", &costs(VERTICES, 3));
+    let line = "m.ply --costs s.npy --no-preview --lambda";
+    let output = folder.run(&format!("solve {line} 3 --out lost"));
+    let answer = folder.answer("lost");
+    let warnings = answer.summary["warnings"].to_string();
+    let lambda = warnings.split("--lambda ").nth(1).unwrap_or_else(|| panic!("{warnings}"));
+    let lambda: String = lambda.chars().take_while(|c| "0123456789.e-".contains(*c)).collect();
+    assert!(warnings.contains("empty"), "{warnings}");
+    assert!(String::from_utf8(output.stdout).unwrap().contains("are empty"));
+    let found = folder.solve(&format!("{line} {lambda}"), "found");
+    assert!((0..3).all(|p| found.labels.iter().any(|&label| label == p)), "{lambda}");
+    // What is nowhere the cheapest is no fault of lambda.
+    let mut dear = costs(VERTICES, 3);
+    dear.column_mut(1).fill(1e3);
+    folder.array("s.npy", &dear);
+    let warnings = folder.solve(&format!("{line} 1e-3"), "dear").summary["warnings"].to_string();
+    assert!(warnings.contains("region 1 is empty: nowhere"), "{warnings}");
+}
+
+/// Regions with one mean become one, quickly, and so do data of one value.
+#[test]
+fn data_that_do_not_separate_are_said() {
+    let folder = torus();
+    let two = Array2::from_shape_fn((VERTICES, 1), |(k, _)| f64::from(u8::from(k < VERTICES / 2)));
+    write_npy(folder.path("two.npy"), &two).unwrap();
+    write_npy(folder.path("one.npy"), &(two * 0.0 + 0.7)).unwrap();
+    let segment = |data: &str, regions: usize| {
+        let line =
+            format!("segment m.ply --data {data}.npy --regions {regions} --no-preview --out o");
+        let screen = folder.done(&line);
+        (screen, folder.answer("o"))
+    };
+    let (screen, answer) = segment("two", 4);
+    let warnings = answer.summary["warnings"].to_string();
+    assert!(warnings.contains("empty") && warnings.contains("ask for 2"), "{warnings}");
+    assert!(screen.contains("empty"), "{screen}");
+    assert!(answer.number("iterations") < 5000.0);
+    let (screen, answer) = segment("one", 2);
+    let warnings = answer.summary["warnings"].to_string();
+    assert!(warnings.contains("nothing to segment"), "{warnings}");
+    assert!(screen.contains("empty"), "{screen}");
+}
+
+/// The bound of an answer that is given: its own from q, near it from steps, and never false.
+#[test]
+fn evaluate_bounds_an_optimum() {
+    let folder = torus();
+    folder.array("s.npy", &costs(VERTICES, 3));
+    let solved =
+        folder.solve("m.ply --costs s.npy --lambda 0.05 --gap 1e-5 --save q --no-preview", "o");
+    let evaluate = |options: &str| -> Value {
+        let line = format!("evaluate m.ply --costs s.npy --lambda 0.05 --u o/u.npy {options}");
+        serde_json::from_str(&folder.done(&line)).unwrap()
+    };
+    let number =
+        |value: &Value, key: &str| value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value}"));
+    let own = evaluate("--q o/q.npy");
+    assert_eq!(own["certificate"], "offered");
+    assert!((number(&own, "dual_bound") - solved.number("dual_bound")).abs() <= 1e-12);
+    assert!((number(&own, "relative_gap") - solved.number("relative_gap")).abs() <= 1e-9);
+    let steps = evaluate("");
+    assert_eq!(steps["certificate"], "steps");
+    assert!(number(&steps, "relative_gap") < 0.02, "{steps}");
+    assert!(number(&steps, "dual_bound") <= solved.number("energy") + 1e-12);
+    let none = evaluate("--dual-steps 0");
+    assert_eq!(number(&none, "dual_bound"), number(&none, "baseline"));
+    // What is offered is cut off at lambda, so that no field bounds what is false.
+    let q: Array2<f64> = read_npy(folder.path("o/q.npy")).unwrap();
+    write_npy(folder.path("q.npy"), &(q * 1e3)).unwrap();
+    assert!(number(&evaluate("--q q.npy"), "dual_bound") <= solved.number("energy") + 1e-12);
+    let output = folder.run("evaluate m.ply --costs s.npy --lambda 0.05 --u o/u.npy --q o/u.npy");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("two rows for each"), "{}", stderr(&output));
+    // A folder that is written again without q has none.
+    folder.solve("m.ply --costs s.npy --lambda 0.05 --no-preview", "o");
+    assert!(!folder.path("o/q.npy").exists());
+}

@@ -1,0 +1,4 @@
+//! Inputs as people bring them, after public reports: what is right for each, and for others of its kind. Files are in
+//! `tests/cases`.
+
+mod claims;
