@@ -47,7 +47,7 @@ fn colors_in_every_spelling() {
         ("29-two-corner-face/m.obj", FLOAT_RED, Some([204, 204, 51])),
         ("29-two-corner-face/m.ply", RED, BLUE),
         ("30-mrgb/sculpt.obj", RED, BLUE),
-        ("31-f-without-vt/cube.obj", FLOAT_RED, FLOAT_BLUE),
+        ("31-f-without-vt/cube.obj", FLOAT_RED, Some([204, 204, 51])),
         ("32-off-color-no-coff/tin.off", RED, BLUE),
         ("33-ply-rgba-float/a.ply", FLOAT_RED, FLOAT_BLUE),
         ("33-ply-rgba-float/f255.ply", RED, BLUE),
