@@ -90,9 +90,16 @@ fn info(path: &Path, json: bool) -> Outcome {
         unreferenced_vertices,
         bounding_box,
         has_colors,
+        has_face_colors,
         has_uv,
+        materials,
+        materials_with_images,
     } = statistics;
     let yes_or_no = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
+    let painted = match materials {
+        0 => "none".to_owned(),
+        _ => format!("{materials}, {materials_with_images} with an image"),
+    };
     let corners = bounding_box.map_or_else(String::new, |corners| {
         let point = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
         format!("{} to {}", point(corners.min), point(corners.max))
@@ -113,7 +120,9 @@ fn info(path: &Path, json: bool) -> Outcome {
         ("unreferenced vertices", unreferenced_vertices.to_string()),
         ("bounding box", corners),
         ("vertex colors", yes_or_no(has_colors)),
+        ("face colors", yes_or_no(has_face_colors)),
         ("texture coordinates", yes_or_no(has_uv)),
+        ("materials", painted),
     ]))?;
     Ok(())
 }

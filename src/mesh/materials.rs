@@ -1,6 +1,7 @@
 //! What faces are painted with: named materials, each with a color or an image.
 
-use std::path::PathBuf;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 /// The materials of a mesh, and which face has which.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -18,4 +19,30 @@ pub struct Material {
     pub color: Option<[f64; 3]>,
     /// The image of its texture, as found from where the program runs.
     pub image: Option<PathBuf>,
+}
+
+impl Materials {
+    /// A name that no material has, for faces that have none.
+    pub fn unused_name(&self) -> String {
+        let mut name = "none".to_owned();
+        while self.all.iter().any(|material| material.name == name) {
+            name.push('_');
+        }
+        name
+    }
+
+    /// The images, each once, and the place there of each material's.
+    pub fn images(&self) -> (Vec<&Path>, Vec<Option<usize>>) {
+        let mut images: Vec<&Path> = Vec::new();
+        let mut place_of = HashMap::new();
+        let places = self.all.iter().map(|material| {
+            let image = material.image.as_deref()?;
+            Some(*place_of.entry(image).or_insert_with(|| {
+                images.push(image);
+                images.len() - 1
+            }))
+        });
+        let places = places.collect();
+        (images, places)
+    }
 }

@@ -44,7 +44,11 @@ pub struct Statistics {
     /// Of all vertices; none if there are none.
     pub bounding_box: Option<BoundingBox>,
     pub has_colors: bool,
+    pub has_face_colors: bool,
     pub has_uv: bool,
+    /// Materials that the mesh names, and those among them with an image.
+    pub materials: usize,
+    pub materials_with_images: usize,
 }
 
 impl Statistics {
@@ -91,6 +95,8 @@ impl Statistics {
         corner_sets.iter_mut().for_each(|face| face.sort_unstable());
         corner_sets.sort_unstable();
 
+        let materials = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.all);
+
         Statistics {
             vertices,
             faces: mesh.faces.len(),
@@ -107,7 +113,10 @@ impl Statistics {
             unreferenced_vertices: vertices - count(&referenced),
             bounding_box: bounding_box(mesh),
             has_colors: mesh.colors.is_some(),
+            has_face_colors: mesh.face_colors.is_some(),
             has_uv: mesh.uv.is_some(),
+            materials: materials.len(),
+            materials_with_images: materials.iter().filter(|m| m.image.is_some()).count(),
         }
     }
 }

@@ -163,9 +163,12 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     if solutions.is_empty() {
         return Ok(None);
     }
+    // The page moves the surface to the middle anyway; before that, 32 bits are too few for points on a map.
+    let first = mesh.vertices[0];
     let positions: Vec<u8> = mesh
         .vertices
         .iter()
+        .map(|x| x - first)
         .flat_map(|x| [x.x, x.y, x.z])
         .flat_map(|x| (x as f32).to_le_bytes())
         .collect();

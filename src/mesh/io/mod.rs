@@ -2,18 +2,26 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | OBJ | any index form, polygons, vertex colors, texture coordinates | exact coordinates, colors and texture coordinates |
-//! | PLY | ascii and both binary forms, any property types, polygons, triangle strips | binary little endian, exact coordinates, 8-bit colors |
-//! | OFF | OFF with any of the prefixes ST, C, N; polygons | exact coordinates and colors |
-//! | STL | ascii and binary, equal positions welded | binary, coordinates rounded to 32 bits |
+//! | OBJ | any index form, polygons, vertex colors, texture coordinates, materials | exact coordinates, all of these |
+//! | PLY | ascii and both binary forms, any property types, polygons, triangle strips, colors of vertices and faces, images | binary little endian, exact coordinates, 8-bit colors, images |
+//! | OFF | OFF with any of the prefixes ST, C, N; polygons, colors of vertices and faces | exact coordinates and colors |
+//! | STL | ascii and binary, equal positions welded | binary, coordinates rounded to 32 bits, from a local origin if they need one |
+//!
+//! Polygons are cut into triangles inside themselves, see `polygon.rs`; what has fewer than 3 corners is no face and
+//! left out. What a file says besides positions and faces never makes it unreadable: colors and texture coordinates
+//! that are missing or no numbers are NaN, one sentence a kind says how many and where first.
 //!
 //! A reader trusts nothing: what a file promises is checked against its size before memory is taken, no
 //! coordinate is NaN or infinite, every face refers to vertices that exist, and whatever is wrong becomes
 //! one [`Error`] of one line. Degenerate and duplicate faces and unreferenced vertices are legal and stay.
 
+mod colors;
 mod obj;
 mod off;
+mod paths;
+mod places;
 mod ply;
+mod polygon;
 mod stl;
 mod text;
 
@@ -28,6 +36,8 @@ use nalgebra::Point3;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::Mesh;
+
+use self::places::warn;
 
 pub use ply::write_labeled;
 
@@ -88,23 +98,26 @@ pub fn read(path: &Path) -> Result<Mesh> {
                 format!("is no known mesh format; convert it to one of {}", Format::NAMES),
             )
         })?;
-    parse(path, format, &bytes)
+    parse_beside(path, path.parent(), format, &bytes)
 }
 
-/// Reads a mesh from memory; `path` only serves the messages.
+/// Reads a mesh from memory; `path` only serves the messages. What other files say about its materials is unknown.
 ///
 /// # Errors
 /// As [`read`].
 pub fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<Mesh> {
+    parse_beside(path, None, format, bytes)
+}
+
+/// Reads a mesh that may name other files of a folder.
+fn parse_beside(path: &Path, folder: Option<&Path>, format: Format, bytes: &[u8]) -> Result<Mesh> {
     let mesh = match format {
-        Format::Obj => obj::parse(path, bytes),
-        Format::Ply => ply::parse(path, bytes),
+        Format::Obj => obj::parse(path, folder, bytes),
+        Format::Ply => ply::parse(path, folder, bytes),
         Format::Off => off::parse(path, bytes),
         Format::Stl => stl::parse(path, bytes),
     }?;
-    if mesh.faces.is_empty() {
-        return Err(Error::malformed(path, "has no faces"));
-    }
+    check_faces(path, &mesh.faces)?;
     if u32::try_from(mesh.vertices.len()).is_err() {
         return Err(Error::malformed(path, "has more than 2^32 - 1 vertices"));
     }
@@ -123,25 +136,88 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
             Format::NAMES
         ))
     })?;
-    if mesh.colors.is_some() && format == Format::Stl {
-        tracing::warn!("{}: STL holds no colors", path.display());
+    warn_of_losses(path, format, mesh);
+    match format {
+        Format::Obj => {
+            let library = write_materials(path, mesh)?;
+            file::write(path, |out: &mut dyn Write| obj::write(out, mesh, library.as_deref()))
+        }
+        Format::Ply => {
+            file::write(path, |out: &mut dyn Write| ply::write(out, mesh, folder_of(path)))
+        }
+        Format::Off => file::write(path, |out: &mut dyn Write| off::write(out, mesh)),
+        Format::Stl => {
+            let origin = stl::origin(path, mesh)?;
+            file::write(path, |out: &mut dyn Write| stl::write(out, mesh, origin))
+        }
     }
-    if mesh.uv.is_some() && matches!(format, Format::Off | Format::Stl) {
-        tracing::warn!(
-            "{}: texture coordinates are left out; OBJ and PLY hold them",
-            path.display()
-        );
-    }
-    if format == Format::Stl {
-        stl::check_range(path, mesh)?;
-    }
-    file::write(path, |out: &mut dyn Write| match format {
-        Format::Obj => obj::write(out, mesh),
-        Format::Ply => ply::write(out, mesh),
-        Format::Off => off::write(out, mesh),
-        Format::Stl => stl::write(out, mesh),
-    })
 }
+
+/// The folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// Writes the materials of an OBJ file beside it, if it has some; the name of their file.
+fn write_materials(path: &Path, mesh: &Mesh) -> Result<Option<String>> {
+    let Some(materials) = &mesh.materials else { return Ok(None) };
+    let library = path.with_extension("mtl");
+    file::write(&library, |out: &mut dyn Write| {
+        obj::write_materials(out, materials, folder_of(path))
+    })?;
+    Ok(library.file_name().map(|name| name.to_string_lossy().into_owned()))
+}
+
+/// Says in one sentence what a mesh has and the format has not, and in another what is made up.
+fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
+    let images = mesh.materials.as_ref().is_some_and(|m| m.all.iter().any(|m| m.image.is_some()));
+    let (colors, face_colors) = (mesh.colors.is_some(), mesh.face_colors.is_some());
+    let (uv, materials) = (mesh.uv.is_some(), mesh.materials.is_some());
+    let mut lost = Vec::new();
+    match format {
+        Format::Obj => {
+            lost.extend(face_colors.then_some("colors of faces (PLY and OFF hold them)"))
+        }
+        Format::Ply if materials && images => {
+            lost.push("names and colors of materials (OBJ holds them)")
+        }
+        Format::Ply => lost.extend(materials.then_some("materials (OBJ holds them)")),
+        Format::Off | Format::Stl => {
+            if format == Format::Stl {
+                lost.extend(colors.then_some("colors of vertices (the other formats hold them)"));
+                lost.extend(face_colors.then_some("colors of faces (PLY and OFF hold them)"));
+            }
+            lost.extend(uv.then_some("texture coordinates (OBJ and PLY hold them)"));
+            lost.extend(materials.then_some("materials (OBJ holds them)"));
+        }
+    }
+    if !lost.is_empty() {
+        warn(path, &format!("left out: {}", lost.join(", ")));
+    }
+    if matches!(format, Format::Ply | Format::Off) {
+        let unknown = mesh.colors.iter().flatten().filter(|color| color[0].is_nan()).count();
+        let of_faces = match format {
+            Format::Ply => mesh.face_colors.iter().flatten().filter(|c| c[0].is_nan()).count(),
+            _ => 0,
+        };
+        if unknown + of_faces > 0 {
+            let message =
+                format!("{unknown} vertices and {of_faces} faces without a color are written gray");
+            warn(path, &message);
+        }
+    }
+}
+
+/// What stands for a color that is not known, where the format wants one.
+const GRAY: [f64; 3] = [0.5; 3];
+
+/// A color to be written.
+fn known(color: [f64; 3]) -> [f64; 3] {
+    if color[0].is_nan() { GRAY } else { color }
+}
+
+/// What becomes of points and lines among the faces.
+const TOO_FEW_CORNERS: &str = "faces with fewer than 3 corners are left out";
 
 /// What is wrong with a coordinate, if anything.
 fn check_coordinate(x: f64) -> std::result::Result<f64, String> {
@@ -156,19 +232,31 @@ fn check_coordinate(x: f64) -> std::result::Result<f64, String> {
     }
 }
 
-/// A color component in [0, 1], up to the rounding of programs that write it.
-fn check_color(c: f64) -> std::result::Result<f64, String> {
-    const ROUNDING: f64 = 1e-6;
-    if (-ROUNDING..=1.0 + ROUNDING).contains(&c) {
-        Ok(c.clamp(0.0, 1.0))
-    } else {
-        Err(format!("the color component {c:?} is outside [0, 1]"))
+/// Says how many faces have corners without texture coordinates; none at all if no corner has any.
+fn warn_untextured(path: &Path, uv: Vec<[[f64; 2]; 3]>) -> Option<Vec<[[f64; 2]; 3]>> {
+    let missing = |face: &[[f64; 2]; 3]| face.iter().filter(|t| t[0].is_nan()).count();
+    let unknown = uv.iter().filter(|face| missing(face) > 0).count();
+    if unknown == uv.len() && uv.iter().all(|face| missing(face) == 3) {
+        return None;
     }
+    if unknown > 0 {
+        let faces = uv.len();
+        warn(
+            path,
+            &format!(
+                "{unknown} of {faces} faces have corners without texture coordinates, which count as unknown"
+            ),
+        );
+    }
+    Some(uv)
 }
 
-/// A texture coordinate: any finite number, since textures may repeat.
-fn check_texture(t: f64) -> std::result::Result<f64, String> {
-    if t.is_finite() { Ok(t) } else { Err(format!("{t} is not a finite texture coordinate")) }
+/// A mesh has faces. Readers look before they say what they left out, since an error is one line.
+fn check_faces(path: &Path, faces: &[[u32; 3]]) -> Result<()> {
+    match faces {
+        [] => Err(Error::malformed(path, "has no faces")),
+        _ => Ok(()),
+    }
 }
 
 /// The triangles (c_1, c_i, c_{i+1}) of a polygon.

@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! [ST][C][N]OFF                                    # what each vertex has besides its position
-//! V F [E]                                          # may stand on the line of the keyword
-//! x y z [nx ny nz] [r g b [a]] [s t]               # V lines
-//! n i_1 ... i_n [color]                            # F polygons; indices from 0; their colors are skipped
+//! V F [E]                                          # may stand on the line of the keyword, even without a blank
+//! x y z [nx ny nz] [r g b [a]] [s t]               # V vertices
+//! n i_1 ... i_n [r g b [a]]                        # F polygons; indices from 0
 //! ```
 //!
-//! Vertex colors are floats in [0, 1] or integers up to 255: the latter if any component is above 1.
+//! Colors are floats in [0, 1] or up to 255. Many programs write colors of vertices without saying so in the keyword:
+//! 3 or 4 numbers behind a position are a color there. A position and a list of indices may go on on the next line;
+//! what else there is ends with its line. Positions and indices must be right, the rest is left out if it is not.
 //!
 //! Reference: Geomview manual, section "OFF: Object File Format".
 
@@ -16,9 +18,15 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::text::{Text, quote};
-use super::{check_color, check_texture, coordinates, fan, uv_of_vertices};
-use crate::error::{Error, Result};
+use super::colors::Colors;
+use super::places::Places;
+use super::polygon::Polygons;
+use super::text::{Text, parse_float, quote};
+use super::{
+    TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known, uv_of_vertices,
+    warn_untextured,
+};
+use crate::error::Result;
 use crate::mesh::Mesh;
 
 /// What a vertex line holds, after the keyword of the file.
@@ -49,16 +57,24 @@ impl Layout {
     }
 }
 
+/// The keyword and what is glued to it: some programs put the first count there, `OFF8 6 12`.
+fn split(token: &[u8]) -> (&[u8], &[u8]) {
+    const KEYWORD: &[u8] = b"OFF";
+    let end = token.windows(KEYWORD.len()).position(|window| window == KEYWORD);
+    let (keyword, count) = token.split_at(end.map_or(token.len(), |end| end + KEYWORD.len()));
+    if count.iter().all(u8::is_ascii_digit) { (keyword, count) } else { (token, b"") }
+}
+
 /// Whether the first token is the keyword.
 pub fn recognizes(bytes: &[u8]) -> bool {
     let mut text = Text::new(Path::new(""), bytes).with_comments();
-    text.next_line() && text.token().and_then(Layout::parse).is_some()
+    text.next_line() && text.token().and_then(|token| Layout::parse(split(token).0)).is_some()
 }
 
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let mut text = Text::new(path, bytes).with_comments();
     text.next_line();
-    let keyword = text.token().unwrap_or_default();
+    let (keyword, glued) = split(text.token().unwrap_or_default());
     let layout = Layout::parse(keyword).ok_or_else(|| {
         let dimensions = keyword.ends_with(b"nOFF") || keyword.ends_with(b"4OFF");
         text.error(if dimensions {
@@ -67,80 +83,166 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
             format!("expected OFF, not {}; this is no OFF file", quote(keyword))
         })
     })?;
-    let (vertex_count, face_count) = counts(&mut text)?;
-
-    let mut positions = Vec::with_capacity(room(&text, vertex_count));
-    let mut colors: Vec<[f64; 3]> = Vec::new();
-    let mut uv: Vec<[f64; 2]> = Vec::new();
-    let mut values = Vec::new();
-    for k in 0..vertex_count {
-        expect_line(&mut text, k, vertex_count, "vertices")?;
-        positions.push(Point3::new(text.coordinate()?, text.coordinate()?, text.coordinate()?));
-        values.clear();
-        if layout.normal {
-            for _ in 0..3 {
-                text.expect_token("a normal")?;
-            }
-        }
-        while let Some(token) = text.token() {
-            values.push(text.number_of(token, "a value")?);
-        }
-        let mut rest = values.as_slice();
-        if layout.texture {
-            let Some((before, &[s, t])) = rest.split_last_chunk() else {
-                return Err(text.error("a texture coordinate is missing"));
-            };
-            uv.push(texture(s, t).map_err(|message| text.error(message))?);
-            rest = before;
-        }
-        match (layout.color, rest) {
-            (true, &[r, g, b] | &[r, g, b, _]) => colors.push([r, g, b]),
-            (true, _) => return Err(text.error("expected a color of 3 or 4 components")),
-            (false, []) => {}
-            (false, _) => {
-                return Err(text.error(format!(
-                    "{} values too many; with vertex colors the keyword is COFF",
-                    rest.len()
-                )));
-            }
-        }
-    }
-
-    let mut faces = Vec::with_capacity(room(&text, face_count));
-    let mut polygon = Vec::new();
-    for j in 0..face_count {
-        expect_line(&mut text, j, face_count, "faces")?;
-        let n = text.integer("a number of corners")?;
-        if n < 3 {
-            return Err(text.error(format!("a face needs 3 corners, this one has {n}")));
-        }
-        polygon.clear();
-        for _ in 0..n {
-            let k = text.integer("a vertex index")?;
-            if !(0..vertex_count as i64).contains(&k) {
-                return Err(text.error(format!(
-                    "refers to vertex {k}, but the file has {vertex_count} vertices, counted from 0"
-                )));
-            }
-            polygon.push(k as u32);
-        }
-        faces.extend(fan(&polygon));
-    }
-    if text.next_line() {
+    let (vertex_count, face_count) = counts(&mut text, glued)?;
+    let vertices = Vertices::read(&mut text, layout, vertex_count)?;
+    let mut faces = Faces::read(&mut text, vertex_count, face_count)?;
+    if text.seek_token() {
         return Err(text.error("more lines than the vertices and faces declared"));
     }
+    check_faces(path, &faces.corners)?;
+    faces.too_few.warn(path, TOO_FEW_CORNERS);
+    vertices.odd.warn(
+        path,
+        "what follows positions is left out where it is not what the keyword says or a color of 3 or 4 numbers",
+    );
+    faces.polygons.triangulate::<u32>(path, &vertices.positions, &mut faces.corners, None);
+    let uv = layout.texture.then(|| uv_of_vertices(&faces.corners, &vertices.uv));
     Ok(Mesh {
-        uv: layout.texture.then(|| uv_of_vertices(&faces, &uv)),
-        colors: if layout.color { Some(normalize(path, colors)?) } else { None },
-        vertices: positions,
-        faces,
-        ..Mesh::default()
+        uv: uv.and_then(|uv| warn_untextured(path, uv)),
+        colors: vertices.colors.finish(path, vertex_count, "vertices"),
+        face_colors: faces.colors.finish(path, faces.corners.len(), "faces"),
+        vertices: vertices.positions,
+        faces: faces.corners,
+        materials: None,
     })
 }
 
+struct Vertices {
+    positions: Vec<Point3<f64>>,
+    colors: Colors,
+    uv: Vec<[f64; 2]>,
+    /// Vertices with other values than they should have.
+    odd: Places,
+}
+
+impl Vertices {
+    fn read(text: &mut Text, layout: Layout, count: usize) -> Result<Self> {
+        let mut vertices = Vertices {
+            positions: Vec::with_capacity(room(text, count)),
+            colors: Colors::new(None),
+            uv: Vec::new(),
+            odd: Places::default(),
+        };
+        let mut values = Vec::new();
+        for k in 0..count {
+            let mut x = [0.0; 3];
+            for x in &mut x {
+                let token = expect_token(text, k, count, "vertices")?;
+                *x = check_coordinate(text.number_of(token, "a coordinate")?)
+                    .map_err(|message| text.error(message))?;
+            }
+            vertices.positions.push(Point3::from(x));
+            values.clear();
+            while let Some(token) = text.token() {
+                values.push(parse_float(token).unwrap_or(f64::NAN));
+            }
+            vertices.extras(text, layout, &values);
+        }
+        Ok(vertices)
+    }
+
+    /// What follows the latest position on its line.
+    fn extras(&mut self, text: &Text, layout: Layout, values: &[f64]) {
+        let place = || format!("line {}", text.line());
+        let k = self.positions.len() - 1;
+        let mut rest = values;
+        let mut complete = true;
+        if layout.normal {
+            complete &= rest.len() >= 3;
+            rest = rest.get(3..).unwrap_or_default();
+        }
+        if layout.texture {
+            let (before, t) = match rest.split_last_chunk() {
+                Some((before, &[s, t])) if s.is_finite() && t.is_finite() => (before, [s, t]),
+                Some((before, _)) => (before, [f64::NAN; 2]),
+                None => (rest, [f64::NAN; 2]),
+            };
+            complete &= !t[0].is_nan();
+            self.uv.push(t);
+            rest = before;
+        }
+        match *rest {
+            [] => complete &= !layout.color,
+            // Other layouts that say what a vertex has do not have one.
+            [r, g, b] | [r, g, b, _] if layout.color || !(layout.normal || layout.texture) => {
+                complete &= [r, g, b].iter().all(|c| c.is_finite());
+                self.colors.set(k, [r, g, b], place);
+            }
+            _ => complete = false,
+        }
+        if !complete {
+            self.odd.add(place);
+        }
+    }
+}
+
+struct Faces {
+    corners: Vec<[u32; 3]>,
+    polygons: Polygons,
+    colors: Colors,
+    too_few: Places,
+}
+
+impl Faces {
+    fn read(text: &mut Text, vertices: usize, count: usize) -> Result<Self> {
+        let mut faces = Faces {
+            corners: Vec::with_capacity(room(text, count)),
+            polygons: Polygons::default(),
+            colors: Colors::new(None),
+            too_few: Places::default(),
+        };
+        let mut polygon = Vec::new();
+        for j in 0..count {
+            let token = expect_token(text, j, count, "faces")?;
+            let n = text.integer_of(token, "a number of corners")?;
+            if n < 0 {
+                return Err(text.error(format!("a face has {n} corners")));
+            }
+            polygon.clear();
+            for _ in 0..n {
+                if !text.seek_token() {
+                    return Err(
+                        text.error("a vertex index is missing; the file ends within a face")
+                    );
+                }
+                let k = text.integer("a vertex index")?;
+                if !(0..vertices as i64).contains(&k) {
+                    return Err(text.error(format!(
+                        "refers to vertex {k}, but the file has {vertices} vertices, counted from 0"
+                    )));
+                }
+                polygon.push(k as u32);
+            }
+            // A single number is a place in a color map of another file.
+            let mut values = [f64::NAN; 5];
+            let mut given = 0;
+            while let Some(token) = text.token() {
+                values[given.min(4)] = parse_float(token).unwrap_or(f64::NAN);
+                given += 1;
+            }
+            if polygon.len() < 3 {
+                faces.too_few.add(|| format!("line {}", text.line()));
+                continue;
+            }
+            let first = faces.corners.len();
+            faces.polygons.add(first, polygon.len());
+            faces.corners.extend(fan(&polygon));
+            if let (3 | 4, [r, g, b, ..]) = (given, values) {
+                for triangle in first..faces.corners.len() {
+                    faces.colors.set(triangle, [r, g, b], || format!("line {}", text.line()));
+                }
+            }
+        }
+        Ok(faces)
+    }
+}
+
 /// V and F; the number of edges after them says nothing and may be missing.
-fn counts(text: &mut Text) -> Result<(usize, usize)> {
+/// `glued` is the first of them, or empty.
+fn counts(text: &mut Text, glued: &[u8]) -> Result<(usize, usize)> {
     let first = match text.token() {
+        Some(second) if !glued.is_empty() => return checked_counts(text, glued, second),
+        _ if !glued.is_empty() => return Err(text.error("the number of faces is missing")),
         Some(b"BINARY") => {
             return Err(text.error("binary OFF is not supported; write it as text, or as PLY"));
         }
@@ -149,6 +251,10 @@ fn counts(text: &mut Text) -> Result<(usize, usize)> {
         None => return Err(text.error("the file ends before the number of vertices")),
     };
     let second = text.expect_token("the number of faces")?;
+    checked_counts(text, first, second)
+}
+
+fn checked_counts(text: &mut Text, first: &[u8], second: &[u8]) -> Result<(usize, usize)> {
     let count = |token: &[u8]| {
         std::str::from_utf8(token)
             .ok()
@@ -171,27 +277,17 @@ fn room(text: &Text, count: usize) -> usize {
     count.min(text.remaining() / SHORTEST_LINE + 1)
 }
 
-fn expect_line(text: &mut Text, read: usize, count: usize, what: &str) -> Result<()> {
-    if text.next_line() {
-        Ok(())
-    } else {
-        Err(text.error(format!("the file ends after {read} of {count} {what}")))
+/// The next token, on this line or a later one.
+fn expect_token<'a>(
+    text: &mut Text<'a>,
+    read: usize,
+    count: usize,
+    what: &str,
+) -> Result<&'a [u8]> {
+    if !text.seek_token() {
+        return Err(text.error(format!("the file ends after {read} of {count} {what}")));
     }
-}
-
-fn texture(s: f64, t: f64) -> std::result::Result<[f64; 2], String> {
-    Ok([check_texture(s)?, check_texture(t)?])
-}
-
-/// Colors in [0, 1] from either convention.
-fn normalize(path: &Path, mut colors: Vec<[f64; 3]>) -> Result<Vec<[f64; 3]>> {
-    let components = colors.as_flattened_mut();
-    let bytes = components.iter().any(|&c| check_color(c).is_err() && c > 1.0);
-    let full = if bytes { 255.0 } else { 1.0 };
-    for c in components {
-        *c = check_color(*c / full).map_err(|message| Error::malformed(path, message))?;
-    }
-    Ok(colors)
+    text.expect_token("a value")
 }
 
 /// Numbers are written with the fewest digits that read back to the same bits.
@@ -202,13 +298,19 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
         let [x, y, z] = coordinates(x);
         write!(out, "{x} {y} {z}")?;
         if let Some(colors) = &mesh.colors {
-            let [r, g, b] = colors[k];
-            write!(out, " {r} {g} {b} 1")?;
+            let [r, g, b] = known(colors[k]);
+            // With a point, or a reader may take 1 for a 255th.
+            write!(out, " {r:?} {g:?} {b:?} 1.0")?;
         }
         writeln!(out)?;
     }
-    for [a, b, c] in &mesh.faces {
-        writeln!(out, "3 {a} {b} {c}")?;
+    for (j, [a, b, c]) in mesh.faces.iter().enumerate() {
+        write!(out, "3 {a} {b} {c}")?;
+        let color = mesh.face_colors.as_ref().map(|colors| colors[j]);
+        if let Some([r, g, b]) = color.filter(|color| !color[0].is_nan()) {
+            write!(out, " {r:?} {g:?} {b:?}")?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }

@@ -35,6 +35,8 @@ pub struct Text<'a> {
     comment: Option<u8>,
     /// Whether a backslash before the end of a line joins the next one to it.
     continued: bool,
+    /// How a comment begins that says something all the same.
+    remark: Option<&'static [u8]>,
 }
 
 impl<'a> Text<'a> {
@@ -47,6 +49,7 @@ impl<'a> Text<'a> {
             started: false,
             comment: None,
             continued: false,
+            remark: None,
         }
     }
 
@@ -63,6 +66,12 @@ impl<'a> Text<'a> {
 
     pub fn with_continued_lines(mut self) -> Self {
         self.continued = true;
+        self
+    }
+
+    /// Lines that begin so are not passed over, though they are comments; see [`Text::remark`].
+    pub fn with_remarks(mut self, beginning: &'static [u8]) -> Self {
+        self.remark = Some(beginning);
         self
     }
 
@@ -126,7 +135,35 @@ impl<'a> Text<'a> {
         Some(token)
     }
 
-    /// Goes to the next line that has a token; false at the end of the text.
+    /// Goes to the next token, on whatever line it is; false at the end of the text.
+    #[inline]
+    pub fn seek_token(&mut self) -> bool {
+        (self.started && self.skip_blanks()) || self.next_line()
+    }
+
+    /// What follows on the current line, blanks within it included. No comment ends it: names of materials and
+    /// files contain its character ("Material #25").
+    pub fn rest_of_line(&mut self) -> &'a [u8] {
+        let rest = &self.bytes[self.at..];
+        let length = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
+        self.at += length;
+        rest[..length].trim_ascii()
+    }
+
+    fn at_remark(&self) -> bool {
+        self.remark.is_some_and(|beginning| self.bytes[self.at..].starts_with(beginning))
+    }
+
+    /// What follows the beginning of a remark, if the current line, none of whose tokens was read, is one.
+    pub fn remark(&mut self) -> Option<&'a [u8]> {
+        if !self.at_remark() {
+            return None;
+        }
+        self.at += self.remark.map_or(0, <[u8]>::len);
+        Some(self.rest_of_line())
+    }
+
+    /// Goes to the next line that has a token or is a remark; false at the end of the text.
     #[inline]
     pub fn next_line(&mut self) -> bool {
         if self.started {
@@ -135,7 +172,7 @@ impl<'a> Text<'a> {
         self.started = true;
         self.line += 1;
         while self.at < self.bytes.len() {
-            if self.skip_blanks() {
+            if self.skip_blanks() || self.at_remark() {
                 return true;
             }
             self.finish_line();
@@ -188,6 +225,12 @@ impl<'a> Text<'a> {
 
     pub fn integer(&mut self, what: &str) -> Result<i64> {
         let token = self.expect_token(what)?;
+        self.integer_of(token, what)
+    }
+
+    /// What a token of this line says as a whole number.
+    #[inline]
+    pub fn integer_of(&self, token: &[u8], what: &str) -> Result<i64> {
         parse_integer(token).ok_or_else(|| {
             self.error(format!("expected {what}, a whole number, not {}", quote(token)))
         })
@@ -208,6 +251,27 @@ pub fn parse_integer(token: &[u8]) -> Option<i64> {
         return Some(token.iter().fold(0, |n, b| 10 * n + i64::from(b - b'0')));
     }
     std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// A name in a file: UTF-8, or what older programs wrote, a byte a letter.
+pub fn decode(name: &[u8]) -> String {
+    match std::str::from_utf8(name) {
+        Ok(name) => name.to_owned(),
+        Err(_) => name.iter().copied().map(char::from).collect(),
+    }
+}
+
+/// A name of a file in a file: without quotes around it, and with the separators of this system.
+pub fn file_name(name: &[u8]) -> String {
+    let name = name.trim_ascii();
+    let unquoted = name.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\""));
+    decode(unquoted.unwrap_or(name)).replace('\\', "/")
+}
+
+/// A name without the comment behind it, if it is one.
+pub fn without_comment(name: &[u8]) -> &[u8] {
+    let comment = name.windows(2).position(|pair| pair[0].is_ascii_whitespace() && pair[1] == b'#');
+    name[..comment.unwrap_or(name.len())].trim_ascii_end()
 }
 
 /// A piece of the file for a message: on one line, and short.

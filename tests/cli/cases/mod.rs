@@ -2,3 +2,4 @@
 //! `tests/cases`.
 
 mod claims;
+mod readers;

@@ -3,7 +3,7 @@
 //! ```text
 //! ply
 //! format ascii|binary_little_endian|binary_big_endian 1.0
-//! comment ... | obj_info ...
+//! comment ... | comment TextureFile NAME | obj_info ...
 //! element NAME COUNT
 //! property TYPE NAME | property list TYPE TYPE NAME
 //! end_header
@@ -12,7 +12,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::mesh::io::text::{BYTE_ORDER_MARK, quote};
+use crate::mesh::io::text::{BYTE_ORDER_MARK, file_name, quote};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
@@ -30,6 +30,8 @@ pub enum Scalar {
     U16,
     I32,
     U32,
+    I64,
+    U64,
     F32,
     F64,
 }
@@ -43,6 +45,8 @@ impl Scalar {
             b"ushort" | b"uint16" => Some(Scalar::U16),
             b"int" | b"int32" => Some(Scalar::I32),
             b"uint" | b"uint32" => Some(Scalar::U32),
+            b"int64" | b"longlong" | b"long" => Some(Scalar::I64),
+            b"uint64" | b"ulonglong" | b"ulong" => Some(Scalar::U64),
             b"float" | b"float32" => Some(Scalar::F32),
             b"double" | b"float64" => Some(Scalar::F64),
             _ => None,
@@ -55,7 +59,7 @@ impl Scalar {
             Scalar::I8 | Scalar::U8 => 1,
             Scalar::I16 | Scalar::U16 => 2,
             Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::F64 => 8,
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
         }
     }
 
@@ -63,12 +67,12 @@ impl Scalar {
         !matches!(self, Scalar::F32 | Scalar::F64)
     }
 
-    /// The value of a full color component.
-    pub fn full_intensity(self) -> f64 {
+    /// The value of a full color component, if it follows from the type.
+    pub fn full_intensity(self) -> Option<f64> {
         match self {
-            Scalar::F32 | Scalar::F64 => 1.0,
-            Scalar::U16 => 65535.0,
-            _ => 255.0,
+            Scalar::F32 | Scalar::F64 => None,
+            Scalar::U16 => Some(65535.0),
+            _ => Some(255.0),
         }
     }
 }
@@ -121,19 +125,33 @@ impl Element {
         Error::malformed(path, format!("{} property {name} {message}", self.name))
     }
 
-    /// The place and type of a scalar property.
-    pub fn scalar(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
+    /// The place of a scalar property that must be there.
+    pub fn scalar(&self, path: &Path, name: &str) -> Result<usize> {
         match self.find(path, name)? {
-            None => Ok(None),
-            Some((at, Kind::Scalar(scalar))) => Ok(Some((at, scalar))),
+            None => Err(Error::malformed(path, format!("the element {} has no {name}", self.name))),
+            Some((at, Kind::Scalar(_))) => Ok(at),
             Some((_, Kind::List { .. })) => {
                 Err(self.error(path, name, "is a list; it must be a number"))
             }
         }
     }
 
-    /// The place of a list property, and the type of its items.
-    pub fn list(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
+    /// The place and type of the first property of that name, if it is a scalar.
+    pub fn any_scalar(&self, name: &str) -> Option<(usize, Scalar)> {
+        let mut named = self.properties.iter().enumerate().filter(|(_, p)| p.name == name);
+        named.find_map(|(at, property)| match property.kind {
+            Kind::Scalar(scalar) => Some((at, scalar)),
+            Kind::List { .. } => None,
+        })
+    }
+
+    /// The place of the first property of that name, if it is a list.
+    pub fn any_list(&self, name: &str) -> Option<usize> {
+        self.properties.iter().position(|p| p.name == name && matches!(p.kind, Kind::List { .. }))
+    }
+
+    /// The place of a list property that must be there if it is named, and the type of its items.
+    fn list(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
         match self.find(path, name)? {
             None => Ok(None),
             Some((at, Kind::List { item, .. })) => Ok(Some((at, item))),
@@ -162,23 +180,13 @@ impl Element {
     /// The first group of names of which all are scalar properties.
     pub fn first_complete<const N: usize>(
         &self,
-        path: &Path,
         groups: &[[&str; N]],
-    ) -> Result<Option<[(usize, Scalar); N]>> {
-        for group in groups {
-            let mut found = [(0, Scalar::U8); N];
-            let mut complete = true;
-            for (found, name) in found.iter_mut().zip(group) {
-                match self.find(path, name)? {
-                    Some((at, Kind::Scalar(scalar))) => *found = (at, scalar),
-                    _ => complete = false,
-                }
-            }
-            if complete {
-                return Ok(Some(found));
-            }
-        }
-        Ok(None)
+    ) -> Option<[(usize, Scalar); N]> {
+        groups.iter().find_map(|group| {
+            let found = group.map(|name| self.any_scalar(name));
+            let complete = found.iter().all(Option::is_some);
+            complete.then(|| found.map(|found| found.expect("all are there")))
+        })
     }
 }
 
@@ -186,6 +194,8 @@ impl Element {
 pub struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
+    /// The images that comments name, `comment TextureFile NAME`.
+    pub textures: Vec<String>,
     /// How many bytes and lines the header has.
     pub length: usize,
     pub lines: usize,
@@ -216,6 +226,7 @@ impl Header {
             .ok_or_else(|| Error::malformed_line(path, 1, "expected ply; this is no PLY file"))?;
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
+        let mut textures = Vec::new();
         let mut at = mark;
         let mut number = 0;
         loop {
@@ -231,6 +242,7 @@ impl Header {
                 .filter(|word| !word.is_empty())
                 .collect();
             match words[..] {
+                [b"comment", b"TextureFile", _, ..] => textures.push(texture_file(&rest[..length])),
                 [] | [b"comment" | b"obj_info", ..] => {}
                 [b"ply"] if number == 1 => {}
                 [b"format", _, version] if version != b"1.0" => {
@@ -282,10 +294,18 @@ impl Header {
             encoding: encoding
                 .ok_or_else(|| Error::malformed(path, "the header has no line format"))?,
             elements,
+            textures,
             length: at,
             lines: number,
         })
     }
+}
+
+/// The name in such a comment, which may contain blanks.
+fn texture_file(line: &[u8]) -> String {
+    const KEYWORD: &[u8] = b"TextureFile";
+    let at = line.windows(KEYWORD.len()).position(|window| window == KEYWORD).unwrap_or_default();
+    file_name(&line[at + KEYWORD.len()..])
 }
 
 fn find(bytes: &[u8], end: &[u8]) -> Option<usize> {

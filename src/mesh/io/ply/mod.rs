@@ -5,13 +5,16 @@
 //! | element | property | becomes |
 //! |---|---|---|
 //! | `vertex` | scalars `x y z` | the position |
-//! | | scalars `red green blue` or `diffuse_red ...`; integers over 255 (`ushort`: 65535), floats as they are | the color |
+//! | | scalars `red green blue`, `r g b` or `diffuse_red ...`; integers over 255 (`ushort`: 65535), floats up to 1 or 255 | the color |
 //! | | scalars `s t`, `u v` or `texture_u texture_v` | texture coordinates of all corners at the vertex |
 //! | `face` | list `vertex_indices` or `vertex_index` | a polygon |
+//! | | scalars `red green blue` and so on | the color of the face |
 //! | | list `texcoord`, u and v of each corner | texture coordinates of the corners |
+//! | | scalar `texnumber` | which `comment TextureFile NAME` of the header has the image; with one such comment, all have it |
 //! | `tristrips` | list `vertex_indices` | strips, separated by -1; a repeated index is a stitch, not a face |
 //!
-//! and whatever else there is is skipped. Nothing may follow the last element but blanks and zero bytes: a
+//! and whatever else there is is skipped. Positions and indices must be right; colors and texture coordinates that are
+//! not are left out with a warning. Nothing may follow the last element but blanks and zero bytes: a
 //! count that is too low would otherwise pass for a smaller mesh.
 //!
 //! The parser is our own: ply-rs-bw never ends at `element x 1000000000000000000` without properties, lets the
@@ -19,6 +22,7 @@
 //!
 //! Reference: Greg Turk, *The PLY Polygon File Format*, 1994.
 
+mod faces;
 mod header;
 mod values;
 mod write;
@@ -27,23 +31,36 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
+use self::faces::Faces;
 use self::header::{Element, Encoding, Header, Kind, Property, Scalar};
 use self::values::{Ascii, Binary, Values};
-use super::{check_color, check_coordinate, check_texture, fan, uv_of_vertices};
+use super::colors::Colors;
+use super::places::{Places, warn};
+use super::{check_coordinate, check_faces, uv_of_vertices, warn_untextured};
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::{Material, Materials, Mesh};
 use crate::sweep::join;
 
 pub use self::header::recognizes;
 pub use self::write::{write, write_labeled};
 
-pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
+/// `folder` is where images are.
+pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
     let header = Header::parse(path, bytes)?;
-    match header.encoding {
+    let mut mesh = match header.encoding {
         Encoding::Ascii => body(path, &header, Ascii::new(path, bytes, &header)),
         Encoding::LittleEndian => body(path, &header, Binary::<false>::new(path, bytes, &header)),
         Encoding::BigEndian => body(path, &header, Binary::<true>::new(path, bytes, &header)),
+    }?;
+    if let Some(materials) = &mut mesh.materials {
+        let image = |name: &String| Material {
+            name: name.clone(),
+            color: None,
+            image: Some(folder.unwrap_or(Path::new("")).join(name)),
+        };
+        materials.all = header.textures.iter().map(image).collect();
     }
+    Ok(mesh)
 }
 
 fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<Mesh> {
@@ -59,39 +76,73 @@ fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<
         true => values.apart(first)?,
         false => None,
     };
-    let (vertices, faces) = match apart {
+    let faces = Faces::new(vertex_count, header.textures.len());
+    let (vertices, mut faces) = match apart {
         Some(mut own) => {
             let (vertices, rest) = join(
                 || Vertices::read(path, first, &mut own),
-                || elements(path, behind, vertex_count, values),
+                || elements(path, behind, faces, values),
             );
             (vertices?, rest?.1)
         }
-        None => elements(path, &header.elements, vertex_count, values)?,
+        None => elements(path, &header.elements, faces, values)?,
     };
-    let uv = match (faces.uv_missing, vertices.uv) {
-        (false, _) => Some(faces.uv),
-        (true, Some(uv)) => Some(uv_of_vertices(&faces.corners, &uv)),
-        (true, None) => None,
+    check_faces(path, &faces.corners)?;
+    vertices.no_numbers.warn(path, NO_NUMBERS);
+    faces.finish(path, &vertices.positions);
+    let count = faces.corners.len();
+    let uv = match (faces.uv, vertices.uv) {
+        (Some(uv), _) => Some(uv),
+        (None, Some(uv)) => Some(uv_of_vertices(&faces.corners, &uv)),
+        (None, None) => None,
     };
     Ok(Mesh {
+        colors: vertices
+            .colors
+            .and_then(|colors| colors.finish(path, vertices.positions.len(), "vertices")),
         vertices: vertices.positions,
-        colors: vertices.colors,
+        face_colors: faces.colors.and_then(|colors| colors.finish(path, count, "faces")),
+        uv: uv.and_then(|uv| warn_untextured(path, uv)),
+        materials: of_faces(path, header, faces.images, count)
+            .map(|of_faces| Materials { all: Vec::new(), of_faces }),
         faces: faces.corners,
-        uv,
-        ..Mesh::default()
     })
+}
+
+/// Which image each face has, if the file names images.
+fn of_faces(
+    path: &Path,
+    header: &Header,
+    images: Option<Vec<Option<u32>>>,
+    faces: usize,
+) -> Option<Vec<Option<u32>>> {
+    match (header.textures.len(), images) {
+        (0, _) => None,
+        (_, Some(mut images)) => {
+            images.resize(faces, None);
+            Some(images)
+        }
+        (1, None) => Some(vec![Some(0); faces]),
+        (n, None) => {
+            warn(
+                path,
+                &format!(
+                    "names {n} images, but no face says by a texnumber which it has; they are left out"
+                ),
+            );
+            None
+        }
+    }
 }
 
 /// The elements that the rest of the file has.
 fn elements(
     path: &Path,
     elements: &[Element],
-    vertex_count: usize,
+    mut faces: Faces,
     mut values: impl Values,
 ) -> Result<(Vertices, Faces)> {
     let mut vertices = Vertices::default();
-    let mut faces = Faces::default();
     for element in elements {
         // Without properties there is nothing to read, however many there are said to be.
         if element.properties.is_empty() && element.count > 0 {
@@ -104,8 +155,8 @@ fn elements(
         values.expect(element)?;
         match element.name.as_str() {
             "vertex" => vertices = Vertices::read(path, element, &mut values)?,
-            "face" => faces.read(path, element, vertex_count, &mut values)?,
-            "tristrips" => faces.read_strips(path, element, vertex_count, &mut values)?,
+            "face" => faces.read(path, element, &mut values)?,
+            "tristrips" => faces.read_strips(path, element, &mut values)?,
             _ => skip(element, &mut values)?,
         }
     }
@@ -119,7 +170,6 @@ fn skip(element: &Element, values: &mut impl Values) -> Result<()> {
         for property in &element.properties {
             skip_property(property, values)?;
         }
-        values.end()?;
     }
     Ok(())
 }
@@ -139,20 +189,32 @@ fn list_length(values: &mut impl Values, count: Scalar) -> Result<u64> {
     u64::try_from(n).map_err(|_| values.error(format!("a list has {n} items")))
 }
 
+/// The names of colors.
+const COLORS: [[&str; 3]; 3] =
+    [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+
+/// Where the components of the colors of an element are, and what collects these.
+fn colors_of(element: &Element) -> Option<([usize; 3], Colors)> {
+    let found = element.first_complete(&COLORS)?;
+    let [r, g, b] = found.map(|(_, scalar)| scalar.full_intensity());
+    let full = if r == g && g == b { r } else { None };
+    Some((found.map(|(at, _)| at), Colors::new(full)))
+}
+
 /// What the element `vertex` holds.
 #[derive(Default)]
 struct Vertices {
     positions: Vec<Point3<f64>>,
-    colors: Option<Vec<[f64; 3]>>,
+    colors: Option<Colors>,
     uv: Option<Vec<[f64; 2]>>,
+    no_numbers: Places,
 }
 
 /// What a property of a vertex is good for.
 #[derive(Clone, Copy)]
 enum Role {
     Coordinate(usize),
-    /// With the value that stands for 1.
-    Color(usize, f64),
+    Color(usize),
     Texture(usize),
     Other,
 }
@@ -161,196 +223,66 @@ impl Vertices {
     fn read(path: &Path, element: &Element, values: &mut impl Values) -> Result<Self> {
         let mut roles = vec![Role::Other; element.properties.len()];
         for (c, name) in ["x", "y", "z"].into_iter().enumerate() {
-            let (at, _) = element
-                .scalar(path, name)?
-                .ok_or_else(|| Error::malformed(path, format!("vertices have no {name}")))?;
-            roles[at] = Role::Coordinate(c);
+            roles[element.scalar(path, name)?] = Role::Coordinate(c);
         }
-        let colors = [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
-        let has_colors = match element.first_complete(path, &colors)? {
-            Some(found) => {
-                for (c, (at, scalar)) in found.into_iter().enumerate() {
-                    roles[at] = Role::Color(c, scalar.full_intensity());
-                }
-                true
-            }
-            None => false,
-        };
-        let textures = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
-        let has_uv = match element.first_complete(path, &textures)? {
-            Some(found) => {
-                for (c, (at, _)) in found.into_iter().enumerate() {
-                    roles[at] = Role::Texture(c);
-                }
-                true
-            }
-            None => false,
-        };
-
         let capacity = values.capacity(element);
-        let room = |wanted: bool| if wanted { capacity } else { 0 };
+        let mut colors = colors_of(element).map(|(places, colors)| {
+            for (c, at) in places.into_iter().enumerate() {
+                roles[at] = Role::Color(c);
+            }
+            colors.with_capacity(capacity)
+        });
+        let textures = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
+        let mut uv = element.first_complete(&textures).map(|found| {
+            for (c, (at, _)) in found.into_iter().enumerate() {
+                roles[at] = Role::Texture(c);
+            }
+            Vec::with_capacity(capacity)
+        });
+
         let mut positions = Vec::with_capacity(capacity);
-        let mut colors = Vec::with_capacity(room(has_colors));
-        let mut uv = Vec::with_capacity(room(has_uv));
-        for _ in 0..element.count {
+        let mut no_numbers = Places::default();
+        for k in 0..element.count {
             values.begin()?;
             let mut x = [0.0; 3];
             let mut color = [0.0; 3];
             let mut texture = [0.0; 2];
             for (property, &role) in element.properties.iter().zip(&roles) {
-                let (Kind::Scalar(scalar), false) = (property.kind, matches!(role, Role::Other))
-                else {
-                    skip_property(property, values)?;
-                    continue;
-                };
-                let value = values.number(scalar)?;
-                let checked = match role {
-                    Role::Coordinate(_) => check_coordinate(value),
-                    Role::Color(_, full) => check_color(value / full).map_err(|_| {
-                        format!("the color component {value:?} is outside [0, {full}]")
-                    }),
-                    Role::Texture(_) => check_texture(value),
-                    Role::Other => Ok(value),
-                };
-                let value = checked.map_err(wrong(values, "vertex", positions.len()))?;
-                match role {
-                    Role::Coordinate(c) => x[c] = value,
-                    Role::Color(c, _) => color[c] = value,
-                    Role::Texture(c) => texture[c] = value,
-                    Role::Other => {}
-                }
-            }
-            values.end()?;
-            positions.push(Point3::from(x));
-            if has_colors {
-                colors.push(color);
-            }
-            if has_uv {
-                uv.push(texture);
-            }
-        }
-        Ok(Vertices { positions, colors: has_colors.then_some(colors), uv: has_uv.then_some(uv) })
-    }
-}
-
-/// What the elements `face` and `tristrips` hold.
-#[derive(Default)]
-struct Faces {
-    corners: Vec<[u32; 3]>,
-    uv: Vec<[[f64; 2]; 3]>,
-    /// Whether some face came without texture coordinates.
-    uv_missing: bool,
-}
-
-impl Faces {
-    fn read(
-        &mut self,
-        path: &Path,
-        element: &Element,
-        vertices: usize,
-        values: &mut impl Values,
-    ) -> Result<()> {
-        let indices = element.indices(path)?;
-        let texcoord = element.list(path, "texcoord")?.map(|(at, _)| at);
-        self.uv_missing |= texcoord.is_none();
-        self.corners.reserve(values.capacity(element));
-        let (mut list, mut polygon) = (Vec::new(), Vec::new());
-        let mut textures: Vec<[f64; 2]> = Vec::new();
-        for j in 0..element.count {
-            values.begin()?;
-            polygon.clear();
-            textures.clear();
-            for (at, property) in element.properties.iter().enumerate() {
-                match property.kind {
-                    Kind::List { count, item } if at == indices => {
-                        let n = list_length(values, count)?;
-                        list.clear();
-                        values.integers(item, n, &mut list)?;
-                        for &k in &list {
-                            polygon
-                                .push(vertex_index(k, vertices).map_err(wrong(values, "face", j))?);
-                        }
+                match (property.kind, role) {
+                    (Kind::Scalar(scalar), Role::Coordinate(c)) => {
+                        x[c] = check_coordinate(values.number(scalar)?)
+                            .map_err(wrong(values, "vertex", k))?;
                     }
-                    Kind::List { count, item } if Some(at) == texcoord => {
-                        let n = list_length(values, count)?;
-                        if n % 2 == 1 {
-                            return Err(values.error(format!("face {j}: texcoord has {n} numbers")));
-                        }
-                        for _ in 0..n / 2 {
-                            let t = [values.number(item)?, values.number(item)?];
-                            for t in t {
-                                check_texture(t).map_err(wrong(values, "face", j))?;
-                            }
-                            textures.push(t);
-                        }
+                    (Kind::Scalar(scalar), Role::Color(c)) => {
+                        color[c] = values.number_or_nan(scalar)?;
+                    }
+                    (Kind::Scalar(scalar), Role::Texture(c)) => {
+                        texture[c] = values.number_or_nan(scalar)?;
                     }
                     _ => skip_property(property, values)?,
                 }
             }
-            values.end()?;
-            if polygon.len() < 3 {
-                let n = polygon.len();
-                return Err(values.error(format!("face {j}: needs 3 corners and has {n}")));
+            positions.push(Point3::from(x));
+            if let Some(colors) = &mut colors {
+                colors.set(k, color, || format!("vertex {k}"));
             }
-            self.corners.extend(fan(&polygon));
-            if textures.len() == polygon.len() {
-                self.uv.extend(fan(&textures));
-            } else if textures.is_empty() {
-                self.uv_missing = true;
-            } else {
-                let (n, corners) = (textures.len(), polygon.len());
-                return Err(values
-                    .error(format!("face {j}: {n} texture coordinates for {corners} corners")));
+            if let Some(uv) = &mut uv {
+                uv.push(finite(texture, &mut no_numbers, || format!("vertex {k}")));
             }
         }
-        Ok(())
+        Ok(Vertices { positions, colors, uv, no_numbers })
     }
+}
 
-    /// The triangles (a, b, c), (c, b, d), (c, d, e), ... of each strip a, b, c, d, e, ...
-    fn read_strips(
-        &mut self,
-        path: &Path,
-        element: &Element,
-        vertices: usize,
-        values: &mut impl Values,
-    ) -> Result<()> {
-        self.uv_missing = true;
-        let indices = element.indices(path)?;
-        for j in 0..element.count {
-            values.begin()?;
-            for (at, property) in element.properties.iter().enumerate() {
-                let Kind::List { count, item } = property.kind else {
-                    skip_property(property, values)?;
-                    continue;
-                };
-                if at != indices {
-                    skip_property(property, values)?;
-                    continue;
-                }
-                let mut strip = Vec::new();
-                for _ in 0..list_length(values, count)? {
-                    let k = values.integer(item)?;
-                    if k == -1 {
-                        self.add_strip(&strip);
-                        strip.clear();
-                    } else {
-                        strip.push(vertex_index(k, vertices).map_err(wrong(values, "strip", j))?);
-                    }
-                }
-                self.add_strip(&strip);
-            }
-            values.end()?;
-        }
-        Ok(())
-    }
+const NO_NUMBERS: &str = "texture coordinates that are not finite numbers count as unknown";
 
-    fn add_strip(&mut self, strip: &[u32]) {
-        let triangles = strip.windows(3).enumerate().map(|(i, w)| match i % 2 {
-            0 => [w[0], w[1], w[2]],
-            _ => [w[1], w[0], w[2]],
-        });
-        self.corners.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
+/// Texture coordinates, both NaN if one is not finite.
+fn finite(t: [f64; 2], no_numbers: &mut Places, place: impl FnOnce() -> String) -> [f64; 2] {
+    if t.iter().all(|t| t.is_finite()) {
+        return t;
     }
+    no_numbers.add(place);
+    [f64::NAN; 2]
 }
 
 /// An index as it should be, or what is wrong with it.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::header::{Element, Header, Kind, Scalar};
 use crate::error::{Error, Result};
-use crate::mesh::io::text::{Text, quote};
+use crate::mesh::io::text::{Text, parse_float, quote};
 
 /// A source of numbers, in the order of the file.
 pub trait Values: Sized {
@@ -14,13 +14,13 @@ pub trait Values: Sized {
     fn apart(&mut self, element: &Element) -> Result<Option<Self>>;
     /// Before each element.
     fn begin(&mut self) -> Result<()>;
-    /// After each element.
-    fn end(&mut self) -> Result<()>;
     /// After the last.
     fn finish(&mut self) -> Result<()>;
     /// A number of any type; it may be NaN or infinite.
     fn number(&mut self, scalar: Scalar) -> Result<f64>;
-    /// A number of an integer type.
+    /// The same; text that is no number is NaN.
+    fn number_or_nan(&mut self, scalar: Scalar) -> Result<f64>;
+    /// A number of an integer type; of 64 bits without sign, at most the largest with one.
     fn integer(&mut self, scalar: Scalar) -> Result<i64>;
     /// The next n numbers of an integer type, put behind what `list` has.
     fn integers(&mut self, scalar: Scalar, n: u64, list: &mut Vec<i64>) -> Result<()> {
@@ -35,7 +35,7 @@ pub trait Values: Sized {
     fn error(&self, message: String) -> Error;
 }
 
-/// One line per element.
+/// Words, on whatever lines they stand: some programs break elements over several, or put several on one.
 pub struct Ascii<'a> {
     text: Text<'a>,
     /// Which element is read, how many of it were begun, and how many there should be.
@@ -53,6 +53,22 @@ impl<'a> Ascii<'a> {
             count: 0,
         }
     }
+
+    #[inline]
+    fn token(&mut self) -> Result<&'a [u8]> {
+        if let Some(token) = self.text.token() {
+            return Ok(token);
+        }
+        if !self.text.seek_token() {
+            return Err(self.text.error(format!(
+                "the file ends within number {} of {} elements {}; a value is missing",
+                self.begun,
+                self.count,
+                quote(self.element.as_bytes())
+            )));
+        }
+        self.text.expect_token("a value")
+    }
 }
 
 impl Values for Ascii<'_> {
@@ -69,7 +85,7 @@ impl Values for Ascii<'_> {
 
     #[inline]
     fn begin(&mut self) -> Result<()> {
-        if !self.text.next_line() {
+        if !self.text.seek_token() {
             return Err(self.text.error(format!(
                 "the file ends after {} of {} elements {}",
                 self.begun,
@@ -81,44 +97,57 @@ impl Values for Ascii<'_> {
         Ok(())
     }
 
-    #[inline]
-    fn end(&mut self) -> Result<()> {
-        self.text.expect_end_of_line()
-    }
-
     fn finish(&mut self) -> Result<()> {
-        if self.text.next_line() {
-            return Err(self.text.error("more lines than the header declares"));
+        if self.text.seek_token() {
+            let token = self.text.token().unwrap_or_default();
+            return Err(self.text.error(format!(
+                "unexpected {}: more values than the header declares",
+                quote(token)
+            )));
         }
         Ok(())
     }
 
     #[inline]
     fn number(&mut self, _: Scalar) -> Result<f64> {
-        self.text.number("a value")
+        let token = self.token()?;
+        self.text.number_of(token, "a value")
+    }
+
+    #[inline]
+    fn number_or_nan(&mut self, _: Scalar) -> Result<f64> {
+        // Writers print NaN in many ways.
+        Ok(parse_float(self.token()?).unwrap_or(f64::NAN))
     }
 
     #[inline]
     fn integer(&mut self, _: Scalar) -> Result<i64> {
-        self.text.integer("a value")
+        let token = self.token()?;
+        self.text.integer_of(token, "a value")
     }
 
     fn skip(&mut self, _: Scalar, n: u64) -> Result<()> {
         for _ in 0..n {
-            // Not even parsed: writers print NaN in many ways, and nobody needs these values.
-            self.text.expect_token("a value")?;
+            // Not even parsed: nobody needs these values.
+            self.token()?;
         }
         Ok(())
     }
 
     fn capacity(&self, element: &Element) -> usize {
-        const SHORTEST_LINE: usize = 6;
-        element.count.min(self.text.remaining() / SHORTEST_LINE + 1)
+        // As an element, with the blanks behind its values.
+        const SHORTEST: usize = 6;
+        element.count.min(self.text.remaining() / SHORTEST + 1)
     }
 
     fn error(&self, message: String) -> Error {
         self.text.error(message)
     }
+}
+
+/// Larger numbers are no index and no length of any file, as little as the largest that is left.
+fn signed(n: u64) -> i64 {
+    i64::try_from(n).unwrap_or(i64::MAX)
 }
 
 /// Packed bytes of either order.
@@ -204,11 +233,6 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         Ok(())
     }
 
-    #[inline]
-    fn end(&mut self) -> Result<()> {
-        Ok(())
-    }
-
     fn finish(&mut self) -> Result<()> {
         let padding = |&b: &u8| b == 0 || b.is_ascii_whitespace();
         if self.rest.iter().all(padding) {
@@ -225,9 +249,14 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         Ok(match scalar {
             Scalar::F32 => f64::from(f32::from_le_bytes(self.take()?)),
             Scalar::F64 => f64::from_le_bytes(self.take()?),
-            // At most 32 bits: exact.
+            // Exact up to 53 bits.
             _ => self.integer(scalar)? as f64,
         })
+    }
+
+    #[inline]
+    fn number_or_nan(&mut self, scalar: Scalar) -> Result<f64> {
+        self.number(scalar)
     }
 
     #[inline]
@@ -239,6 +268,8 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
             Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
             Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
             Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
+            Scalar::I64 => i64::from_le_bytes(self.take()?),
+            Scalar::U64 => signed(u64::from_le_bytes(self.take()?)),
             Scalar::F32 | Scalar::F64 => unreachable!("the header refuses them as integers"),
         })
     }
@@ -252,6 +283,8 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
             Scalar::U16 => self.take_list(n, list, |b| u16::from_le_bytes(b).into()),
             Scalar::I32 => self.take_list(n, list, |b| i32::from_le_bytes(b).into()),
             Scalar::U32 => self.take_list(n, list, |b| u32::from_le_bytes(b).into()),
+            Scalar::I64 => self.take_list(n, list, i64::from_le_bytes),
+            Scalar::U64 => self.take_list(n, list, |b| signed(u64::from_le_bytes(b))),
             Scalar::F32 | Scalar::F64 => unreachable!("the header refuses them as integers"),
         }
     }

@@ -5,23 +5,28 @@ use std::path::Path;
 
 use crate::error::Result;
 use crate::file;
-use crate::mesh::Mesh;
-use crate::mesh::io::coordinates;
+use crate::mesh::io::paths::relative;
+use crate::mesh::io::{coordinates, known};
+use crate::mesh::{Materials, Mesh};
 use crate::sweep::collect;
 
-pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
+/// Images are named as found from `folder`.
+pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> {
     match &mesh.colors {
         None => {
-            header(out, mesh, "")?;
+            header(out, mesh, "", Some(folder))?;
             records::<24>(out, mesh.vertices.len(), |k, record| position(mesh, k, record))?;
         }
         Some(colors) => {
-            header(out, mesh, COLOR)?;
+            header(out, mesh, COLOR, Some(folder))?;
             records::<27>(out, mesh.vertices.len(), |k, record| {
                 position(mesh, k, record);
-                record[24..].copy_from_slice(&bytes(colors[k]));
+                record[24..].copy_from_slice(&bytes(known(colors[k])));
             })?;
         }
+    }
+    if mesh.face_colors.is_some() || images(mesh).is_some() {
+        return painted_faces(out, mesh);
     }
     faces(out, mesh)
 }
@@ -37,7 +42,7 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
     assert_eq!(labels.len(), mesh.vertices.len());
     let colors: Vec<[u8; 3]> = colors.iter().copied().map(bytes).collect();
     file::write(path, |out| {
-        header(out, mesh, &format!("{COLOR}property uchar label\n"))?;
+        header(out, mesh, &format!("{COLOR}property uchar label\n"), None)?;
         records::<28>(out, mesh.vertices.len(), |k, record| {
             position(mesh, k, record);
             record[24..27].copy_from_slice(&colors[usize::from(labels[k])]);
@@ -49,9 +54,21 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
 
 const COLOR: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
-/// What stands before the numbers; `extras` are the properties of a vertex besides its position.
-fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str) -> io::Result<()> {
+/// The images of the mesh's materials, and which each material has.
+fn images(mesh: &Mesh) -> Option<(Vec<&Path>, Vec<Option<usize>>)> {
+    mesh.materials.as_ref().map(Materials::images).filter(|(images, _)| !images.is_empty())
+}
+
+/// What stands before the numbers; `extras` are the properties of a vertex besides its position. The paint of
+/// faces is left out without a folder from which images are found.
+fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str, folder: Option<&Path>) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
+    let images = folder.and_then(|folder| Some((folder, images(mesh)?.0)));
+    if let Some((folder, images)) = &images {
+        for image in images {
+            writeln!(out, "comment TextureFile {}", relative(image, folder))?;
+        }
+    }
     writeln!(out, "element vertex {}", mesh.vertices.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     write!(out, "{extras}")?;
@@ -60,19 +77,73 @@ fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str) -> io::Result<()> {
     if mesh.uv.is_some() {
         writeln!(out, "property list uchar double texcoord")?;
     }
+    if images.is_some() {
+        writeln!(out, "property int texnumber")?;
+    }
+    if folder.is_some() && mesh.face_colors.is_some() {
+        write!(out, "{COLOR}")?;
+    }
     writeln!(out, "end_header")
 }
 
 fn faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
     match &mesh.uv {
         None => records::<13>(out, mesh.faces.len(), |j, record| corners(mesh, j, record)),
-        Some(uv) => records::<62>(out, mesh.faces.len(), |j, record| {
+        Some(uv) if uv.iter().all(is_known) => records::<62>(out, mesh.faces.len(), |j, record| {
             corners(mesh, j, record);
-            record[13] = 6;
-            for (bytes, t) in record[14..].chunks_exact_mut(8).zip(uv[j].as_flattened()) {
-                bytes.copy_from_slice(&t.to_le_bytes());
-            }
+            textures(&uv[j], &mut record[13..]);
         }),
+        // Lists of different lengths.
+        Some(_) => painted_faces_with(out, mesh, |_, _| {}),
+    }
+}
+
+/// Faces with numbers of images and colors behind their lists.
+fn painted_faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
+    let images = images(mesh);
+    painted_faces_with(out, mesh, |j, record| {
+        if let Some((materials, (_, place_of))) = mesh.materials.as_ref().zip(images.as_ref()) {
+            let image = materials.of_faces[j].and_then(|material| place_of[material as usize]);
+            record.extend(image.map_or(-1, |place| place as i32).to_le_bytes());
+        }
+        if let Some(colors) = &mesh.face_colors {
+            record.extend(bytes(known(colors[j])));
+        }
+    })
+}
+
+fn painted_faces_with(
+    out: &mut dyn Write,
+    mesh: &Mesh,
+    paint: impl Fn(usize, &mut Vec<u8>),
+) -> io::Result<()> {
+    let mut record = Vec::new();
+    for j in 0..mesh.faces.len() {
+        record.clear();
+        record.resize(13, 0);
+        corners(mesh, j, &mut record);
+        if let Some(uv) = &mesh.uv {
+            let length = if is_known(&uv[j]) { 49 } else { 1 };
+            record.resize(13 + length, 0);
+            if length > 1 {
+                textures(&uv[j], &mut record[13..]);
+            }
+        }
+        paint(j, &mut record);
+        out.write_all(&record)?;
+    }
+    Ok(())
+}
+
+/// Whether all corners have texture coordinates. Without them the list is empty.
+fn is_known(face: &[[f64; 2]; 3]) -> bool {
+    face.iter().all(|t| !t[0].is_nan())
+}
+
+fn textures(face: &[[f64; 2]; 3], record: &mut [u8]) {
+    record[0] = 6;
+    for (bytes, t) in record[1..].chunks_exact_mut(8).zip(face.as_flattened()) {
+        bytes.copy_from_slice(&t.to_le_bytes());
     }
 }
 

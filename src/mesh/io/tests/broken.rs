@@ -7,19 +7,33 @@ use super::{FORMATS, PLY, decorated, message, read, written};
 use crate::mesh::Mesh;
 use crate::mesh::io::Format::{self, Obj, Off, Ply, Stl};
 
-/// Every face refers to vertices that are there, and everything per vertex or corner is complete and finite.
+/// Every face refers to vertices that are there, and everything per vertex or corner is complete, and finite or unknown.
 fn assert_consistent(mesh: &Mesh) {
     assert!(!mesh.faces.is_empty());
+    let is_color = |c: &f64| c.is_nan() || (0.0..=1.0).contains(c);
     let indices = mesh.faces.as_flattened();
     assert!(indices.iter().all(|&k| (k as usize) < mesh.vertices.len()));
     assert!(mesh.vertices.iter().all(|x| x.iter().all(|x| x.is_finite())));
     if let Some(colors) = &mesh.colors {
         assert_eq!(colors.len(), mesh.vertices.len());
-        assert!(colors.as_flattened().iter().all(|c| (0.0..=1.0).contains(c)));
+        assert!(colors.as_flattened().iter().all(is_color));
     }
     if let Some(uv) = &mesh.uv {
         assert_eq!(uv.len(), mesh.faces.len());
-        assert!(uv.as_flattened().as_flattened().iter().all(|t| t.is_finite()));
+        assert!(uv.as_flattened().as_flattened().iter().all(|t| !t.is_infinite()));
+    }
+    if let Some(colors) = &mesh.face_colors {
+        assert_eq!(colors.len(), mesh.faces.len());
+        assert!(colors.as_flattened().iter().all(is_color));
+    }
+    if let Some(materials) = &mesh.materials {
+        assert_eq!(materials.of_faces.len(), mesh.faces.len());
+        let mut places = materials.of_faces.iter().flatten();
+        assert!(places.all(|&place| (place as usize) < materials.all.len()));
+    }
+    // And can be written.
+    for format in FORMATS {
+        written(format, mesh);
     }
 }
 
@@ -45,6 +59,18 @@ fn corpus() -> Vec<(Format, Vec<u8>)> {
     let off = "STCNOFF\n3 2 0\n0 0 0 0 0 1 255 0 0 0 1\n1 0 0 0 0 1 0 1 0 0 1\n0 1 0 0 0 1 0 0 1 0 1\n3 0 1 2\n3 2 1 0 5\n";
     corpus.push((Off, off.as_bytes().to_vec()));
     let obj = "v 0 0 0\nv 1 0 0\nv 1 1 \\\n 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 -1/-1/-1\nf 1//1 2//1 3//1\nf 3 2 1\n";
+    corpus.push((Obj, obj.as_bytes().to_vec()));
+    let painted = "ply\nformat ascii 1.0\ncomment TextureFile a b.png\ncomment TextureFile c.png\n\
+        element vertex 4\nproperty float x\nproperty int64 y\nproperty double z\nproperty float r\n\
+        property float g\nproperty float b\nelement face 2\nproperty list uint64 int64 vertex_indices\n\
+        property list uchar float texcoord\nproperty int texnumber\nproperty uchar red\nproperty uchar green\n\
+        property uchar blue\nend_header\n0 0 0 1 0 0\n3 1 0 1 0 0 0 2 0\n1 .5 0 1 1 0 0 0 1\n\
+        4 0 1 2 3 8 0 0 1 0 1 1 0 1 1 255 0 0\n3 0 1 2 0 0 9 9 9\n";
+    corpus.push((Ply, painted.as_bytes().to_vec()));
+    let off = "OFF4 3 0\n0 0 0 255 0 0\n3 1 0 9 9 9\n0 2 0\n1 1 0 1 2 3 4\n4 0 1 2 3 0.5 0 1\n2 0 1\n3 0 1 2\n";
+    corpus.push((Off, off.as_bytes().to_vec()));
+    let obj = "v 0 0 0 255 0 0\nv 3 1 0\nv 0 2 0 9 9 9 1\nv 1 1 0\nvt 0 0\nvt nan 1\nusemtl a b\nf 1/1 2/2 3/9 4\n\
+        usemtl c\nf 1 2\nf 1 2 3\n#MRGB ff102030ff102030\n#MRGB ff102030ff102030\n";
     corpus.push((Obj, obj.as_bytes().to_vec()));
     for (format, bytes) in &corpus {
         assert_consistent(&read(*format, bytes).unwrap());

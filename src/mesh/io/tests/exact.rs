@@ -23,7 +23,7 @@ fn awkward() -> Mesh {
 }
 
 #[test]
-fn obj_and_ply_hold_everything() {
+fn obj_and_ply_hold_all_but_materials() {
     for mesh in [awkward(), decorated()] {
         assert_eq!(read(Format::Obj, written(Format::Obj, &mesh)).unwrap(), mesh);
         let mut ply = read(Format::Ply, written(Format::Ply, &mesh)).unwrap();
@@ -138,4 +138,121 @@ fn what_a_format_cannot_hold_is_refused() {
     assert!(vtk.to_string().contains(".obj, .ply, .off and .stl"));
     assert!(io::write(&folder.path().join("no/a.ply"), &mesh).is_err());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Colors and texture coordinates that are not known are unknown when read again; none is written as NaN.
+#[test]
+fn unknown_stays_unknown() {
+    let mut mesh = decorated();
+    mesh.colors.as_mut().unwrap()[3] = [f64::NAN; 3];
+    mesh.uv.as_mut().unwrap()[7] = [[f64::NAN; 2]; 3];
+    // As text, since NaN differs from itself.
+    let shown = |mesh: &Mesh| format!("{:?} {:?}", mesh.colors, mesh.uv);
+    for format in FORMATS {
+        let bytes = written(format, &mesh);
+        assert!(!String::from_utf8_lossy(&bytes).contains("NaN"));
+        let read = read(format, &bytes).unwrap();
+        match format {
+            Format::Obj => assert_eq!(shown(&read), shown(&mesh)),
+            Format::Ply => {
+                let gray = read.colors.unwrap()[3];
+                assert!(gray.iter().all(|c| (c - 0.5).abs() < 0.01), "{gray:?}");
+                assert_eq!(format!("{:?}", read.uv), format!("{:?}", mesh.uv));
+            }
+            Format::Off => assert_eq!(read.colors.unwrap()[3], [0.5; 3]),
+            Format::Stl => {}
+        }
+    }
+}
+
+/// The colors of faces, to the bit or to 8 bits.
+#[test]
+fn off_and_ply_hold_colors_of_faces() {
+    let mut mesh = decorated();
+    let count = mesh.faces.len();
+    mesh.face_colors = Some((0..count).map(|j| [j as f64 / count as f64, 1.0, 0.0]).collect());
+    let off = read(Format::Off, written(Format::Off, &mesh)).unwrap();
+    assert_eq!(off.face_colors, mesh.face_colors);
+    let ply = read(Format::Ply, written(Format::Ply, &mesh)).unwrap();
+    assert_eq!((&ply.uv, &ply.faces), (&mesh.uv, &mesh.faces));
+    for (a, b) in ply.face_colors.unwrap().iter().zip(mesh.face_colors.as_ref().unwrap()) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 0.5 / 255.0));
+    }
+}
+
+/// Images keep their faces and their place on the disk, whatever the folder; OBJ keeps names and colors too.
+#[test]
+fn materials_survive() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::create_dir(path("in")).unwrap();
+    fs::create_dir(path("out")).unwrap();
+    fs::write(
+        path("in/two parts.mtl"),
+        "newmtl roof tiles\nKd 0.5 0.25 0.125\nmap_Kd -clamp on img\\roof 1.png\nnewmtl wall\nKd 1 1 1\n",
+    )
+    .unwrap();
+    fs::write(
+        path("in/a.obj"),
+        "mtllib two parts.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nusemtl roof tiles\nf 1 3 4\nf 2 3 4\n\
+         usemtl wall\nf 1 2 4\n",
+    )
+    .unwrap();
+    let first = io::read(&path("in/a.obj")).unwrap();
+    let materials = first.materials.clone().unwrap();
+    assert_eq!(materials.of_faces, [None, Some(0), Some(0), Some(1)]);
+    assert_eq!(materials.all[0].name, "roof tiles");
+    assert_eq!(materials.all[0].color, Some([0.5, 0.25, 0.125]));
+    assert_eq!(materials.all[0].image, Some(path("in/img/roof 1.png")));
+    assert_eq!((materials.all[1].color, &materials.all[1].image), (Some([1.0; 3]), &None));
+
+    io::write(&path("out/b.obj"), &first).unwrap();
+    let library = fs::read_to_string(path("out/b.mtl")).unwrap();
+    assert!(library.contains("map_Kd ../in/img/roof 1.png"), "{library}");
+    let second = io::read(&path("out/b.obj")).unwrap().materials.unwrap();
+    let place = |image: &Option<std::path::PathBuf>| {
+        image.as_ref().map(|image| image.to_string_lossy().replace("out/../", ""))
+    };
+    assert_eq!(second.of_faces, materials.of_faces);
+    for (a, b) in second.all.iter().zip(&materials.all) {
+        assert_eq!((&a.name, a.color), (&b.name, b.color));
+        assert_eq!(place(&a.image), place(&b.image));
+    }
+
+    io::write(&path("out/c.ply"), &first).unwrap();
+    let third = io::read(&path("out/c.ply")).unwrap().materials.unwrap();
+    assert_eq!(third.of_faces, [None, Some(0), Some(0), None]);
+    assert_eq!(place(&third.all[0].image), place(&materials.all[0].image));
+    assert_eq!(third.all.len(), 1);
+}
+
+/// Points on a map keep their distances, and the header says from where; what would merge is refused.
+#[test]
+fn stl_far_from_the_origin() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("site.stl");
+    let mut mesh = Shape::Grid { nx: 20, ny: 20 }.mesh();
+    for x in &mut mesh.vertices {
+        *x = Point3::new(448_250.125 + x.x, 5_411_900.5 + x.y, 311.0);
+    }
+    io::write(&path, &mesh).unwrap();
+    let read = io::read(&path).unwrap();
+    assert_eq!((read.vertices.len(), read.faces.len()), (mesh.vertices.len(), mesh.faces.len()));
+    let bytes = fs::read(&path).unwrap();
+    let header = String::from_utf8(bytes[..80].to_vec()).unwrap();
+    let origin = header.trim_end_matches('\0').strip_prefix("binary STL, origin ").unwrap();
+    let origin: Vec<f64> = origin.split(' ').map(|x| x.parse().unwrap()).collect();
+    for j in 0..mesh.faces.len() {
+        for (a, b) in read.corners(j).iter().zip(mesh.corners(j)) {
+            for i in 0..3 {
+                assert!((a[i] + origin[i] - b[i]).abs() < 1e-7, "{a} {b} {origin:?}");
+            }
+        }
+    }
+    // No origin is near to both ends.
+    mesh.vertices.push(Point3::new(-448_250.0, 1e9, 0.0));
+    mesh.faces.push([0, 1, mesh.vertices.len() as u32 - 1]);
+    let message = io::write(&path, &mesh).unwrap_err().to_string();
+    assert!(message.contains("would merge"), "{message}");
+    assert_eq!(fs::read(&path).unwrap(), bytes);
 }

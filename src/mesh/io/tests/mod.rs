@@ -1,7 +1,8 @@
-//! Round trips, the unusual and the malformed.
+//! Round trips, the unusual, the malformed, and what is left out of files that are read all the same.
 
 mod broken;
 mod exact;
+mod left_out;
 mod malformed;
 mod unusual;
 
@@ -21,10 +22,10 @@ fn read(format: Format, content: impl AsRef<[u8]>) -> Result<Mesh> {
 fn written(format: Format, mesh: &Mesh) -> Vec<u8> {
     let mut bytes = Vec::new();
     match format {
-        Format::Obj => super::obj::write(&mut bytes, mesh),
-        Format::Ply => super::ply::write(&mut bytes, mesh),
+        Format::Obj => super::obj::write(&mut bytes, mesh, None),
+        Format::Ply => super::ply::write(&mut bytes, mesh, Path::new("")),
         Format::Off => super::off::write(&mut bytes, mesh),
-        Format::Stl => super::stl::write(&mut bytes, mesh),
+        Format::Stl => super::stl::write(&mut bytes, mesh, nalgebra::Vector3::zeros()),
     }
     .unwrap();
     bytes

@@ -42,6 +42,17 @@ fn line_ends_blanks_and_byte_order_marks() {
             let indented = text.replace('\n', "\n\n\t ").replace(' ', "  ");
             assert_square(&read(format, &indented).unwrap(), &indented);
         }
+        // Only the words of a PLY file count, and in OFF those of positions and indices.
+        if let Some((head, body)) = text.split_once("end_header\n") {
+            let broken = format!("{head}end_header\n{}", body.replace(' ', "\n"));
+            assert_square(&read(format, broken).unwrap(), "a word a line");
+            let joined = format!("{head}end_header\n{}", body.replace('\n', " "));
+            assert_square(&read(format, joined).unwrap(), "one line");
+        }
+        if format == Off {
+            let broken = text.replace("1 0 0\n", "1\n 0\n0 \n").replace("4 0 1 2 3", "4 0\n1 2\n3");
+            assert_square(&read(format, broken).unwrap(), "broken lines");
+        }
     }
 }
 
@@ -57,27 +68,35 @@ fn numbers_in_every_notation() {
 #[test]
 fn obj_indices_in_every_form() {
     let head = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
+    // Which vertices get texture coordinates, in every face or only in the first.
+    let (none, all) = ([false; 4], [true; 4]);
     for (form, has_uv) in [
-        ("f 1 2 3 4", false),
-        ("f -4 -3 -2 -1", false),
-        ("f 1//1 2//1 3//1 4//1", false),
-        ("f 1/ 2/ 3/ 4/", false),
-        ("f 1/1 2/2 3/3 4/4", true),
-        ("f 1/-4/-1 2/-3/-1 3/-2/1 4/-1/1", true),
-        ("f 1/1 2/2 3/3\nf 1/1 3/3 4/4", true),
-        ("f 1/1 2/2 3/3\nf 1 3 4", false),
-        ("f 1/1 2/2 3 4/4", false),
-        ("f 1 2 \\\n 3 4", false),
-        ("f 1 2\\\r\n 3 4 # the end \\", false),
-        ("g all # f 1\ns off\nusemtl x\nl 1 2\np 1\no f\nf\t1 2 3 4#", false),
-        ("l 1 \\\n2 \\\n3\n f 1 2 3 4", false),
-        ("# C:\\\nf 1 2 3 4", false),
+        ("f 1 2 3 4", none),
+        ("f -4 -3 -2 -1", none),
+        ("f 1//1 2//1 3//1 4//1", none),
+        ("f 1/ 2/ 3/ 4/", none),
+        ("f 1/1 2/2 3/3 4/4", all),
+        ("f 1/-4/-1 2/-3/-1 3/-2/1 4/-1/1", all),
+        ("f 1/1 2/2 3/3\nf 1/1 3/3 4/4", all),
+        ("f 1/1 2/2 3/3\nf 1 3 4", [true, true, true, false]),
+        ("f 1/1 2/2 3 4/4", [true, true, false, true]),
+        ("f 1 2 \\\n 3 4", none),
+        ("f 1 2\\\r\n 3 4 # the end \\", none),
+        ("g all # f 1\ns off\nusemtl x\nl 1 2\np 1\no f\nf\t1 2 3 4#", none),
+        ("l 1 \\\n2 \\\n3\n f 1 2 3 4", none),
+        ("# C:\\\nf 1 2 3 4", none),
     ] {
         let mesh = read(Obj, format!("{head}{form}\n")).unwrap();
         assert_square(&mesh, form);
-        let unit = |k: u32| [[0., 0.], [1., 0.], [1., 1.], [0., 1.]][k as usize];
-        let expected = has_uv.then(|| mesh.faces.iter().map(|f| f.map(unit)).collect());
-        assert_eq!(mesh.uv, expected, "{form}");
+        let unit = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
+        assert_eq!(mesh.uv.is_some(), has_uv != none, "{form}");
+        let only_first = form.contains("f 1 3 4");
+        for (j, (face, uv)) in mesh.faces.iter().zip(mesh.uv.unwrap_or_default()).enumerate() {
+            for (&k, t) in face.iter().zip(uv) {
+                let known = has_uv[k as usize] && !(only_first && j == 1);
+                assert!(if known { t == unit[k as usize] } else { t[0].is_nan() }, "{form}");
+            }
+        }
     }
     // Faces may come before their vertices.
     assert_square(&read(Obj, format!("f 1 2 3 4\n{head}")).unwrap(), "first");
@@ -109,16 +128,19 @@ fn obj_vertices_with_weights_and_colors() {
         assert_square(&mesh, extra);
         assert_eq!(mesh.colors, color.map(|color| vec![color; 4]));
     }
-    let partly = "v 0 0 0 1 1 1\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4";
-    assert_eq!(read(Obj, partly).unwrap().colors, None);
 }
 
 #[test]
 fn off_headers_and_comments() {
     let body = "0 0 0\n1 0 0\n1 1 0 # corner\n\n# between\n0 1 0\n4 0 1 2 3 255 0 0 # red\n";
-    for head in
-        ["OFF\n4 1 4\n", "OFF 4 1 4\n", "OFF 4 1\n", "# first\nOFF # here\n# then\n\n4 1 0\n"]
-    {
+    for head in [
+        "OFF\n4 1 4\n",
+        "OFF 4 1 4\n",
+        "OFF4 1 4\n",
+        "OFF4 1\n",
+        "OFF 4 1\n",
+        "# first\nOFF # here\n# then\n\n4 1 0\n",
+    ] {
         assert_square(&read(Off, format!("{head}{body}")).unwrap(), head);
     }
 }
@@ -128,6 +150,8 @@ fn off_vertex_extras() {
     let points = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"];
     for (keyword, extra, color, texture) in [
         ("NOFF", "0 nan 1", None, None),
+        ("OFF", "255 0 51 255", Some([1.0, 0.0, 0.2]), None),
+        ("OFF", "1.0 0 0.2", Some([1.0, 0.0, 0.2]), None),
         ("COFF", "255 0 51 255", Some([1.0, 0.0, 0.2]), None),
         ("COFF", "1 0 0.2", Some([1.0, 0.0, 0.2]), None),
         ("STOFF", "0.5 2", None, Some([0.5, 2.0])),
@@ -161,6 +185,7 @@ fn ply_colors_of_every_type() {
         ("uchar", "", "255 0 51"),
         ("ushort", "", "65535 0 13107"),
         ("float", "", "1 0 0.2"),
+        ("float", "", "255.0 0 51"),
         ("double", "diffuse_", "1.0000001 -0 0.2"),
         ("int", "diffuse_", "255 0 51"),
     ] {
@@ -266,4 +291,47 @@ fn stl_of_both_kinds() {
     let at = 84 + 12;
     binary[at..at + 4].copy_from_slice(&(-0.0_f32).to_le_bytes());
     assert_square(&read(Stl, &binary).unwrap(), "minus zero");
+}
+
+#[test]
+fn ply_integers_of_64_bits() {
+    for (signed, unsigned) in [("int64", "uint64"), ("longlong", "ulonglong")] {
+        let text = SQUARE_PLY
+            .replace(
+                "property float z\n",
+                &format!("property {signed} z\nproperty {unsigned} id\n"),
+            )
+            .replace(" 0\n", " 0 18446744073709551615\n")
+            .replace("uchar int", &format!("{unsigned} {signed}"))
+            .replace("1.0 18446744073709551615", "1.0");
+        assert_square(&read(Ply, &text).unwrap(), signed);
+        for big in [false, true] {
+            let name = if big { "big" } else { "little" };
+            let (header, _) = text.split_once("0 0 0 184").unwrap();
+            let mut bytes = header
+                .replace("ascii", &format!("binary_{name}_endian"))
+                .replace("property float", "property double")
+                .into_bytes();
+            let ordered = |mut bytes: [u8; 8]| {
+                if big {
+                    bytes.reverse();
+                }
+                bytes
+            };
+            for (x, y) in [(0.0_f64, 0.0_f64), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+                bytes.extend(ordered(x.to_le_bytes()));
+                bytes.extend(ordered(y.to_le_bytes()));
+                bytes.extend([0; 8]);
+                bytes.extend([0xff; 8]);
+            }
+            for n in [4_u64, 0, 1, 2, 3] {
+                bytes.extend(ordered(n.to_le_bytes()));
+            }
+            assert_square(&read(Ply, &bytes).unwrap(), name);
+            // Beyond what any file holds.
+            let count = bytes.len() - 40;
+            bytes[count..count + 8].fill(0xff);
+            assert!(read(Ply, &bytes).is_err());
+        }
+    }
 }

@@ -14,16 +14,19 @@
 //!
 //! Reference: 3D Systems, *StereoLithography Interface Specification*, 1989.
 
+mod write;
+
 use std::collections::HashMap;
-use std::io::{self, Write};
 use std::path::Path;
 
 use nalgebra::Point3;
 
+use super::check_coordinate;
 use super::text::{Text, quote};
-use super::{check_coordinate, coordinates};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+
+pub use self::write::{origin, write};
 
 const HEADER: usize = 80;
 const COUNT: usize = 4;
@@ -171,43 +174,4 @@ fn expect_keyword(text: &mut Text, keyword: &[u8]) -> Result<()> {
             quote(token.unwrap_or_default())
         ))),
     }
-}
-
-/// Whether all coordinates fit into 32 bits, and the faces into their count.
-///
-/// # Errors
-/// They do not.
-pub fn check_range(path: &Path, mesh: &Mesh) -> Result<()> {
-    let fits = |x: &Point3<f64>| coordinates(x).iter().all(|&x| (x as f32).is_finite());
-    if !mesh.vertices.iter().all(fits) {
-        return Err(Error::unsuitable(format!(
-            "{}: the coordinates are too large for STL; write PLY or OBJ",
-            path.display()
-        )));
-    }
-    if u32::try_from(mesh.faces.len()).is_err() {
-        return Err(Error::unsuitable(format!(
-            "{}: too many faces for STL; write PLY or OBJ",
-            path.display()
-        )));
-    }
-    Ok(())
-}
-
-/// Binary. Coordinates are rounded to 32 bits; unreferenced vertices have no place in the format.
-pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
-    let mut header = [0; HEADER];
-    let title = b"binary STL";
-    header[..title.len()].copy_from_slice(title);
-    out.write_all(&header)?;
-    out.write_all(&(mesh.faces.len() as u32).to_le_bytes())?;
-    for j in 0..mesh.faces.len() {
-        let normal = mesh.area_vector(j).try_normalize(0.0).unwrap_or_default().into();
-        let [x1, x2, x3] = mesh.corners(j).map(|x| coordinates(&x));
-        for x in [normal, x1, x2, x3].as_flattened() {
-            out.write_all(&(*x as f32).to_le_bytes())?;
-        }
-        out.write_all(&[0; 2])?;
-    }
-    Ok(())
 }

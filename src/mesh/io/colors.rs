@@ -1,0 +1,121 @@
+//! Colors as files write them: of all rows or of some, in [0, 1] or up to 255.
+//!
+//! An integer type says what its full intensity is. Numbers without a type are judged by the whole file:
+//!
+//! | largest component | meaning |
+//! |---|---|
+//! | up to 1 | as they are |
+//! | up to 255, and all are whole numbers or one is above 2 | over 255 |
+//! | up to 2 | too bright by a little: cut off at 1, with a warning |
+//!
+//! Colors with a negative component, or one above 255, are of another kind and left out with a warning. Rows
+//! without a color are NaN: unknown.
+
+use std::path::Path;
+
+use super::places::{Places, warn};
+
+/// Programs that write components in [0, 1] round them.
+const ROUNDING: f64 = 1e-6;
+
+const BYTE: f64 = 255.0;
+
+/// So bright, and in fractions, is no file of bytes that shows anything.
+const TOO_BRIGHT: f64 = 2.0;
+
+/// The colors of vertices or faces so far.
+pub struct Colors {
+    rows: Vec<[f64; 3]>,
+    /// The value that stands for 1, if its type says so.
+    full: Option<f64>,
+    largest: f64,
+    fractions: bool,
+    bright: Places,
+    outside: Places,
+}
+
+impl Colors {
+    pub fn new(full: Option<f64>) -> Self {
+        Colors {
+            rows: Vec::new(),
+            full,
+            largest: 0.0,
+            fractions: false,
+            bright: Places::default(),
+            outside: Places::default(),
+        }
+    }
+
+    pub fn with_capacity(mut self, rows: usize) -> Self {
+        self.rows.reserve(rows);
+        self
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// The color of a row that no earlier call had; the rows that are passed over have none.
+    #[inline]
+    pub fn set(&mut self, row: usize, color: [f64; 3], place: impl FnOnce() -> String) {
+        self.rows.resize(row, [f64::NAN; 3]);
+        if !color.iter().all(|c| c.is_finite()) {
+            self.rows.push([f64::NAN; 3]);
+            return;
+        }
+        let [r, g, b] = color;
+        let (low, high) = (r.min(g).min(b), r.max(g).max(b));
+        self.largest = self.largest.max(high);
+        self.fractions |= color.iter().any(|c| c.fract() != 0.0);
+        if low < -ROUNDING || high > self.full.unwrap_or(BYTE) {
+            self.outside.add(place);
+        } else if high > 1.0 + ROUNDING {
+            self.bright.add(place);
+        }
+        self.rows.push(color);
+    }
+
+    /// All `count` rows in [0, 1], if some have a color. `what` they are, in the plural.
+    pub fn finish(mut self, path: &Path, count: usize, what: &str) -> Option<Vec<[f64; 3]>> {
+        if self.rows.is_empty() {
+            return None;
+        }
+        if !self.outside.is_empty() {
+            let range =
+                self.full.map_or("[0, 1] or [0, 255]".to_owned(), |full| format!("[0, {full}]"));
+            self.outside.warn(
+                path,
+                &format!("the colors of {what} are left out, some are outside {range}"),
+            );
+            return None;
+        }
+        self.rows.resize(count, [f64::NAN; 3]);
+        let unknown = self.rows.iter().filter(|color| color[0].is_nan()).count();
+        if unknown == count {
+            warn(path, &format!("no color of the {what} is a number; they are left out"));
+            return None;
+        }
+        if unknown > 0 {
+            let first = self.rows.iter().position(|color| color[0].is_nan()).unwrap_or_default();
+            warn(
+                path,
+                &format!(
+                    "{unknown} of {count} {what} have no color and count as unknown (the first, counted from 0: {first})"
+                ),
+            );
+        }
+        let full = self.full.unwrap_or_else(|| {
+            if self.largest <= 1.0 + ROUNDING {
+                1.0
+            } else if !self.fractions || self.largest > TOO_BRIGHT {
+                BYTE
+            } else {
+                self.bright.warn(path, &format!("colors of {what} are cut off at 1"));
+                1.0
+            }
+        });
+        // Not max and min, which would make a color of NaN.
+        self.rows.as_flattened_mut().iter_mut().for_each(|c| *c = (*c / full).clamp(0.0, 1.0));
+        Some(self.rows)
+    }
+}

@@ -1,0 +1,141 @@
+//! Wavefront OBJ, the polygonal part.
+//!
+//! ```text
+//! v  x y z [w] | v x y z r g b [a]     a vertex, maybe with a color in [0, 1] or up to 255
+//! vt u [v [w]]                         a texture coordinate
+//! f  v[/[vt][/vn]] ...                 a polygon; indices count from 1, or back from the latest by -1, -2, ...
+//! mtllib FILE ...                      where materials are described
+//! usemtl NAME                          the material of the faces that follow
+//! #MRGB MMRRGGBBMMRRGGBB...            colors of vertices in their order, as sculpting programs write them
+//! ```
+//!
+//! Normals, groups, points, lines and free-form surfaces are skipped. A texture coordinate belongs to the corner of
+//! a face, so seams split no vertex. Positions and faces must be right; whatever is wrong with the rest is left
+//! out with a warning. The reader is our own because those of the ecosystem renumber the vertices and split them
+//! at seams, which breaks per-vertex labels and the total variation.
+//!
+//! Reference: Wavefront Technologies, *Advanced Visualizer Manual*, appendix B1, "Object Files".
+
+mod faces;
+mod mrgb;
+mod mtl;
+mod painting;
+mod write;
+
+use std::path::Path;
+
+use nalgebra::Point3;
+
+use self::faces::Faces;
+use self::mrgb::Sculpted;
+use self::painting::Painting;
+use super::colors::Colors;
+use super::places::Places;
+use super::text::{Text, parse_float, quote};
+use crate::error::Result;
+use crate::mesh::Mesh;
+
+pub use self::mtl::write as write_materials;
+pub use self::write::write;
+
+/// Whether one of the first lines with content defines a vertex.
+pub fn recognizes(bytes: &[u8]) -> bool {
+    const LINES: usize = 100;
+    let mut text = Text::new(Path::new(""), bytes).with_comments();
+    (0..LINES).any(|_| text.next_line() && text.token() == Some(b"v"))
+}
+
+/// `folder` is where the files of materials are, if they may be read.
+pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
+    let mut text =
+        Text::new(path, bytes).with_comments().with_continued_lines().with_remarks(mrgb::BEGINNING);
+    let mut vertices = Vec::new();
+    let mut colors = Colors::new(None);
+    let mut odd = Places::default();
+    let mut sculpted = Sculpted::default();
+    let mut textures = Vec::new();
+    let mut no_numbers = Places::default();
+    let mut faces = Faces::default();
+    let mut painting = Painting::default();
+    while text.next_line() {
+        match text.token() {
+            Some(b"v") => {
+                let x = Point3::new(text.coordinate()?, text.coordinate()?, text.coordinate()?);
+                match behind_position(&mut text) {
+                    Behind::Nothing => {}
+                    Behind::Color(color) => {
+                        colors.set(vertices.len(), color, || format!("line {}", text.line()));
+                    }
+                    Behind::Odd => odd.add(|| format!("line {}", text.line())),
+                }
+                vertices.push(x);
+            }
+            Some(b"vt") => {
+                let t = texture(&mut text);
+                if t[0].is_nan() {
+                    no_numbers.add(|| format!("line {}", text.line()));
+                }
+                textures.push(t);
+            }
+            Some(b"f" | b"fo") => faces.read(&mut text, vertices.len(), textures.len())?,
+            Some(b"mtllib") => painting.library(text.rest_of_line()),
+            Some(b"usemtl") => painting.begin(text.rest_of_line(), faces.count()),
+            Some(keyword) if !keyword[0].is_ascii_alphabetic() => {
+                return Err(text.error(format!(
+                    "expected a statement such as v or f, not {}",
+                    quote(keyword)
+                )));
+            }
+            Some(_) => {}
+            None => {
+                if let Some(remark) = text.remark() {
+                    sculpted.read(remark, || format!("line {}", text.line()));
+                }
+            }
+        }
+    }
+    let (faces, uv) = faces.finish(path, &vertices, &textures)?;
+    odd.warn(path, "what follows positions is neither a weight nor a color and is left out");
+    no_numbers.warn(path, "texture coordinates that are not finite numbers count as unknown");
+    let colors = match colors.is_empty() {
+        true => sculpted.finish(path, vertices.len()),
+        false => colors.finish(path, vertices.len(), "vertices"),
+    };
+    let materials = painting.finish(path, folder, faces.len());
+    Ok(Mesh { vertices, faces, colors, uv, materials, ..Mesh::default() })
+}
+
+enum Behind {
+    /// At most a weight.
+    Nothing,
+    Color([f64; 3]),
+    Odd,
+}
+
+/// What follows a position: nothing, a weight, a color, or a color with its opacity.
+fn behind_position(text: &mut Text) -> Behind {
+    let mut values = [0.0; 4];
+    let mut count = 0;
+    let mut numbers = true;
+    while let Some(token) = text.token() {
+        let value = parse_float(token);
+        numbers &= value.is_some();
+        if let (Some(place), Some(value)) = (values.get_mut(count), value) {
+            *place = value;
+        }
+        count += 1;
+    }
+    match (count, values) {
+        (0, _) => Behind::Nothing,
+        (1, _) if numbers => Behind::Nothing,
+        (3 | 4, [r, g, b, _]) if numbers => Behind::Color([r, g, b]),
+        _ => Behind::Odd,
+    }
+}
+
+/// u and v; both NaN unless both are finite.
+fn texture(text: &mut Text) -> [f64; 2] {
+    let u = text.token().and_then(parse_float).unwrap_or(f64::NAN);
+    let v = text.token().map_or(Some(0.0), parse_float).unwrap_or(f64::NAN);
+    if u.is_finite() && v.is_finite() { [u, v] } else { [f64::NAN; 2] }
+}

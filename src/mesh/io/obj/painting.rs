@@ -1,0 +1,94 @@
+//! Which face of an OBJ file has which material, and what the libraries say about these.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use super::mtl;
+use crate::file;
+use crate::mesh::io::places::{Places, warn};
+use crate::mesh::io::text::{decode, quote, without_comment};
+use crate::mesh::{Material, Materials};
+
+#[derive(Default)]
+pub struct Painting {
+    libraries: Vec<Vec<u8>>,
+    /// In the order in which the faces use them.
+    names: Vec<String>,
+    place_of: HashMap<String, u32>,
+    current: Option<u32>,
+    of_faces: Vec<Option<u32>>,
+}
+
+impl Painting {
+    pub fn library(&mut self, names: &[u8]) {
+        // Often repeated before each object.
+        if !self.libraries.iter().any(|library| library == names) {
+            self.libraries.push(names.to_vec());
+        }
+    }
+
+    /// The material of the faces after the first `faces`.
+    pub fn begin(&mut self, name: &[u8], faces: usize) {
+        self.of_faces.resize(faces, self.current);
+        let name = decode(name);
+        self.current = Some(*self.place_of.entry(name.clone()).or_insert_with(|| {
+            self.names.push(name);
+            // One a line of a file that fits into memory.
+            self.names.len() as u32 - 1
+        }));
+    }
+
+    pub fn finish(mut self, path: &Path, folder: Option<&Path>, faces: usize) -> Option<Materials> {
+        if self.names.is_empty() {
+            return None;
+        }
+        self.of_faces.resize(faces, self.current);
+        let mut described = HashMap::new();
+        let mut unreadable = Places::default();
+        if let Some(folder) = folder {
+            for path in self.libraries.iter().flat_map(|names| mtl::libraries(folder, names)) {
+                match file::read(&path) {
+                    // The first description of a name holds.
+                    Ok(bytes) => {
+                        mtl::parse(&path, &bytes).into_iter().for_each(|(name, material)| {
+                            described.entry(name).or_insert(material);
+                        })
+                    }
+                    Err(error) => unreadable.add(|| error.to_string()),
+                }
+            }
+        }
+        if !unreadable.is_empty() {
+            unreadable.warn(
+                path,
+                "libraries of materials cannot be read, so colors and images are missing",
+            );
+        } else if folder.is_some() && !self.libraries.is_empty() {
+            let unknown: Vec<_> =
+                self.names.iter().filter(|name| find(&described, name).is_none()).collect();
+            if let Some(first) = unknown.first() {
+                let first = quote(first.as_bytes());
+                warn(
+                    path,
+                    &format!(
+                        "materials that no library describes have no color and no image ({}, the first: {first})",
+                        unknown.len()
+                    ),
+                );
+            }
+        }
+        let all = self.names.into_iter().map(|name| {
+            find(&described, &name)
+                .cloned()
+                .unwrap_or_else(|| Material { name, ..Material::default() })
+        });
+        Some(Materials { all: all.collect(), of_faces: self.of_faces })
+    }
+}
+
+/// The description of a material, behind whose name a comment may stand.
+fn find<'a>(described: &'a HashMap<String, Material>, name: &str) -> Option<&'a Material> {
+    described
+        .get(name)
+        .or_else(|| described.get(std::str::from_utf8(without_comment(name.as_bytes())).ok()?))
+}

@@ -1,0 +1,175 @@
+//! Writing STL: binary, coordinates rounded to 32 bits.
+//!
+//! The rounding error of x is up to 2^-24 |x|. Where positions are far from the origin, as on a map, that merges
+//! vertices or bends small faces; they are then written relative to a local origin, which the header and a warning
+//! state. Positions never merge: if even that does not help, the mesh is refused.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use nalgebra::{Point3, Vector3};
+
+use super::{COUNT, HEADER};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::io::coordinates;
+use crate::mesh::io::places::warn;
+
+/// Of the shortest edge, may be lost without a word.
+const TOLERANCE: f64 = 1e-4;
+/// So many times smaller an error is worth another origin.
+const WORTH: f64 = 8.0;
+
+/// What rounding does to the corners.
+struct Loss {
+    /// How many positions become one with another.
+    merged: usize,
+    /// The largest change of a coordinate; infinite if one does not fit.
+    error: f64,
+}
+
+impl Loss {
+    fn of(points: &[Point3<f64>], origin: Vector3<f64>) -> Self {
+        let mut rounded = Vec::with_capacity(points.len());
+        let mut error = 0.0_f64;
+        for x in points {
+            let x = x - origin;
+            let narrow = coordinates(&x).map(|x| x as f32);
+            for (x, narrow) in coordinates(&x).iter().zip(narrow) {
+                let change = (x - f64::from(narrow)).abs();
+                error = error.max(if change.is_finite() { change } else { f64::INFINITY });
+            }
+            // Both zeros have the same bits then.
+            rounded.push(narrow.map(|x| (x + 0.0).to_bits()));
+        }
+        rounded.sort_unstable();
+        rounded.dedup();
+        Loss { merged: points.len() - rounded.len(), error }
+    }
+}
+
+/// The point that the file's coordinates are relative to: 0 unless rounding them would lose too much.
+///
+/// # Errors
+/// Positions would merge all the same, coordinates are too large, or the faces too many for their count.
+pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
+    if u32::try_from(mesh.faces.len()).is_err() {
+        return Err(Error::unsuitable(format!(
+            "{}: too many faces for STL; write PLY or OBJ",
+            path.display()
+        )));
+    }
+    let points = corners(mesh);
+    let shortest = shortest_side(mesh);
+    let plain = Loss::of(&points, Vector3::zeros());
+    if plain.merged == 0 && plain.error <= TOLERANCE * shortest {
+        return Ok(Vector3::zeros());
+    }
+    let local = center(&points);
+    let shifted = Loss::of(&points, local);
+    if plain.error == f64::INFINITY && shifted.error == f64::INFINITY {
+        return Err(Error::unsuitable(format!(
+            "{}: the coordinates are too large for STL; write PLY or OBJ",
+            path.display()
+        )));
+    }
+    if shifted.merged > 0 && plain.merged > 0 {
+        return Err(Error::unsuitable(format!(
+            "{}: {} vertices would merge with others in the 32 bits of STL; write PLY or OBJ",
+            path.display(),
+            shifted.merged
+        )));
+    }
+    let moves = plain.merged > 0 || (shifted.merged == 0 && plain.error > WORTH * shifted.error);
+    let error = if moves { shifted.error } else { plain.error };
+    if moves {
+        warn(
+            path,
+            &format!(
+                "coordinates are written relative to the origin {}, or their 32 bits would lose too much",
+                shown(local)
+            ),
+        );
+    }
+    if error > TOLERANCE * shortest {
+        warn(
+            path,
+            &format!(
+                "the 32 bits of STL change coordinates by up to {error:.1e}, and the shortest edge is {shortest:.1e}; PLY and OBJ keep them"
+            ),
+        );
+    }
+    Ok(if moves { local } else { Vector3::zeros() })
+}
+
+fn shown(origin: Vector3<f64>) -> String {
+    format!("{:?} {:?} {:?}", origin.x, origin.y, origin.z)
+}
+
+/// The different positions in faces.
+fn corners(mesh: &Mesh) -> Vec<Point3<f64>> {
+    let mut used = vec![false; mesh.vertices.len()];
+    mesh.faces.as_flattened().iter().for_each(|&k| used[k as usize] = true);
+    let mut points: Vec<[u64; 3]> = mesh
+        .vertices
+        .iter()
+        .zip(used)
+        .filter(|(_, used)| *used)
+        .map(|(x, _)| coordinates(x).map(|x| (x + 0.0).to_bits()))
+        .collect();
+    points.sort_unstable();
+    points.dedup();
+    points.into_iter().map(|bits| Point3::from(bits.map(f64::from_bits))).collect()
+}
+
+/// The length of the shortest side that has one.
+fn shortest_side(mesh: &Mesh) -> f64 {
+    let squares = (0..mesh.faces.len()).flat_map(|j| {
+        let [a, b, c] = mesh.corners(j);
+        [(b - a).norm_squared(), (c - b).norm_squared(), (a - c).norm_squared()]
+    });
+    squares.filter(|&square| square > 0.0).fold(f64::INFINITY, f64::min).sqrt()
+}
+
+/// The middle of the bounding box, in a number of digits that can be read: down to a tenth of its size.
+fn center(points: &[Point3<f64>]) -> Vector3<f64> {
+    let Some(&first) = points.first() else { return Vector3::zeros() };
+    let (low, high) =
+        points.iter().fold((first, first), |(low, high), x| (low.inf(x), high.sup(x)));
+    let size = (high - low).max();
+    let middle = nalgebra::center(&low, &high).coords;
+    if size == 0.0 {
+        return middle;
+    }
+    let digits = (-size.log10()).floor() + 1.0;
+    middle.map(|x| {
+        let scale = 10.0_f64.powf(digits.abs());
+        // Dividing by a power of ten gives the number that its digits mean, multiplying does not.
+        let rounded =
+            if digits > 0.0 { (x * scale).round() / scale } else { (x / scale).round() * scale };
+        if rounded.is_finite() { rounded } else { x }
+    })
+}
+
+/// Unreferenced vertices have no place in the format.
+pub fn write(out: &mut dyn Write, mesh: &Mesh, origin: Vector3<f64>) -> io::Result<()> {
+    let mut title = "binary STL".to_owned();
+    if origin != Vector3::zeros() {
+        title += &format!(", origin {}", shown(origin));
+    }
+    let mut header = [0; HEADER];
+    let length = title.len().min(HEADER);
+    header[..length].copy_from_slice(&title.as_bytes()[..length]);
+    out.write_all(&header)?;
+    let count: [u8; COUNT] = (mesh.faces.len() as u32).to_le_bytes();
+    out.write_all(&count)?;
+    for j in 0..mesh.faces.len() {
+        let normal = mesh.area_vector(j).try_normalize(0.0).unwrap_or_default().into();
+        let [x1, x2, x3] = mesh.corners(j).map(|x| coordinates(&(x - origin)));
+        for x in [normal, x1, x2, x3].as_flattened() {
+            out.write_all(&(*x as f32).to_le_bytes())?;
+        }
+        out.write_all(&[0; 2])?;
+    }
+    Ok(())
+}

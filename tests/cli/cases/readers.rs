@@ -1,0 +1,243 @@
+//! Mesh files as programs write them: what is read, what is left out with a word, what survives a conversion.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use meshseg::Mesh;
+use meshseg::mesh::io;
+
+use crate::support::{Folder, stderr};
+
+fn case(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(name)
+}
+
+fn read(name: &str) -> Mesh {
+    io::read(&case(name)).unwrap()
+}
+
+/// What `mesh info` says about a file on standard error.
+fn warnings(name: &str) -> String {
+    let line = format!("mesh info {}", case(name).display().to_string().replace(' ', "%20"));
+    let output = Folder::new().run(&line.replacen("mesh%20info%20", "mesh info ", 1));
+    assert_eq!(output.status.code(), Some(0), "{name}: {}", stderr(&output));
+    stderr(&output)
+}
+
+/// Colors in bytes; none for unknown.
+fn bytes(color: &[f64; 3]) -> Option<[u8; 3]> {
+    (!color[0].is_nan()).then(|| color.map(|c| (255.0 * c).round() as u8))
+}
+
+const RED: Option<[u8; 3]> = Some([200, 40, 40]);
+const BLUE: Option<[u8; 3]> = Some([40, 40, 200]);
+/// The same two as 0.8 and 0.2.
+const FLOAT_RED: Option<[u8; 3]> = Some([204, 51, 51]);
+const FLOAT_BLUE: Option<[u8; 3]> = Some([51, 51, 204]);
+
+/// All of them are the square of 12 times 12 cells, and its left half is red.
+#[test]
+fn colors_in_every_spelling() {
+    for (name, red, blue) in [
+        ("03-obj-rgb255/scan.obj", RED, BLUE),
+        ("06-ply-int64/ids.ply", RED, BLUE),
+        ("06-ply-int64/faces.ply", RED, BLUE),
+        ("07-vt-nan/colored.obj", FLOAT_RED, FLOAT_BLUE),
+        ("11-ply-multiline/depth.ply", RED, BLUE),
+        ("29-two-corner-face/m.obj", FLOAT_RED, Some([204, 204, 51])),
+        ("29-two-corner-face/m.ply", RED, BLUE),
+        ("30-mrgb/sculpt.obj", RED, BLUE),
+        ("31-f-without-vt/cube.obj", FLOAT_RED, Some([204, 204, 51])),
+        ("32-off-color-no-coff/tin.off", RED, BLUE),
+        ("33-ply-rgba-float/a.ply", FLOAT_RED, FLOAT_BLUE),
+        ("33-ply-rgba-float/f255.ply", RED, BLUE),
+    ] {
+        let mesh = read(name);
+        assert_eq!((mesh.vertices.len(), mesh.faces.len()), (169, 288), "{name}");
+        assert!((mesh.area() - 1.0).abs() < 1e-5, "{name}");
+        for (x, color) in mesh.vertices.iter().zip(mesh.colors.as_ref().unwrap()) {
+            let expected = if x.x < 0.49 { red } else { blue };
+            assert_eq!(bytes(color), expected, "{name}");
+        }
+    }
+}
+
+#[test]
+fn colors_of_some_vertices_and_of_faces() {
+    let scene = read("09-obj-some-colored/scene.obj");
+    let colors = scene.colors.unwrap();
+    assert_eq!(colors.len(), 338);
+    assert!(colors[..169].iter().all(|color| bytes(color).is_none()));
+    assert!(colors[169..].iter().all(|color| [FLOAT_RED, FLOAT_BLUE].contains(&bytes(color))));
+    let said = warnings("09-obj-some-colored/scene.obj");
+    assert!(said.contains("169 of 338 vertices have no color"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+
+    let painted = read("12-ply-face-colors/painted.ply");
+    let colors = painted.face_colors.as_ref().unwrap();
+    for (j, color) in colors.iter().enumerate() {
+        let middle = painted.corners(j).iter().map(|x| x.x).sum::<f64>() / 3.0;
+        assert_eq!(bytes(color), if middle < 0.5 { RED } else { BLUE });
+    }
+    assert!(painted.colors.is_none());
+}
+
+#[test]
+fn off_with_the_count_at_the_keyword() {
+    let mesh = read("01-off-glued/part.off");
+    assert_eq!((mesh.vertices.len(), mesh.faces.len()), (169, 288));
+    assert_eq!(warnings("01-off-glued/part.off"), "");
+}
+
+#[test]
+fn concave_polygons_keep_their_area() {
+    let folder = Folder::new();
+    for (name, area) in [("ell", 3.0), ("dart", 2.0)] {
+        let mesh = read(&format!("04-concave/{name}.obj"));
+        assert!((mesh.area() - area).abs() < 1e-14);
+        assert!((0..mesh.faces.len()).all(|j| mesh.area_vector(j).z > 0.0));
+        // From other first corners, and turned over.
+        let text = fs::read_to_string(case(&format!("04-concave/{name}.obj"))).unwrap();
+        let (points, face) = text.trim_end().rsplit_once("f ").unwrap();
+        let mut corners: Vec<&str> = face.split(' ').collect();
+        for turn in 0..2 * corners.len() {
+            corners.rotate_left(1);
+            if turn == corners.len() {
+                corners.reverse();
+            }
+            folder.write("turned.obj", format!("{points}f {}\n", corners.join(" ")));
+            let mesh = io::read(&folder.path("turned.obj")).unwrap();
+            assert!((mesh.area() - area).abs() < 1e-14, "{name} {corners:?}");
+        }
+    }
+}
+
+#[test]
+fn what_nobody_asked_for_is_left_out_with_a_word() {
+    for (name, part) in [
+        ("07-vt-nan/textured.obj", "(1, the first: line 170)"),
+        ("07-vt-nan/textured.obj", "2 of 288 faces have corners without texture coordinates"),
+        ("10-obj-some-uv/model.obj", "4 of 288 faces have corners without texture coordinates"),
+        ("29-two-corner-face/m.obj", "fewer than 3 corners are left out (1, the first: line 458)"),
+        ("29-two-corner-face/m.off", "fewer than 3 corners are left out (1, the first: line 460)"),
+        ("29-two-corner-face/m.ply", "fewer than 3 corners are left out (2, the first: face 288)"),
+        ("31-f-without-vt/cube.obj", "the file has none"),
+    ] {
+        let said = warnings(name);
+        assert!(said.contains(part), "{name}: {said}");
+    }
+    let textured = read("07-vt-nan/textured.obj").uv.unwrap();
+    assert_eq!(textured.as_flattened().iter().filter(|t| t[0].is_nan()).count(), 2);
+    let model = read("10-obj-some-uv/model.obj").uv.unwrap();
+    assert_eq!(model.iter().filter(|face| face.iter().all(|t| t[0].is_nan())).count(), 4);
+    assert_eq!(read("31-f-without-vt/cube.obj").uv, None);
+    assert_eq!(read("29-two-corner-face/m.off").faces.len(), 288);
+}
+
+#[test]
+fn each_face_has_its_material() {
+    for (name, images) in [
+        ("02-obj-two-materials/house.obj", Some(["roof.png", "wall.png"])),
+        ("13-ply-texnumber/model.ply", Some(["page0.png", "page1.png"])),
+        ("40-materials-kd/toy.obj", None),
+    ] {
+        let mesh = read(name);
+        let materials = mesh.materials.as_ref().unwrap();
+        let folder = case(name).parent().unwrap().to_owned();
+        let found: Vec<_> = materials.all.iter().map(|m| m.image.clone()).collect();
+        let expected = images.map(|names| names.map(|name| folder.join(name)));
+        assert_eq!(found, expected.map_or(vec![None; 2], |paths| paths.map(Some).to_vec()));
+        assert!(found.iter().flatten().all(|image| image.is_file()));
+        for j in 0..mesh.faces.len() {
+            let middle = mesh.corners(j).iter().map(|x| x.x).sum::<f64>() / 3.0;
+            assert_eq!(materials.of_faces[j], Some(u32::from(middle > 0.5)), "{name}");
+        }
+        assert_eq!(warnings(name), "");
+    }
+    let toy = read("40-materials-kd/toy.obj").materials.unwrap();
+    assert_eq!(toy.all[0].color, Some([0.8, 0.2, 0.2]));
+    assert_eq!(toy.all[1].color, Some([0.2, 0.2, 0.8]));
+}
+
+#[test]
+fn a_missing_library_is_a_warning() {
+    let folder = Folder::new();
+    folder.write("a.obj", "mtllib no such.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n");
+    let output = folder.run("mesh info a.obj");
+    assert_eq!(output.status.code(), Some(0));
+    let said = stderr(&output);
+    assert!(said.contains("no such.mtl") && said.lines().count() == 1, "{said}");
+    let shown = String::from_utf8(output.stdout).unwrap();
+    assert!(shown.contains("materials                      1, 0 with an image"), "{shown}");
+}
+
+#[test]
+fn materials_survive_a_conversion_or_their_loss_is_said() {
+    let folder = Folder::new();
+    fs::create_dir(folder.path("in")).unwrap();
+    for name in ["house.obj", "house.mtl", "roof.png", "wall.png"] {
+        let from = case("02-obj-two-materials").join(name);
+        fs::copy(from, folder.path(&format!("in/{name}"))).unwrap();
+    }
+    folder.done("mesh convert in/house.obj --out h.obj --subdivide 1");
+    let library = fs::read_to_string(folder.path("h.mtl")).unwrap();
+    assert!(library.contains("map_Kd in/roof.png"), "{library}");
+    let text = fs::read_to_string(folder.path("h.obj")).unwrap();
+    assert!(text.starts_with("mtllib h.mtl\n"));
+    for name in ["h.obj", "h.ply"] {
+        let output = folder.run(&format!("mesh convert h.obj --out {name}"));
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let mesh = io::read(&folder.path(name)).unwrap();
+        let materials = mesh.materials.unwrap();
+        assert_eq!(mesh.faces.len(), 4 * 288);
+        for (place, image) in ["in/roof.png", "in/wall.png"].into_iter().enumerate() {
+            assert_eq!(materials.all[place].image, Some(folder.path(image)), "{name}");
+            let faces = materials.of_faces.iter().filter(|m| **m == Some(place as u32));
+            assert_eq!(faces.count(), 4 * 144);
+        }
+        assert!(mesh.uv.is_some());
+    }
+    for (name, parts) in [
+        ("h.ply", &["names and colors of materials"][..]),
+        ("h.off", &["texture coordinates", "materials (OBJ holds them)"]),
+        ("h.stl", &["texture coordinates", "materials (OBJ holds them)"]),
+    ] {
+        let said = stderr(&folder.run(&format!("mesh convert h.obj --out {name}")));
+        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        assert_eq!(said.lines().count(), 2, "{said}");
+    }
+}
+
+/// A scan on a map: 1681 vertices, 5 cm apart, at 5 million meters from the origin.
+#[test]
+fn stl_on_a_map_has_an_origin() {
+    let folder = Folder::new();
+    let mut text = String::new();
+    for k in 0..41 * 41 {
+        let (i, j) = (f64::from(k % 41), f64::from(k / 41));
+        text += &format!(
+            "v {} {} {}\n",
+            448_262.25 + 0.05 * i,
+            5_411_932.5 + 0.05 * j,
+            311.9 + 0.2 * (0.3 * i).sin()
+        );
+    }
+    for k in 0..40 * 40 {
+        let a = k / 40 * 41 + k % 40 + 1;
+        text += &format!("f {} {} {} {}\n", a, a + 1, a + 42, a + 41);
+    }
+    folder.write("site.obj", text);
+    let output = folder.run("mesh convert site.obj --out site.stl");
+    assert_eq!(output.status.code(), Some(0));
+    let said = stderr(&output);
+    assert!(said.contains("relative to the origin 448263.0 5411934.0 312.0"), "{said}");
+    let (site, stl) = (read_in(&folder, "site.obj"), read_in(&folder, "site.stl"));
+    assert_eq!((stl.vertices.len(), stl.faces.len()), (1681, 3200));
+    assert!((stl.area() - site.area()).abs() < 1e-6 * site.area());
+    // Back from there, the numbers are small enough.
+    assert_eq!(stderr(&folder.run("mesh convert site.stl --out again.stl")).lines().count(), 1);
+}
+
+fn read_in(folder: &Folder, name: &str) -> Mesh {
+    io::read(&folder.path(name)).unwrap()
+}
