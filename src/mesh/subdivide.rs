@@ -50,7 +50,7 @@ impl Mesh {
             uv.iter().flat_map(divide).collect()
         });
         fn fourfold<T: Clone>(faces: &[T]) -> Vec<T> {
-            faces.iter().flat_map(|face| std::array::repeat::<T, 4>(face.clone())).collect()
+            faces.iter().flat_map(|face| std::iter::repeat_n(face.clone(), 4)).collect()
         }
         let face_colors = self.face_colors.as_deref().map(fourfold);
         let materials = self.materials.as_ref().map(|materials| Materials {

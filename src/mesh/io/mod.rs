@@ -111,6 +111,11 @@ pub fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<Mesh> {
     Ok(mesh)
 }
 
+/// Whether the format of the extension has texture coordinates.
+pub fn holds_texture(path: &Path) -> bool {
+    matches!(Format::of_extension(path), Some(Format::Obj | Format::Ply))
+}
+
 /// Writes a mesh in the format of the extension. Whatever the format cannot hold is left out with a warning.
 ///
 /// # Errors
@@ -126,7 +131,7 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     if mesh.colors.is_some() && format == Format::Stl {
         tracing::warn!("{}: STL holds no colors", path.display());
     }
-    if mesh.uv.is_some() && matches!(format, Format::Off | Format::Stl) {
+    if mesh.uv.is_some() && !holds_texture(path) {
         tracing::warn!(
             "{}: texture coordinates are left out; OBJ and PLY hold them",
             path.display()
