@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, print, table, warn};
+use super::{Outcome, named, note, one_line, print, table, warn};
 
 /// Segment colors, textures, an image, curvature or other data on a mesh into regions.
 ///
@@ -136,7 +136,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
     let manner = Manner { texel: arguments.texel, project: arguments.project, fit: arguments.fit };
     let seen = seen::see(&source, &scaled, arguments.data.as_ref(), &manner)?;
-    seen.notes.iter().for_each(|line| note(line));
+    seen.notes.iter().for_each(|line| note(&one_line(line)));
 
     let cells = barycentric_areas(&scaled);
     if arguments.lambda.is_none() {

@@ -368,7 +368,7 @@ impl View<'_> {
         let finer = times.map_or(String::new(), |times| {
             format!(
                 "; `meshseg mesh convert {} --out finer.obj --subdivide {times}` resolves more",
-                self.source
+                in_shell(&self.source.to_string())
             )
         });
         Some(format!(
@@ -414,6 +414,15 @@ impl View<'_> {
             self.source,
             choices.join(", ")
         ))
+    }
+}
+
+/// A word of a command line, in quotes where it needs them.
+fn in_shell(word: &str) -> Cow<'_, str> {
+    if word.bytes().all(|b| b.is_ascii_alphanumeric() || b"._-+/:".contains(&b)) {
+        Cow::Borrowed(word)
+    } else {
+        Cow::Owned(format!("'{}'", word.replace('\'', r"'\''")))
     }
 }
 

@@ -175,11 +175,15 @@ fn an_atlas_of_16k() {
     assert!(said.contains("16384 x 16384 pixels were shrunk by 2"), "{said}");
 }
 
-/// Black at the left, white at the right.
-fn two_halves(folder: &Folder) {
-    RgbImage::from_fn(60, 40, |i, _| Rgb([if i < 30 { 0 } else { 255 }; 3]))
-        .save(folder.path("halves.png"))
+/// Black at the left, white at the right, from the column `border` of 60 on.
+fn two_parts(folder: &Folder, name: &str, border: u32) {
+    RgbImage::from_fn(60, 40, |i, _| Rgb([if i < border { 0 } else { 255 }; 3]))
+        .save(folder.path(name))
         .unwrap();
+}
+
+fn two_halves(folder: &Folder) {
+    two_parts(folder, "halves.png", 30);
 }
 
 /// The share of the vertices that have the label of the darker region where `dark` says so.
@@ -230,10 +234,11 @@ fn an_image_lies_on_a_surface() {
 #[test]
 fn generated_shapes_have_texture_coordinates() {
     let folder = Folder::new();
-    two_halves(&folder);
+    // No vertex lies on the border, where it could take either label.
+    two_parts(&folder, "parts.png", 27);
     for shape in ["torus:24x12", "sphere:3", "grid:8x8"] {
         let (of_shape, _) =
-            segment(&folder, &format!("{shape} --data texture:halves.png --regions 2"));
+            segment(&folder, &format!("{shape} --data texture:parts.png --regions 2"));
         for file in ["shape.obj", "shape.ply"] {
             folder.done(&format!("mesh generate {shape} --out {file}"));
             assert!(
@@ -242,7 +247,7 @@ fn generated_shapes_have_texture_coordinates() {
                     .contains("texture coordinates            yes")
             );
             let (of_file, _) =
-                segment(&folder, &format!("{file} --data texture:halves.png --regions 2"));
+                segment(&folder, &format!("{file} --data texture:parts.png --regions 2"));
             assert_eq!(of_shape.labels, of_file.labels, "{shape} as {file}");
         }
         let output = folder.run(&format!("mesh generate {shape} --out shape.off"));
