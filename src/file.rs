@@ -1,27 +1,43 @@
-//! Files are read whole, and appear whole or not at all: written under a temporary name beside their place,
+//! Files are read whole (images row by row), and appear whole or not at all: written under a temporary name beside their place,
 //! then renamed.
 
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter, Write};
 use std::path::Path;
 
 use crate::error::{Error, Result};
 
 /// The content of a regular file that is not empty. A device or a pipe may never end.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let io = |source| Error::io(path, source);
-    let metadata = fs::metadata(path).map_err(io)?;
+    check_regular(path)?;
+    let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
+    if bytes.is_empty() {
+        return Err(Error::malformed(path, "is empty"));
+    }
+    Ok(bytes)
+}
+
+/// The same for what is not read whole: the file and its length.
+pub fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
+    match check_regular(path)? {
+        0 => Err(Error::malformed(path, "is empty")),
+        length => {
+            let file = File::open(path).map_err(|source| Error::io(path, source))?;
+            Ok((BufReader::with_capacity(1 << 16, file), length))
+        }
+    }
+}
+
+/// The length of a regular file.
+fn check_regular(path: &Path) -> Result<u64> {
+    let metadata = fs::metadata(path).map_err(|source| Error::io(path, source))?;
     if metadata.is_dir() {
         return Err(Error::malformed(path, "is a folder; name a file"));
     }
     if !metadata.is_file() {
         return Err(Error::malformed(path, "is not a regular file; copy its content to one"));
     }
-    let bytes = fs::read(path).map_err(io)?;
-    if bytes.is_empty() {
-        return Err(Error::malformed(path, "is empty"));
-    }
-    Ok(bytes)
+    Ok(metadata.len())
 }
 
 /// Writes one file. Whatever stood at `path` stays until the new content is complete.

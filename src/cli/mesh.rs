@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meshseg::Error;
 use meshseg::mesh::shapes::MOST_FACES;
-use meshseg::mesh::{Mesh, Shape, Statistics, io, source};
+use meshseg::mesh::{Mesh, Shape, Source, Statistics, io};
 
 use super::{Outcome, note, print, print_json, table};
 
@@ -19,7 +19,7 @@ pub enum Verb {
         #[arg(long)]
         json: bool,
     },
-    /// Write a shape: torus:NUxNV (area 1), sphere:LEVEL, grid:NXxNY (cells)
+    /// Write a shape: torus:NUxNV (area 1), sphere:LEVEL, grid:NXxNY (cells); .ply and .obj with texture coordinates
     Generate {
         /// For example torus:400x250, sphere:6, grid:100x100
         shape: String,
@@ -43,9 +43,14 @@ pub enum Verb {
 pub fn run(verb: &Verb) -> Outcome {
     match verb {
         Verb::Info { mesh, json } => info(mesh, *json),
-        Verb::Generate { shape, out } => write(out, &shape.parse::<Shape>()?.mesh()),
+        Verb::Generate { shape, out } => {
+            let shape: Shape = shape.parse()?;
+            write(out, &if io::holds_texture(out) { shape.textured() } else { shape.mesh() })
+        }
         Verb::Convert { mesh, out, subdivide } => {
-            let mut mesh = source(mesh)?;
+            let source = Source::parse(mesh)?;
+            let mut mesh =
+                if io::holds_texture(out) { source.textured_mesh() } else { source.mesh() }?;
             let faces = (mesh.faces.len() as u64).saturating_mul(4_u64.pow((*subdivide).into()));
             if faces > MOST_FACES {
                 return Err(Error::unsuitable(format!(
@@ -69,7 +74,7 @@ fn write(path: &Path, mesh: &Mesh) -> Outcome {
 }
 
 fn info(path: &Path, json: bool) -> Outcome {
-    let statistics = Statistics::of(&source(path)?);
+    let statistics = Statistics::of(&Source::parse(path)?.textured_mesh()?);
     if json {
         print_json(&statistics)?;
         return Ok(());

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use meshseg::data::RegionParameters;
-use meshseg::data::seen::{self, DataSource, Seen};
+use meshseg::data::projection::{Fit, Projection};
+use meshseg::data::seen::{self, DataSource, Manner, Seen};
+use meshseg::data::texture::Texel;
 use meshseg::mesh::Source;
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::outcome::{self, Looks};
@@ -14,9 +16,9 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, print, table, warn};
+use super::{Outcome, named, note, one_line, print, table, warn};
 
-/// Segment colors, a texture, curvature or other data on a mesh into regions.
+/// Segment colors, textures, an image, curvature or other data on a mesh into regions.
 ///
 /// Region parameters and labels are found in turn; the final labels are certified for the final parameters.
 #[derive(clap::Args)]
@@ -25,11 +27,27 @@ pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
 
-    /// colors (of the vertices, in [0,1]), texture:IMAGE (PNG or JPEG), curvature (mean curvature, its middle
-    /// 96 % mapped to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided by 255) [default: the colors or
-    /// texture that come with the mesh]
+    /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
+    /// texture:IMAGE (PNG or JPEG, at the texture coordinates), image:IMAGE (laid on the surface, see --project),
+    /// curvature (mean curvature, its middle 96 % mapped to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
+    /// by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
+
+    /// How image:IMAGE is laid on the surface: xy, xz, yz; two axes such as x,-z (along its width, upwards);
+    /// cylinder or sphere (around z; around another axis as cylinder:y) [default: at the texture coordinates of the
+    /// mesh; xy for a grid]
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
+    project: Option<Projection>,
+
+    /// cover: an image laid along two axes keeps its aspect, and what is too long is cut off at both ends; stretch:
+    /// it loses its aspect
+    #[arg(long, value_parser = named(&Fit::NAMES), default_value = "cover")]
+    fit: Fit,
+
+    /// What a vertex takes of an image. mean: the mean over its third of its faces; vertex: the color at its place
+    #[arg(long, value_parser = named(&Texel::NAMES), default_value = "mean")]
+    texel: Texel,
 
     /// Number of regions, 2 to 64
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true)]
@@ -70,7 +88,9 @@ Examples:
   meshseg segment builtin:spot --regions 3 --out results/spot
   meshseg segment person.ply --regions 4 --lambda 0.005 --out results/person
   meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
-  meshseg segment model.obj --data texture:atlas.png --regions 5 --out results/model";
+  meshseg segment model.obj --data texture:atlas.png --regions 5 --out results/model
+  meshseg segment grid:300x200 --data image:photo.jpg --regions 3 --out results/photo
+  meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny";
 
 #[derive(Clone, Copy)]
 enum Model {
@@ -115,7 +135,9 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     let scaled = mesh.clone().scaled(scale);
     check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
-    let seen = seen::see(&source, &scaled, arguments.data.as_ref())?;
+    let manner = Manner { texel: arguments.texel, project: arguments.project, fit: arguments.fit };
+    let seen = seen::see(&source, &scaled, arguments.data.as_ref(), &manner)?;
+    seen.notes.iter().for_each(|line| note(&one_line(line)));
 
     let cells = barycentric_areas(&scaled);
     let alternation = Alternation {

@@ -3,6 +3,7 @@
 
 pub mod constant;
 pub mod kmeans;
+pub mod projection;
 pub mod range;
 pub mod seen;
 pub mod synthetic;

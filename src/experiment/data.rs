@@ -16,7 +16,7 @@ use sha2::{Digest, Sha256};
 use super::spec::{External, InstanceCell};
 use crate::data::Data;
 use crate::data::kmeans::kmeans;
-use crate::data::seen::{self, DataSource};
+use crate::data::seen::{self, DataSource, Manner};
 use crate::data::synthetic::waves;
 use crate::error::{Error, Result};
 use crate::file;
@@ -50,8 +50,8 @@ impl FromStr for DataChoice {
                 Ok(DataChoice::Costs(file.into()))
             }
             _ => text.parse().map(DataChoice::Seen).map_err(|_| {
-                "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \
-                 \"texture:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
+                "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
+                 \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
                     .into()
             }),
         }
@@ -126,8 +126,11 @@ impl Places {
         let at = |path: &Path| self.path(&path.to_string_lossy());
         Ok(match choice {
             DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
-            DataChoice::Seen(DataSource::Texture(path)) => {
-                DataChoice::Seen(DataSource::Texture(at(path)?))
+            DataChoice::Seen(DataSource::Texture(Some(path))) => {
+                DataChoice::Seen(DataSource::Texture(Some(at(path)?)))
+            }
+            DataChoice::Seen(DataSource::Image(path)) => {
+                DataChoice::Seen(DataSource::Image(at(path)?))
             }
             DataChoice::Seen(DataSource::File(path)) => {
                 DataChoice::Seen(DataSource::File(at(path)?))
@@ -146,8 +149,9 @@ impl Places {
             hash.update(file::read(&path)?);
         }
         if let DataChoice::Costs(path)
-        | DataChoice::Seen(DataSource::Texture(path) | DataSource::File(path)) =
-            self.data(&cell.data)?
+        | DataChoice::Seen(
+            DataSource::Texture(Some(path)) | DataSource::Image(path) | DataSource::File(path),
+        ) = self.data(&cell.data)?
         {
             hash.update(file::read(&path)?);
         }
@@ -210,7 +214,7 @@ impl Places {
                     DataChoice::Seen(choice) => Some(choice),
                     _ => None,
                 };
-                let mut seen = seen::see(&source, &mesh, choice)?;
+                let mut seen = seen::see(&source, &mesh, choice, &Manner::default())?;
                 noise(&mut seen.data);
                 let mut rng = Pcg64::seed_from_u64(cell.seed);
                 let (values, d) = (&seen.data.values, seen.data.dimension);

@@ -3,6 +3,7 @@
 //! Anything made of triangles is legal: boundaries, several components, flipped faces, non-manifold
 //! edges, unreferenced vertices. Only faces without area are not, see [`Mesh::without_degenerate_faces`].
 
+pub mod charts;
 pub mod coarsen;
 pub mod curvature;
 pub mod geometry;

@@ -71,6 +71,17 @@ impl Source {
         }
     }
 
+    /// The same, a shape with its texture coordinates.
+    ///
+    /// # Errors
+    /// As [`Source::mesh`].
+    pub fn textured_mesh(&self) -> Result<Mesh> {
+        match self {
+            Source::Shape(shape) => Ok(shape.textured()),
+            Source::File(_) | Source::Spot => self.mesh(),
+        }
+    }
+
     /// The texture that belongs to the texture coordinates of the mesh, as the bytes of a PNG file. A file on
     /// disk names none.
     pub fn texture(&self) -> Option<&'static [u8]> {

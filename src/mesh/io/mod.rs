@@ -124,6 +124,11 @@ fn parse_beside(path: &Path, folder: Option<&Path>, format: Format, bytes: &[u8]
     Ok(mesh)
 }
 
+/// Whether the format of the extension has texture coordinates.
+pub fn holds_texture(path: &Path) -> bool {
+    matches!(Format::of_extension(path), Some(Format::Obj | Format::Ply))
+}
+
 /// Writes a mesh in the format of the extension. Whatever the format cannot hold is left out with a warning.
 ///
 /// # Errors

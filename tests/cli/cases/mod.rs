@@ -2,4 +2,5 @@
 //! `tests/cases`.
 
 mod claims;
+mod images;
 mod readers;

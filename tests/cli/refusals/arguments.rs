@@ -97,7 +97,10 @@ fn command_lines_that_cannot_be_understood() {
         ("mesh generate --out out.ply", "<SHAPE>"),
         ("segment square.obj --out out", "--regions"),
         ("segment square.obj --regions 2", "--out"),
-        ("segment square.obj --regions 2 --out out --data speed", "must be colors, texture:IMAGE"),
+        (
+            "segment square.obj --regions 2 --out out --data speed",
+            "must be colors, texture, texture:IMAGE",
+        ),
         ("segment square.obj --regions 2 --out out --data texture:", "must be colors"),
         ("segment square.obj --regions 2 --out out --model potts", "--model"),
         ("segment square.obj --regions 2 --out out --init best", "--init"),

@@ -55,13 +55,21 @@ fn images_that_are_no_files() {
 fn meshes_that_take_no_texture_and_have_no_colors() {
     let folder = folder();
     folder.write("a.png", encode(ImageFormat::Png));
-    for (line, part) in [
-        ("segment square.obj --regions 2 --out out", "square.obj"),
-        ("segment square.obj --data colors --regions 2 --out out", "square.obj"),
-        ("segment torus:9x9 --regions 2 --out out", "torus:9x9"),
-        ("segment builtin:spot --data colors --regions 2 --out out", "builtin:spot"),
+    for (line, part, what) in [
+        (
+            "segment square.obj --regions 2 --out out",
+            "square.obj",
+            "has neither colors nor textures",
+        ),
+        ("segment square.obj --data colors --regions 2 --out out", "square.obj", "has no colors"),
+        ("segment torus:9x9 --regions 2 --out out", "torus:9x9", "has neither colors nor textures"),
+        (
+            "segment builtin:spot --data colors --regions 2 --out out",
+            "builtin:spot",
+            "has no colors",
+        ),
     ] {
-        refuse(&folder, line, &[part, "has no vertex colors"]);
+        refuse(&folder, line, &[part, what]);
     }
     let line = "segment square.obj --data texture:a.png --regions 2 --out out";
     refuse(&folder, line, &["square.obj", "texture coordinates"]);

@@ -163,7 +163,7 @@ fn pipes_and_devices_are_no_files() {
         "solve square.obj --costs pipe.npy --lambda 1 --out out",
         "evaluate square.obj --costs S.npy --u pipe.npy --lambda 1",
         "segment square.obj --data pipe.npy --regions 2 --out out",
-        "segment square.obj --data texture:pipe.npy --regions 2 --out out",
+        "segment square.obj --data image:pipe.npy --project xy --regions 2 --out out",
     ] {
         refuse(&folder, line, &["pipe.npy", "not a regular file"]);
     }

@@ -1,0 +1,312 @@
+//! An image laid on a surface: texture coordinates from positions.
+//!
+//! **Plane.** One axis runs along the width of the image, one upwards, and it covers the bounding box of the
+//! surface: with its own aspect, cut off at both ends of what is too long, or stretched. What lies behind gets
+//! the same colors. **Cylinder, sphere.** Around an axis through the middle of the box, the image goes once
+//! around, u = 1/2 + angle / 2 pi, and is stretched from one end to the other: v runs over the height, or is
+//! 1/2 + latitude / pi.
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::charts::{around, latitude};
+use crate::sweep;
+
+/// x, y or z, or its opposite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axis {
+    index: usize,
+    reversed: bool,
+}
+
+/// How an image comes onto a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projection {
+    Plane { across: Axis, up: Axis },
+    Cylinder(Axis),
+    Sphere(Axis),
+}
+
+/// How an image fills a box of another aspect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fit {
+    #[default]
+    Cover,
+    Stretch,
+}
+
+impl Fit {
+    pub const NAMES: [(&'static str, Fit); 2] = [("cover", Fit::Cover), ("stretch", Fit::Stretch)];
+}
+
+/// Texture coordinates, and what was done in words.
+pub struct Laid {
+    pub uv: Vec<[[f64; 2]; 3]>,
+    pub how: String,
+}
+
+impl Projection {
+    /// The forms that [`Projection::from_str`] takes.
+    pub const SYNTAX: &str = "xy, xz, yz, two axes such as x,-z (along the width, up), cylinder or sphere (around z; \
+                              around another axis as cylinder:y)";
+
+    /// For what lies in the plane z = 0.
+    pub const XY: Projection = Projection::Plane { across: X, up: Y };
+
+    /// Lays an image of `size` pixels on a mesh.
+    ///
+    /// # Errors
+    /// The mesh has no extent where the image has.
+    pub fn lay(self, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Result<Laid> {
+        let (low, high) = bounds(mesh);
+        let extent = |axis: Axis| {
+            let extent = high[axis.index] - low[axis.index];
+            let widest =
+                [0, 1, 2].iter().fold(0.0, |widest, &i| f64::max(widest, high[i] - low[i]));
+            if extent > 1e-9 * widest {
+                Ok(extent)
+            } else {
+                Err(Error::unsuitable(format!(
+                    "has no extent along {}; choose another --project: {}",
+                    NAMES[axis.index],
+                    Projection::SYNTAX
+                )))
+            }
+        };
+        // A position along an axis, 0 to 1 in the box.
+        let along = |axis: Axis, extent: f64, x: [f64; 3]| {
+            let t = (x[axis.index] - low[axis.index]) / extent;
+            if axis.reversed { 1.0 - t } else { t }
+        };
+        let faces = mesh.faces.len();
+        let corners = |j: usize| mesh.corners(j).map(|x| [x.x, x.y, x.z]);
+        let [width, height] = size;
+        let image = format!("image {width} x {height}");
+        match self {
+            Projection::Plane { across, up } => {
+                let (wide, high) = (extent(across)?, extent(up)?);
+                // Of the image's width and height, in the box.
+                let ratio = (f64::from(width) / f64::from(height)) / (wide / high);
+                let shown = match fit {
+                    Fit::Cover => [1.0_f64.min(1.0 / ratio), 1.0_f64.min(ratio)],
+                    Fit::Stretch => [1.0; 2],
+                };
+                let uv = sweep::collect(faces, |j| {
+                    corners(j).map(|x| {
+                        let [s, t] = [along(across, wide, x), along(up, high, x)];
+                        [0.5 + shown[0] * (s - 0.5), 0.5 + shown[1] * (t - 0.5)]
+                    })
+                });
+                let hidden = |side: &str, shown: f64| {
+                    format!(", {:.1} % of its {side} cut off", 100.0 * (1.0 - shown))
+                };
+                let rest = match fit {
+                    Fit::Stretch if ratio > 1.0 => {
+                        format!(", {ratio:.2} times as high for its width as it was")
+                    }
+                    Fit::Stretch => {
+                        format!(", {:.2} times as wide for its height as it was", 1.0 / ratio)
+                    }
+                    Fit::Cover if shown[0] < 0.9995 => hidden("width", shown[0]),
+                    Fit::Cover if shown[1] < 0.9995 => hidden("height", shown[1]),
+                    Fit::Cover => String::new(),
+                };
+                Ok(Laid { uv, how: format!("{image} laid over {self}{rest}") })
+            }
+            Projection::Cylinder(axis) => {
+                let tall = extent(axis)?;
+                let frame = axis.frame();
+                let uv = sweep::collect(faces, |j| {
+                    let corners = corners(j);
+                    let turns = around(corners.map(|x| {
+                        let [x, y, _] = from_middle(frame, low, high, x);
+                        [x, y]
+                    }));
+                    std::array::from_fn(|i| [turns[i], along(axis, tall, corners[i])])
+                });
+                Ok(Laid { uv, how: format!("{image} wrapped around {axis} as a cylinder") })
+            }
+            Projection::Sphere(axis) => {
+                let frame = axis.frame();
+                let uv = sweep::collect(faces, |j| {
+                    let corners = corners(j).map(|x| from_middle(frame, low, high, x));
+                    let turns = around(corners.map(|[x, y, _]| [x, y]));
+                    std::array::from_fn(|i| [turns[i], latitude(corners[i])])
+                });
+                Ok(Laid { uv, how: format!("{image} wrapped around {axis} as a sphere") })
+            }
+        }
+    }
+}
+
+/// The bounding box of the faces.
+fn bounds(mesh: &Mesh) -> ([f64; 3], [f64; 3]) {
+    let mut low = [f64::INFINITY; 3];
+    let mut high = [f64::NEG_INFINITY; 3];
+    for &k in mesh.faces.as_flattened() {
+        let x = mesh.vertices[k as usize];
+        for i in 0..3 {
+            low[i] = low[i].min(x[i]);
+            high[i] = high[i].max(x[i]);
+        }
+    }
+    (low, high)
+}
+
+/// A point from the middle of the box, along three axes.
+fn from_middle(frame: [Axis; 3], low: [f64; 3], high: [f64; 3], x: [f64; 3]) -> [f64; 3] {
+    frame.map(|Axis { index, reversed }| {
+        let t = x[index] - 0.5 * (low[index] + high[index]);
+        if reversed { -t } else { t }
+    })
+}
+
+const NAMES: [&str; 3] = ["x", "y", "z"];
+const X: Axis = Axis { index: 0, reversed: false };
+const Y: Axis = Axis { index: 1, reversed: false };
+const Z: Axis = Axis { index: 2, reversed: false };
+
+impl Axis {
+    /// The right-handed frame with this axis as its third.
+    fn frame(self) -> [Axis; 3] {
+        let [a, b] = [1, 2].map(|i| Axis { index: (self.index + i) % 3, reversed: false });
+        if self.reversed { [b, a, self] } else { [a, b, self] }
+    }
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}{}", if self.reversed { "-" } else { "" }, NAMES[self.index])
+    }
+}
+
+impl FromStr for Axis {
+    type Err = ();
+
+    fn from_str(text: &str) -> std::result::Result<Self, ()> {
+        let (reversed, name) = match text.strip_prefix('-') {
+            Some(name) => (true, name),
+            None => (false, text.strip_prefix('+').unwrap_or(text)),
+        };
+        let index = NAMES.iter().position(|known| name == *known).ok_or(())?;
+        Ok(Axis { index, reversed })
+    }
+}
+
+impl fmt::Display for Projection {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Projection::Plane { across, up } if !across.reversed && !up.reversed => {
+                write!(f, "{across}{up}")
+            }
+            Projection::Plane { across, up } => write!(f, "{across},{up}"),
+            Projection::Cylinder(axis) => write!(f, "cylinder:{axis}"),
+            Projection::Sphere(axis) => write!(f, "sphere:{axis}"),
+        }
+    }
+}
+
+impl FromStr for Projection {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let plane = |across: &str, up: &str| {
+            let (across, up): (Axis, Axis) = (across.parse().ok()?, up.parse().ok()?);
+            (across.index != up.index).then_some(Projection::Plane { across, up })
+        };
+        let projection = match text.split_once([':', ',']) {
+            Some(("cylinder", axis)) => axis.parse().ok().map(Projection::Cylinder),
+            Some(("sphere", axis)) => axis.parse().ok().map(Projection::Sphere),
+            Some((across, up)) => plane(across, up),
+            None if text == "cylinder" => Some(Projection::Cylinder(Z)),
+            None if text == "sphere" => Some(Projection::Sphere(Z)),
+            None if text.is_char_boundary(1) => plane(&text[..1], &text[1..]),
+            None => None,
+        };
+        projection.ok_or_else(|| format!("must be {}", Projection::SYNTAX))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> Mesh {
+        "grid:4x2".parse::<crate::mesh::Shape>().unwrap().mesh()
+    }
+
+    fn lay(text: &str, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Laid {
+        text.parse::<Projection>().unwrap().lay(mesh, size, fit).unwrap()
+    }
+
+    #[test]
+    fn names_go_both_ways() {
+        for text in ["xy", "zx", "x,-z", "-y,z", "cylinder:z", "cylinder:-y", "sphere:x"] {
+            assert_eq!(text.parse::<Projection>().unwrap().to_string(), text);
+        }
+        for (text, same) in [("x,z", "xz"), ("+x,z", "xz"), ("sphere", "sphere:z")] {
+            assert_eq!(text.parse::<Projection>().unwrap().to_string(), same);
+        }
+        for text in ["", "x", "xx", "x,-x", "xyz", "é", "cylinder:", "cube", "x,y,z", "-xy"] {
+            assert!(text.parse::<Projection>().unwrap_err().contains("x,-z"), "{text}");
+        }
+    }
+
+    /// The box is 1 x 1/2; the image twice as wide fits, a square one loses half of its height at both ends.
+    #[test]
+    fn the_image_covers_the_box_in_its_own_aspect() {
+        let mesh = grid();
+        let point = |laid: &Laid, j: usize| laid.uv[j][0];
+        let fits = lay("xy", &mesh, [8, 4], Fit::Cover);
+        assert_eq!((point(&fits, 0), fits.uv[15][1]), ([0.0, 0.0], [1.0, 1.0]));
+        assert_eq!(fits.how, "image 8 x 4 laid over xy");
+        let square = lay("xy", &mesh, [4, 4], Fit::Cover);
+        assert_eq!((point(&square, 0), square.uv[15][1]), ([0.0, 0.25], [1.0, 0.75]));
+        assert!(square.how.ends_with("50.0 % of its height cut off"), "{}", square.how);
+        let wide = lay("xy", &mesh, [16, 4], Fit::Cover);
+        assert_eq!((point(&wide, 0), wide.uv[15][1]), ([0.25, 0.0], [0.75, 1.0]));
+        assert!(wide.how.ends_with("50.0 % of its width cut off"), "{}", wide.how);
+        let stretched = lay("xy", &mesh, [4, 4], Fit::Stretch);
+        assert_eq!(point(&stretched, 0), [0.0, 0.0]);
+        assert!(stretched.how.ends_with("2.00 times as wide for its height as it was"));
+        let flipped = lay("-x,y", &mesh, [8, 4], Fit::Cover);
+        assert_eq!(point(&flipped, 0), [1.0, 0.0]);
+    }
+
+    #[test]
+    fn an_image_needs_an_extent() {
+        let mesh = grid();
+        for (text, axis) in [("xz", "along z"), ("zy", "along z"), ("cylinder", "along z")] {
+            let projection: Projection = text.parse().unwrap();
+            let error = projection.lay(&mesh, [1, 1], Fit::Cover).err().unwrap().to_string();
+            assert!(error.contains(axis) && error.contains("--project"), "{error}");
+        }
+    }
+
+    /// Around the axis of a sphere the projection is its own chart, whatever the scale.
+    #[test]
+    fn around_a_sphere_it_is_the_chart() {
+        let shape: crate::mesh::Shape = "sphere:3".parse().unwrap();
+        let (expected, mesh) = (shape.textured().uv.unwrap(), shape.mesh().scaled(1e4));
+        let laid = lay("sphere", &mesh, [2, 1], Fit::Cover);
+        for (a, b) in expected.iter().zip(&laid.uv) {
+            for (a, b) in a.as_flattened().iter().zip(b.as_flattened()) {
+                assert!((a - b).abs() < 1e-12);
+            }
+        }
+        let cylinder = lay("cylinder", &mesh, [2, 1], Fit::Cover);
+        for (j, uv) in cylinder.uv.iter().enumerate() {
+            for (x, [u, v]) in mesh.corners(j).iter().zip(uv) {
+                assert!((v - (0.5 + 0.5 * x.z / 1e4)).abs() < 1e-12);
+                if x.x.hypot(x.y) > 1.0 {
+                    let turn = 0.5 + x.y.atan2(x.x) / std::f64::consts::TAU - u;
+                    assert!((turn - turn.round()).abs() < 1e-12);
+                }
+            }
+        }
+        // Seen from its side, right is right whichever end of the axis is up.
+        assert_eq!(Axis { index: 2, reversed: true }.frame().map(|axis| axis.index), [1, 0, 2]);
+    }
+}

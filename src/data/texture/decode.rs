@@ -1,0 +1,205 @@
+//! PNG and JPEG files as texels of three channels.
+//!
+//! A PNG image comes row by row and is shrunk on the way by the least 2^k that brings it to at most
+//! [`MOST_BYTES`]; a JPEG image is decoded whole. Gray and palettes are widened, alpha is dropped, 16 bits stay.
+//! A header is believed as far as the file can hold what it promises: deflate compresses 1032 : 1 at best,
+//! and JPEG spends at least one bit on a block.
+
+use std::io::{BufRead, Cursor};
+use std::path::Path;
+
+use image::codecs::jpeg::JpegDecoder;
+use image::{ColorType, ImageDecoder};
+use png::{BitDepth, Transformations};
+
+use super::shrink::{Channel, Shrink};
+use crate::error::{Error, Result};
+
+/// Memory for the texels of an image: 2^26 pixels of 8 bits.
+const MOST_BYTES: u64 = 3 << 26;
+
+/// Larger images are refused.
+const MOST_PIXELS: u64 = 1 << 32;
+
+/// What is decoded whole: an interlaced PNG image, a progressive JPEG image, another JPEG image.
+const MOST_PIXELS_INTERLACED: u64 = 1 << 26;
+const MOST_PIXELS_PROGRESSIVE: u64 = 1 << 26;
+const MOST_PIXELS_JPEG: u64 = 1 << 28;
+
+/// More than a byte of a file can hold, of the bytes of a PNG image and of the pixels of a JPEG image.
+const MOST_DEFLATED: u64 = 1040;
+const MOST_PIXELS_A_BYTE: u64 = 2048;
+
+/// The texels of an image, from its upper left corner, row by row.
+pub enum Texels {
+    Eight(Vec<[u8; 3]>),
+    Sixteen(Vec<[u16; 3]>),
+}
+
+pub struct Decoded {
+    /// Of the image in the file.
+    pub width: u32,
+    pub height: u32,
+    /// The texels are means of 2^k x 2^k pixels.
+    pub k: u32,
+    pub texels: Texels,
+}
+
+/// The content of a PNG file of that length; `name` is for the errors.
+pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
+    let failed = |error: png::DecodingError| cannot_decode(name, &error);
+    let mut decoder = png::Decoder::new(file);
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(failed)?;
+    let info = reader.info();
+    let (width, height) = info.size();
+    let pixels = check_size(width, height, name)?;
+    let packed = info.raw_row_length() as u64 * u64::from(height);
+    if packed > MOST_DEFLATED.saturating_mul(length) {
+        return Err(promises_too_much(width, height, length, name));
+    }
+    let interlaced = info.interlaced;
+    if interlaced && pixels > MOST_PIXELS_INTERLACED {
+        let message = "save it without interlacing, which can be read row by row";
+        return Err(too_large(width, height, message, name));
+    }
+    let (color, depth) = reader.output_color_type();
+    let channels = color.samples();
+    let deep = depth == BitDepth::Sixteen;
+    let k = shrinking(pixels * if deep { 6 } else { 3 });
+    let mut rows = Rows::new(width, height, k, deep, channels);
+    if interlaced {
+        let mut whole = vec![0; reader.output_buffer_size()];
+        reader.next_frame(&mut whole).map_err(failed)?;
+        for row in whole.chunks(reader.output_line_size(width)) {
+            rows.push(row);
+        }
+    } else {
+        while let Some(row) = reader.next_row().map_err(failed)? {
+            rows.push(row.data());
+        }
+    }
+    Ok(Decoded { width, height, k, texels: rows.finish() })
+}
+
+/// The content of a JPEG file; `name` is for the errors.
+pub fn jpeg(bytes: &[u8], name: &Path) -> Result<Decoded> {
+    let failed = |error: image::ImageError| cannot_decode(name, &error);
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(failed)?;
+    let (width, height) = decoder.dimensions();
+    let pixels = check_size(width, height, name)?;
+    if pixels > MOST_PIXELS_A_BYTE.saturating_mul(bytes.len() as u64) {
+        return Err(promises_too_much(width, height, bytes.len() as u64, name));
+    }
+    let most = if is_progressive(bytes) { MOST_PIXELS_PROGRESSIVE } else { MOST_PIXELS_JPEG };
+    if pixels > most {
+        let message = "shrink it, or save it as PNG, which can be read row by row";
+        return Err(too_large(width, height, message, name));
+    }
+    let channels = match decoder.color_type() {
+        ColorType::L8 => 1,
+        ColorType::La8 => 2,
+        ColorType::Rgba8 => 4,
+        _ => 3,
+    };
+    let mut whole = vec![0; decoder.total_bytes() as usize];
+    decoder.read_image(&mut whole).map_err(failed)?;
+    let k = shrinking(3 * pixels);
+    let mut rows = Rows::new(width, height, k, false, channels);
+    for row in whole.chunks(width as usize * channels) {
+        rows.push(row);
+    }
+    Ok(Decoded { width, height, k, texels: rows.finish() })
+}
+
+/// Whether the frame of a JPEG image is progressive; its coefficients are then in memory all at once.
+fn is_progressive(bytes: &[u8]) -> bool {
+    let mut at = 2;
+    while let Some(&[0xff, marker, high, low]) = bytes.get(at..at + 4) {
+        match marker {
+            // Frames: baseline, extended, progressive, and all others but for tables that share the range.
+            0xc2 | 0xc6 | 0xca | 0xce => return true,
+            0xc0 | 0xc1 | 0xda => return false,
+            0xff => at += 1,
+            _ => at += 2 + usize::from(u16::from_be_bytes([high, low])),
+        }
+    }
+    false
+}
+
+fn check_size(width: u32, height: u32, name: &Path) -> Result<u64> {
+    let pixels = u64::from(width) * u64::from(height);
+    match pixels {
+        0 => Err(Error::malformed(name, "the image has no pixels")),
+        1..=MOST_PIXELS => Ok(pixels),
+        _ => Err(too_large(width, height, "shrink it", name)),
+    }
+}
+
+fn too_large(width: u32, height: u32, what_to_do: &str, name: &Path) -> Error {
+    Error::malformed(name, format!("{width} x {height} pixels are too large; {what_to_do}"))
+}
+
+fn promises_too_much(width: u32, height: u32, length: u64, name: &Path) -> Error {
+    Error::malformed(
+        name,
+        format!(
+            "is damaged: it promises {width} x {height} pixels, too many for its {length} bytes; save it anew"
+        ),
+    )
+}
+
+fn cannot_decode(name: &Path, error: &dyn std::fmt::Display) -> Error {
+    let reason = error.to_string().replace(['\n', '\r'], " ");
+    Error::malformed(name, format!("cannot decode the image: {reason}"))
+}
+
+/// The least k for which so many bytes become few enough in boxes of 2^k x 2^k.
+fn shrinking(bytes: u64) -> u32 {
+    (0..).find(|k| bytes >> (2 * k) <= MOST_BYTES).unwrap_or_default()
+}
+
+/// Rows of bytes as texels.
+enum Rows {
+    Eight(Shrink<u8>, usize),
+    Sixteen(Shrink<u16>, usize),
+}
+
+impl Rows {
+    fn new(width: u32, height: u32, k: u32, deep: bool, channels: usize) -> Self {
+        if deep {
+            Rows::Sixteen(Shrink::new(width, height, k), channels)
+        } else {
+            Rows::Eight(Shrink::new(width, height, k), channels)
+        }
+    }
+
+    fn push(&mut self, row: &[u8]) {
+        match self {
+            Rows::Eight(shrink, 3) => {
+                shrink.push(row.chunks_exact(3).map(|c| [c[0], c[1], c[2]]));
+            }
+            Rows::Eight(shrink, channels) => {
+                shrink.push(row.chunks_exact(*channels).map(|c| rgb(c, |c, i| c[i])));
+            }
+            Rows::Sixteen(shrink, channels) => {
+                let value = |c: &[u8], i: usize| u16::from_be_bytes([c[2 * i], c[2 * i + 1]]);
+                shrink.push(row.chunks_exact(2 * *channels).map(|c| rgb(c, value)));
+            }
+        }
+        /// The color of a pixel with 1 (gray), 2 (and alpha), 3 or 4 channels.
+        fn rgb<T: Channel>(pixel: &[u8], value: impl Fn(&[u8], usize) -> T) -> [T; 3] {
+            let channels = pixel.len() / size_of::<T>();
+            if channels < 3 { [value(pixel, 0); 3] } else { [0, 1, 2].map(|i| value(pixel, i)) }
+        }
+    }
+
+    fn finish(self) -> Texels {
+        match self {
+            Rows::Eight(shrink, _) => Texels::Eight(shrink.finish()),
+            Rows::Sixteen(shrink, _) => Texels::Sixteen(shrink.finish()),
+        }
+    }
+}

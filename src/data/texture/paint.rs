@@ -1,0 +1,396 @@
+//! Which face has which image, or which color, and the colors of vertices that follow.
+//!
+//! **Materials.** A face takes the image of its material; if that has none, the color of the face or of the
+//! material (`Kd`). **Tiles.** Images whose names have a UDIM number, `skin.1001.png`, `skin_1001.png` or
+//! `skin.<UDIM>.png`, are tiles where coordinates leave [0, 1]: tile (i, j) is the image 1001 + i + 10 j,
+//! 0 <= i <= 9, of the same folder. **Unknown** is a face without texture coordinates in its image, without
+//! image and color, or on a tile without an image.
+
+use std::collections::HashMap;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::Texture;
+use super::sample::tile;
+use super::vertices::{Sums, Texel, is_placed, texels_a_face};
+use crate::error::{Error, Result};
+use crate::mesh::{Materials, Mesh};
+
+/// An image that faces may have.
+struct Picture {
+    content: Content,
+    /// The name of its material.
+    material: Option<String>,
+    /// F at most, ascending.
+    faces: Vec<u32>,
+}
+
+#[derive(Clone)]
+pub enum Content {
+    File(PathBuf),
+    Embedded(&'static [u8]),
+}
+
+/// Images and colors of all faces.
+pub struct Paints {
+    pictures: Vec<Picture>,
+    colored: Vec<(u32, [f64; 3])>,
+    without_coordinates: usize,
+    without_image_and_color: usize,
+    without_tile: usize,
+    /// The names of images that tiles lack.
+    missing: Vec<String>,
+}
+
+/// What came of it.
+pub struct Painted {
+    /// V colors; NaN where nothing is known.
+    pub colors: Vec<[f64; 3]>,
+    /// The names of the images.
+    pub images: Vec<String>,
+    /// The median number of texels on a face.
+    pub texels_a_face: f64,
+}
+
+/// The color of a face: its own, or else that of its material.
+pub fn color_of_face(mesh: &Mesh, j: usize) -> Option<[f64; 3]> {
+    let own = mesh.face_colors.as_ref().map(|colors| colors[j]);
+    own.filter(|color| !color[0].is_nan()).or_else(|| {
+        let materials = mesh.materials.as_ref()?;
+        materials.all[materials.of_faces[j]? as usize].color
+    })
+}
+
+/// The images that the materials of a mesh name, each once.
+pub fn images(materials: &Materials) -> Vec<&Path> {
+    let mut images: Vec<&Path> = Vec::new();
+    for image in materials.all.iter().filter_map(|material| material.image.as_deref()) {
+        if !images.contains(&image) {
+            images.push(image);
+        }
+    }
+    images
+}
+
+/// Whether two names are those of one image, its tiles included.
+pub fn is_same_image(a: &Path, b: &Path) -> bool {
+    let names = |a: Option<&OsStr>, b: Option<&OsStr>| match (a, b) {
+        (Some(a), Some(b)) => a.eq_ignore_ascii_case(b),
+        _ => false,
+    };
+    match (Tiled::of(a), Tiled::of(b)) {
+        (Some(a), Some(b)) => {
+            a.before.eq_ignore_ascii_case(&b.before) && a.behind.eq_ignore_ascii_case(&b.behind)
+        }
+        _ => names(a.file_name(), b.file_name()),
+    }
+}
+
+impl Paints {
+    fn new(pictures: Vec<Picture>) -> Self {
+        Paints {
+            pictures,
+            colored: Vec::new(),
+            without_coordinates: 0,
+            without_image_and_color: 0,
+            without_tile: 0,
+            missing: Vec::new(),
+        }
+    }
+
+    /// One image for all faces.
+    pub fn of_image(content: Content, uv: &[[[f64; 2]; 3]]) -> Self {
+        let mut paints = Paints::new(vec![Picture { content, material: None, faces: Vec::new() }]);
+        for (j, uv) in uv.iter().enumerate() {
+            paints.place(j, 0, uv);
+        }
+        paints.tiles(uv);
+        paints
+    }
+
+    /// Each face by its material. `given` stands for the image of its name, and what is not where the materials
+    /// say is looked for beside it.
+    pub fn of_materials(
+        mesh: &Mesh,
+        materials: &Materials,
+        uv: &[[[f64; 2]; 3]],
+        given: Option<&Path>,
+    ) -> Self {
+        let mut paints = Paints::new(Vec::new());
+        let mut known = HashMap::new();
+        let mut place_of = |image: &PathBuf, material: &str| {
+            *known.entry(image.clone()).or_insert_with(|| {
+                paints.pictures.push(Picture {
+                    content: Content::File(whereabouts(image, given)),
+                    material: Some(material.to_owned()),
+                    faces: Vec::new(),
+                });
+                paints.pictures.len() - 1
+            })
+        };
+        let of_materials: Vec<Option<usize>> = materials
+            .all
+            .iter()
+            .map(|material| Some(place_of(material.image.as_ref()?, &material.name)))
+            .collect();
+        for (j, (uv, material)) in uv.iter().zip(&materials.of_faces).enumerate() {
+            match material.and_then(|m| of_materials[m as usize]) {
+                Some(picture) => paints.place(j, picture, uv),
+                None => match color_of_face(mesh, j) {
+                    Some(color) => paints.colored.push((j as u32, color)),
+                    None => paints.without_image_and_color += 1,
+                },
+            }
+        }
+        paints.tiles(uv);
+        paints
+    }
+
+    fn place(&mut self, j: usize, picture: usize, uv: &[[f64; 2]; 3]) {
+        if is_placed(uv) {
+            self.pictures[picture].faces.push(j as u32);
+        } else {
+            self.without_coordinates += 1;
+        }
+    }
+
+    /// Parts images into their tiles.
+    fn tiles(&mut self, uv: &[[[f64; 2]; 3]]) {
+        for picture in std::mem::take(&mut self.pictures) {
+            let Some(tiled) = Tiled::in_use(&picture, uv) else {
+                self.pictures.push(picture);
+                continue;
+            };
+            let mut of_tiles: HashMap<Option<u32>, Option<usize>> = HashMap::new();
+            for &j in &picture.faces {
+                let number = number_of(tile(&uv[j as usize]));
+                let place = *of_tiles.entry(number).or_insert_with(|| {
+                    let path = tiled.path(number?);
+                    if !path.exists() {
+                        self.missing.push(name_of(&path));
+                        return None;
+                    }
+                    let material = picture.material.clone();
+                    let content = Content::File(path);
+                    self.pictures.push(Picture { content, material, faces: Vec::new() });
+                    Some(self.pictures.len() - 1)
+                });
+                match place {
+                    Some(place) => self.pictures[place].faces.push(j),
+                    None => self.without_tile += 1,
+                }
+            }
+        }
+    }
+
+    /// The colors of the vertices; one image is in memory at a time.
+    ///
+    /// # Errors
+    /// An image that cannot be read, if `all` are needed or none can; faces that have neither image nor color, all
+    /// of them.
+    pub fn colors(
+        self,
+        mesh: &Mesh,
+        uv: &[[[f64; 2]; 3]],
+        texel: Texel,
+        all: bool,
+    ) -> Result<Painted> {
+        let mut sums = Sums::new(mesh);
+        let mut known = self.colored.len();
+        let mut sizes = vec![None; uv.len()];
+        let mut images = Vec::new();
+        let mut unread = 0;
+        let mut first_error = None;
+        for (j, color) in self.colored {
+            sums.add_color(mesh, j as usize, color);
+        }
+        for Picture { content, material, faces } in self.pictures {
+            if faces.is_empty() {
+                continue;
+            }
+            let (name, texture) = match &content {
+                Content::File(path) => (name_of(path), Texture::open(path)),
+                Content::Embedded(bytes) => {
+                    ("the embedded image".into(), Texture::decode(bytes, Path::new("image")))
+                }
+            };
+            match texture {
+                Ok(mut texture) => {
+                    for &j in &faces {
+                        sizes[j as usize] = Some([texture.width, texture.height].map(f64::from));
+                    }
+                    known += faces.len();
+                    images.push(name);
+                    let face = |i: usize| faces[i] as usize;
+                    sums.add_texture(mesh, uv, &mut texture, texel, faces.len(), face);
+                }
+                Err(error) => {
+                    let error = match material {
+                        Some(name) => Error::unsuitable(format!(
+                            "the image of the material {}: {error}",
+                            name.escape_debug()
+                        )),
+                        None => error,
+                    };
+                    if all {
+                        return Err(error);
+                    }
+                    unread += faces.len();
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        if images.is_empty()
+            && let Some(error) = first_error
+        {
+            return Err(error);
+        }
+        if let Some(error) = first_error {
+            tracing::warn!("{error}");
+        }
+        let mut reasons = Vec::new();
+        for (count, reason) in [
+            (self.without_coordinates, "without texture coordinates"),
+            (self.without_image_and_color, "without an image or a color of a material"),
+            (unread, "with images that cannot be read"),
+            (self.without_tile, "on tiles without an image"),
+        ] {
+            if count > 0 {
+                reasons.push(format!("{count} {reason}"));
+            }
+        }
+        let mut reasons = reasons.join(", ");
+        if !self.missing.is_empty() {
+            let more = if self.missing.len() > 3 { ", ..." } else { "" };
+            let first = &self.missing[..self.missing.len().min(3)];
+            reasons += &format!(" ({}{more} not found)", first.join(", "));
+        }
+        if known == 0 {
+            return Err(Error::unsuitable(format!("no face has a color: {reasons}")));
+        }
+        let colors = sums.means(mesh);
+        if !reasons.is_empty() {
+            let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
+            tracing::warn!(
+                "of {} faces {reasons}: {unknown} vertices have no data; they take the labels of their neighbors",
+                mesh.faces.len()
+            );
+        }
+        Ok(Painted { colors, images, texels_a_face: texels_a_face(uv, |j| sizes[j]) })
+    }
+}
+
+/// Where an image is: as given, where the materials say, or beside what was given.
+fn whereabouts(image: &Path, given: Option<&Path>) -> PathBuf {
+    match given {
+        Some(given) if is_same_image(image, given) => given.to_owned(),
+        Some(given) if !image.exists() => {
+            match image.file_name().map(|name| given.with_file_name(name)) {
+                Some(beside) if beside.exists() => beside,
+                _ => image.to_owned(),
+            }
+        }
+        _ => image.to_owned(),
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The UDIM number of a tile.
+fn number_of([i, j]: [f64; 2]) -> Option<u32> {
+    ((0.0..10.0).contains(&i) && (0.0..900.0).contains(&j)).then(|| 1001 + i as u32 + 10 * j as u32)
+}
+
+/// An image in tiles: the name before and behind the number.
+struct Tiled {
+    folder: PathBuf,
+    before: String,
+    /// None where it is to be filled in.
+    number: Option<u32>,
+    behind: String,
+}
+
+impl Tiled {
+    /// By its name: `<UDIM>` in any case, or the last four digits from 1001 to 1999 between `.`, `_`, `-` or the
+    /// ends.
+    fn of(image: &Path) -> Option<Self> {
+        const MARK: &str = "<UDIM>";
+        let name = image.file_name()?.to_str()?;
+        let parts = |at: usize, length: usize, number| Tiled {
+            folder: image.parent().unwrap_or(Path::new("")).to_owned(),
+            before: name[..at].into(),
+            number,
+            behind: name[at + length..].into(),
+        };
+        if let Some(at) = name.to_ascii_uppercase().find(MARK) {
+            return Some(parts(at, MARK.len(), None));
+        }
+        let between = |byte: Option<&u8>| byte.is_none_or(|byte| b"._-".contains(byte));
+        let bytes = name.as_bytes();
+        (0..bytes.len().saturating_sub(3)).rev().find_map(|at| {
+            let digits = &bytes[at..at + 4];
+            let number = std::str::from_utf8(digits).ok()?.parse().ok()?;
+            let is_number = digits.iter().all(u8::is_ascii_digit) && (1001..2000).contains(&number);
+            let stands_alone =
+                between(at.checked_sub(1).map(|i| &bytes[i])) && between(bytes.get(at + 4));
+            (is_number && stands_alone).then(|| parts(at, 4, Some(number)))
+        })
+    }
+
+    /// Whether tiles are meant: the name leaves the number open, or coordinates leave [0, 1] and the number is the
+    /// first one or another of the tiles exists. (`brick_1024.png` may be as large as that, and repeated.)
+    fn in_use(picture: &Picture, uv: &[[[f64; 2]; 3]]) -> Option<Self> {
+        let Content::File(path) = &picture.content else { return None };
+        let tiled = Tiled::of(path)?;
+        let Some(number) = tiled.number else { return Some(tiled) };
+        let mut numbers: Vec<_> =
+            picture.faces.iter().map(|&j| number_of(tile(&uv[j as usize]))).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let leaves = numbers.iter().any(|&other| other != Some(1001));
+        let other =
+            || numbers.iter().flatten().any(|&other| other != number && tiled.path(other).exists());
+        (leaves && (number == 1001 || other())).then_some(tiled)
+    }
+
+    fn path(&self, number: u32) -> PathBuf {
+        self.folder.join(format!("{}{number}{}", self.before, self.behind))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_tiles_stand_alone() {
+        let parts = |name: &str| {
+            Tiled::of(Path::new(name)).map(|tiled| (tiled.before, tiled.number, tiled.behind))
+        };
+        for (name, before, number, behind) in [
+            ("a/skin.1001.png", "skin.", Some(1001), ".png"),
+            ("skin_1012.jpg", "skin_", Some(1012), ".jpg"),
+            ("1001.png", "", Some(1001), ".png"),
+            ("skin.1001_4k-2048.png", "skin.", Some(1001), "_4k-2048.png"),
+            ("skin.<udim>.png", "skin.", None, ".png"),
+        ] {
+            assert_eq!(parts(name), Some((before.into(), number, behind.into())), "{name}");
+        }
+        for name in ["skin.png", "skin1001.png", "skin_0999.png", "skin.10010.png", "é100.png"] {
+            assert!(parts(name).is_none(), "{name}");
+        }
+        assert!(is_same_image(Path::new("a/s.1001.png"), Path::new("S.<UDIM>.png")));
+        assert!(is_same_image(Path::new("a/Roof.png"), Path::new("roof.PNG")));
+        assert!(!is_same_image(Path::new("roof.png"), Path::new("wall.png")));
+    }
+
+    #[test]
+    fn tiles_count_from_1001_in_rows_of_ten() {
+        assert_eq!(number_of([0.0, 0.0]), Some(1001));
+        assert_eq!(number_of([9.0, 2.0]), Some(1030));
+        assert_eq!(number_of([10.0, 0.0]), None);
+        assert_eq!(number_of([-1.0, 0.0]), None);
+    }
+}

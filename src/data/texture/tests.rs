@@ -1,0 +1,374 @@
+//! Images against what they say of each texel, means against exact integrals.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use image::{
+    DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, RgbImage, Rgba, RgbaImage,
+};
+use nalgebra::Point3;
+
+use super::*;
+use crate::mesh::{Material, Materials, Mesh};
+
+const FACE: [[f64; 2]; 3] = [[0.1, 0.2], [0.3, 0.2], [0.1, 0.4]];
+
+fn encode(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.into().write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+fn texture(image: impl Into<DynamicImage>) -> Texture {
+    Texture::decode(&encode(image, ImageFormat::Png), Path::new("t.png")).unwrap()
+}
+
+/// 2 x 2: red, green above blue, white.
+fn four() -> RgbImage {
+    let texels = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
+    RgbImage::from_raw(2, 2, texels.concat()).unwrap()
+}
+
+/// Red is the column, green the row, so that a bilinear color tells its place.
+fn ramp(n: u32) -> RgbImage {
+    RgbImage::from_fn(n, n, |i, row| Rgb([i as u8, row as u8, 77]))
+}
+
+fn corners(texture: &mut Texture, uv: [[f64; 2]; 3], texel: Texel) -> [[f64; 3]; 3] {
+    let place = Place::new(&uv, texture.extent(), 64);
+    texture.reach(place.level);
+    texture.of_corners(&place, texel)
+}
+
+/// The color at a point, that of a face so small that it lies there.
+fn sample(texture: &mut Texture, [u, v]: [f64; 2]) -> [f64; 3] {
+    corners(texture, [[u, v]; 3], Texel::Vertex)[0]
+}
+
+fn error(bytes: &[u8]) -> String {
+    let message = Texture::decode(bytes, Path::new("t.png")).err().unwrap().to_string();
+    assert!(message.starts_with("t.png: ") && !message.contains('\n'), "{message}");
+    message
+}
+
+fn assert_near(a: [f64; 3], b: [f64; 3], tolerance: f64) {
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= tolerance, "{a} and {b}");
+    }
+}
+
+#[test]
+fn texel_centers_return_their_texels_and_v_points_up() {
+    let mut texture = texture(four());
+    assert_eq!(sample(&mut texture, [0.25, 0.75]), [1.0, 0.0, 0.0]);
+    assert_eq!(sample(&mut texture, [0.75, 0.75]), [0.0, 1.0, 0.0]);
+    assert_eq!(sample(&mut texture, [0.25, 0.25]), [0.0, 0.0, 1.0]);
+    assert_eq!(sample(&mut texture, [0.75, 0.25]), [1.0, 1.0, 1.0]);
+    assert_eq!(sample(&mut texture, [0.5, 0.5]), [0.5; 3]);
+}
+
+/// Whole tiles away colors are the same; within a tile the opposite edge is never seen.
+#[test]
+fn edges_clamp_in_every_tile() {
+    let mut texture = texture(four());
+    assert_eq!(sample(&mut texture, [0.0, 1.0]), [1.0, 0.0, 0.0]);
+    assert_eq!(sample(&mut texture, [1.0, 1.0]), [0.0, 1.0, 0.0]);
+    assert_eq!(sample(&mut texture, [0.0, 0.0]), [0.0, 0.0, 1.0]);
+    assert_eq!(sample(&mut texture, [1.0, 0.0]), [1.0; 3]);
+    for uv in [[0.3, 0.9], [0.6, 0.4], [0.99, 0.01]] {
+        let shifted = sample(&mut texture, [uv[0] + 3.0, uv[1] - 2.0]);
+        assert_near(sample(&mut texture, uv), shifted, 1e-12);
+    }
+    // A face of one tile, up to a texel, at its border.
+    let right = corners(&mut texture, [[0.2, 0.9], [1.0, 0.9], [1.1, 0.9]], Texel::Vertex);
+    assert_eq!((right[1], right[2]), ([0.0, 1.0, 0.0], [0.0, 1.0, 0.0]));
+}
+
+/// A face across the border of tiles sees the image repeated there.
+#[test]
+fn faces_across_a_border_see_the_image_repeated() {
+    let mut texture = texture(ramp(16));
+    let across = corners(&mut texture, [[-0.25, 0.5], [0.5, 0.5], [0.0, 0.5]], Texel::Vertex);
+    assert_near(across[0], sample(&mut texture, [0.75, 0.5]), 1e-12);
+    assert_near(across[1], sample(&mut texture, [0.5, 0.5]), 1e-12);
+    // Half of the first column, half of the last.
+    assert!((across[2][0] * 255.0 - 7.5).abs() < 1e-12);
+    let tiled = corners(&mut texture, [[0.0, 0.0], [3.75, 0.25], [0.0, 4.0]], Texel::Vertex);
+    assert_near(tiled[1], sample(&mut texture, [0.75, 0.25]), 1e-12);
+}
+
+#[test]
+fn gray_deep_palettes_and_transparent_images_keep_their_values() {
+    let mut gray = texture(GrayImage::from_pixel(3, 1, Luma([51])));
+    assert_eq!(sample(&mut gray, [0.4, 0.2]), [0.2; 3]);
+    let deep: ImageBuffer<Rgb<u16>, _> = ImageBuffer::from_pixel(1, 1, Rgb([1, 0, 65535]));
+    assert_eq!(sample(&mut texture(deep), [0.0, 0.0]), [1.0 / 65535.0, 0.0, 1.0]);
+    let clear = RgbaImage::from_pixel(2, 2, Rgba([255, 51, 0, 0]));
+    assert_eq!(sample(&mut texture(clear), [0.1, 0.1]), [1.0, 0.2, 0.0]);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 3, 1);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::One);
+    encoder.set_palette(vec![255, 51, 0, 0, 51, 255]);
+    encoder.write_header().unwrap().write_image_data(&[0b0100_0000]).unwrap();
+    let mut palette = Texture::decode(&bytes, Path::new("t.png")).unwrap();
+    assert_eq!(sample(&mut palette, [0.0, 0.0]), [1.0, 0.2, 0.0]);
+    assert_eq!(sample(&mut palette, [0.5, 0.0]), [0.0, 0.2, 1.0]);
+}
+
+#[test]
+fn jpeg_is_read_too() {
+    let bytes = encode(RgbImage::from_pixel(16, 16, Rgb([128; 3])), ImageFormat::Jpeg);
+    let mut texture = Texture::decode(&bytes, Path::new("t.jpg")).unwrap();
+    assert_near(sample(&mut texture, [0.5, 0.5]), [0.5; 3], 0.02);
+}
+
+/// A bilinear color is linear in the coordinates, so its mean over a share is its value at the share's centroid:
+/// (22 a + 7 b + 7 c) / 36 at corner a.
+#[test]
+fn means_of_a_linear_image_are_exact_in_every_size_of_face() {
+    let mut texture = texture(ramp(128));
+    for size in [1e-3, 0.01, 0.1, 0.6] {
+        let uv = [[0.2, 0.1], [0.2 + size, 0.1 + 0.3 * size], [0.2 + 0.1 * size, 0.1 + size]];
+        let means = corners(&mut texture, uv, Texel::Mean);
+        for i in 0..3 {
+            let point = [0, 1].map(|axis| {
+                (22.0 * uv[i][axis] + 7.0 * uv[(i + 1) % 3][axis] + 7.0 * uv[(i + 2) % 3][axis])
+                    / 36.0
+            });
+            assert_near(means[i], sample(&mut texture, point), 1e-12);
+        }
+    }
+}
+
+/// Stripes of one texel alias at points; their means are gray, sampled at each texel or in a smaller image.
+#[test]
+fn means_of_fine_stripes_are_gray() {
+    let stripes = RgbImage::from_fn(256, 256, |i, _| Rgb([if i % 2 == 0 { 0 } else { 255 }; 3]));
+    let mut texture = texture(stripes);
+    let uv = [[0.02, 0.02], [0.95, 0.02], [0.02, 0.95]];
+    for most in [4, 16, 200] {
+        let place = Place::new(&uv, texture.extent(), most);
+        texture.reach(place.level);
+        for color in texture.of_corners(&place, Texel::Mean) {
+            assert_near(color, [0.5; 3], 0.02);
+        }
+    }
+    assert_eq!(Place::new(&uv, texture.extent(), 200).level, 0);
+    assert!(Place::new(&uv, texture.extent(), 4).level >= 5);
+}
+
+#[test]
+fn what_is_no_image_is_one_clear_line() {
+    assert!(error(b"").contains("neither"));
+    assert!(error(b"solid cube").contains("neither"));
+    assert!(error(b"GIF89a0000000000").contains("neither"));
+    let png = encode(RgbImage::new(64, 64), ImageFormat::Png);
+    let jpeg = encode(RgbImage::new(64, 64), ImageFormat::Jpeg);
+    for cut in [8, 20, 40, png.len() / 2] {
+        assert!(error(&png[..cut]).contains("cannot decode"), "{cut}");
+    }
+    assert!(error(&jpeg[..20]).contains("cannot decode"));
+    let folder = Texture::open(Path::new(".")).err().unwrap().to_string();
+    assert!(folder.contains("is a folder") && !folder.contains('\n'));
+    let missing = Texture::open(Path::new("no-such.png")).err().unwrap();
+    assert!(missing.to_string().starts_with("no-such.png: "));
+}
+
+/// Behind the header of a PNG image of one pixel.
+fn with_size(width: u32, height: u32) -> Vec<u8> {
+    let mut png = encode(RgbImage::new(1, 1), ImageFormat::Png);
+    let ihdr = 12..29;
+    png[16..20].copy_from_slice(&width.to_be_bytes());
+    png[20..24].copy_from_slice(&height.to_be_bytes());
+    let checksum = crc(&png[ihdr.clone()]);
+    png[ihdr.end..ihdr.end + 4].copy_from_slice(&checksum.to_be_bytes());
+    png
+}
+
+/// CRC-32 of a PNG chunk.
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0, |mut c: u32, &byte| {
+        c ^= u32::from(byte);
+        for _ in 0..8 {
+            c = if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 };
+        }
+        c
+    })
+}
+
+#[test]
+fn a_header_that_promises_more_than_the_file_holds_is_refused() {
+    assert!(error(&with_size(0x8000, 0x8000)).contains("promises 32768 x 32768"));
+    assert!(error(&with_size(1 << 20, 1 << 20)).contains("too large"));
+    assert!(error(&with_size(0, 4)).contains("image"));
+    // A frame header of 65535 x 65535.
+    let mut jpeg = encode(RgbImage::new(8, 8), ImageFormat::Jpeg);
+    let frame = jpeg.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+    jpeg[frame + 5..frame + 9].copy_from_slice(&[0xff; 4]);
+    assert!(error(&jpeg).contains("promises 65535 x 65535"));
+}
+
+/// 10,000 x 10,000 gray pixels in rows: what is kept is half as wide, and means.
+#[test]
+fn large_images_are_shrunk_while_they_are_read() {
+    const N: u32 = 10_000;
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, N, N);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header().unwrap();
+    let mut stream = writer.stream_writer().unwrap();
+    let row: Vec<u8> = (0..N).map(|i| if i < N / 2 { 51 } else { 102 }).collect();
+    for _ in 0..N {
+        std::io::Write::write_all(&mut stream, &row).unwrap();
+    }
+    stream.finish().unwrap();
+    drop(writer);
+    let mut texture = Texture::decode(&bytes, Path::new("t.png")).unwrap();
+    assert_eq!((texture.width, texture.k, texture.extent()), (N, 1, [5000.0; 2]));
+    assert_eq!(sample(&mut texture, [0.25, 0.9]), [0.2; 3]);
+    assert_eq!(sample(&mut texture, [0.75, 0.1]), [0.4; 3]);
+}
+
+/// Two faces with a common edge, and a vertex in none.
+fn pair() -> Mesh {
+    let corners =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -3.0, 0.0], [9.0, 9.0, 9.0]];
+    Mesh::new(corners.map(Point3::from).to_vec(), vec![[0, 1, 2], [0, 3, 1]])
+}
+
+/// A folder with images of one color each.
+fn folder(images: &[(&str, [u8; 3])]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, color) in images {
+        RgbImage::from_pixel(4, 4, Rgb(*color)).save(folder.path().join(name)).unwrap();
+    }
+    folder
+}
+
+fn paint(mesh: &Mesh, uv: &[[[f64; 2]; 3]], paints: Paints) -> Result<Painted> {
+    paints.colors(mesh, uv, Texel::Mean, true)
+}
+
+#[test]
+fn a_seam_averages_its_sides_by_area() {
+    let mesh = pair();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("four.png");
+    four().save(&path).unwrap();
+    let uv = [[[0.25, 0.75]; 3], [[0.75, 0.75]; 3]];
+    let paints = Paints::of_image(Content::File(path.clone()), &uv);
+    let colors = paint(&mesh, &uv, paints).unwrap().colors;
+    assert_eq!(colors[2], [1.0, 0.0, 0.0]);
+    assert_eq!(colors[3], [0.0, 1.0, 0.0]);
+    assert_eq!(colors[0], [0.25, 0.75, 0.0]);
+    assert_eq!(colors[4], [0.5; 3]);
+    // A face without coordinates is unknown, what it shares with others is not.
+    let uv = [[[0.25, 0.75]; 3], [[f64::NAN; 2]; 3]];
+    let paints = Paints::of_image(Content::File(path.clone()), &uv);
+    let colors = paint(&mesh, &uv, paints).unwrap().colors;
+    assert_eq!((colors[0], colors[4]), ([1.0, 0.0, 0.0], [0.5; 3]));
+    assert!(colors[3].iter().all(|c| c.is_nan()));
+    let uv = [[[f64::NAN; 2]; 3]; 2];
+    let error = paint(&mesh, &uv, Paints::of_image(Content::File(path), &uv)).err().unwrap();
+    assert!(error.to_string().contains("2 without texture coordinates"), "{error}");
+}
+
+fn materials(folder: &Path, of_faces: [Option<u32>; 2]) -> Materials {
+    let material = |name: &str, color, image: Option<&str>| Material {
+        name: name.into(),
+        color,
+        image: image.map(|image| folder.join(image)),
+    };
+    Materials {
+        all: vec![
+            material("roof", None, Some("roof.png")),
+            material("wall", Some([0.8; 3]), Some("wall.png")),
+            material("door", Some([0.2, 0.4, 0.6]), None),
+        ],
+        of_faces: of_faces.to_vec(),
+    }
+}
+
+#[test]
+fn each_face_takes_the_image_or_the_color_of_its_material() {
+    let mut mesh = pair();
+    let folder = folder(&[("roof.png", [255, 0, 0]), ("wall.png", [0, 0, 255])]);
+    let uv = [FACE; 2];
+    let mut colors = |of_faces, given: Option<&str>| {
+        let materials = materials(folder.path(), of_faces);
+        mesh.materials = Some(materials.clone());
+        let given = given.map(|name| folder.path().join(name));
+        let paints = Paints::of_materials(&mesh, &materials, &uv, given.as_deref());
+        paint(&mesh, &uv, paints).map(|painted| (painted.colors[2], painted.colors[3]))
+    };
+    let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    assert_eq!(colors([Some(0), Some(1)], None).unwrap(), (red, blue));
+    assert_eq!(colors([Some(1), Some(0)], Some("roof.png")).unwrap(), (blue, red));
+    let (of_roof, of_door) = colors([Some(0), Some(2)], None).unwrap();
+    assert_eq!(of_roof, red);
+    assert_near(of_door, [0.2, 0.4, 0.6], 1e-15);
+    assert!(colors([Some(0), None], None).unwrap().1[0].is_nan());
+    assert!(colors([None, None], None).is_err());
+}
+
+/// What is asked for must be there; else the others do.
+#[test]
+fn a_missing_image_is_named_with_its_material() {
+    let mut mesh = pair();
+    let folder = folder(&[("roof.png", [255, 0, 0])]);
+    let materials = materials(folder.path(), [Some(0), Some(1)]);
+    mesh.materials = Some(materials.clone());
+    let uv = [FACE; 2];
+    let paints = || Paints::of_materials(&mesh, &materials, &uv, None);
+    let error = paints().colors(&mesh, &uv, Texel::Mean, true).err().unwrap().to_string();
+    assert!(error.contains("material wall") && error.contains("wall.png"), "{error}");
+    let colors = paints().colors(&mesh, &uv, Texel::Mean, false).unwrap().colors;
+    assert!(colors[2] == [1.0, 0.0, 0.0] && colors[3][0].is_nan());
+    // Images lie beside the one that is given, wherever the materials say.
+    let moved = super::tests::materials(Path::new("elsewhere"), [Some(0), Some(0)]);
+    let given = folder.path().join("wall.png");
+    let paints = Paints::of_materials(&mesh, &moved, &uv, Some(&given));
+    assert_eq!(paint(&mesh, &uv, paints).unwrap().colors[3], [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn tiles_are_images_of_their_own() {
+    let mesh = pair();
+    let folder = folder(&[
+        ("skin.1001.png", [255, 0, 0]),
+        ("skin.1012.png", [0, 0, 255]),
+        ("brick_1024.png", [0, 255, 0]),
+    ]);
+    let moved = |du: f64, dv: f64| FACE.map(|[u, v]| [u + du, v + dv]);
+    let colors = |name: &str, uv: [[[f64; 2]; 3]; 2]| {
+        let path: PathBuf = folder.path().join(name);
+        let colors = paint(&mesh, &uv, Paints::of_image(Content::File(path), &uv))?.colors;
+        Ok::<_, Error>((colors[2], colors[3]))
+    };
+    let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    for name in ["skin.1001.png", "skin.1012.png", "skin.<UDIM>.png"] {
+        assert_eq!(colors(name, [FACE, moved(1.0, 1.0)]).unwrap(), (red, blue), "{name}");
+        // The tile that is not there is unknown.
+        let (known, unknown) = colors(name, [FACE, moved(1.0, 0.0)]).unwrap();
+        assert_eq!(known, red);
+        assert!(unknown[0].is_nan(), "{name}");
+    }
+    assert!(colors("skin.1001.png", [moved(-1.0, 0.0); 2]).is_err());
+    // A tile with coordinates of its own, and a number that is a size.
+    assert_eq!(colors("skin.1012.png", [FACE; 2]).unwrap(), (blue, blue));
+    let green = [0.0, 1.0, 0.0];
+    assert_eq!(colors("brick_1024.png", [FACE, moved(3.0, 2.0)]).unwrap(), (green, green));
+}
+
+#[test]
+fn colors_of_faces_go_before_those_of_materials() {
+    let mut mesh = pair();
+    mesh.materials = Some(materials(Path::new(""), [Some(2), Some(1)]));
+    assert_eq!(color_of_face(&mesh, 0), Some([0.2, 0.4, 0.6]));
+    mesh.face_colors = Some(vec![[0.1; 3], [f64::NAN; 3]]);
+    assert_eq!(color_of_face(&mesh, 0), Some([0.1; 3]));
+    assert_eq!(color_of_face(&mesh, 1), Some([0.8; 3]));
+    mesh.materials = None;
+    assert_eq!(color_of_face(&mesh, 1), None);
+}

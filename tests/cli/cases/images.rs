@@ -1,0 +1,303 @@
+//! Images and textures on surfaces: which image a face has, what a vertex takes of it, and what the user is told.
+
+use std::fs;
+use std::path::Path;
+
+use image::{Rgb, RgbImage};
+use meshseg::mesh::source;
+
+use crate::support::{Answer, Folder, stderr};
+
+/// A folder with the files of a case.
+fn case(name: &str) -> Folder {
+    let folder = Folder::new();
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(name);
+    for file in fs::read_dir(files).unwrap() {
+        let file = file.unwrap();
+        fs::copy(file.path(), folder.path(file.file_name().to_str().unwrap())).unwrap();
+    }
+    folder
+}
+
+/// What `segment` leaves, and what it says on the way.
+fn segment(folder: &Folder, arguments: &str) -> (Answer, String) {
+    let output = folder.run(&format!("segment {arguments} --no-preview --out out"));
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{arguments}\n{said}");
+    let answer = folder.answer("out");
+    answer.assert_consistent();
+    (answer, said)
+}
+
+/// The one line of a refusal.
+fn refused(folder: &Folder, arguments: &str) -> String {
+    let output = folder.run(&format!("segment {arguments} --no-preview --out refused"));
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{arguments}\n{said}");
+    assert!(!folder.path("refused").exists());
+    let lines = said.lines().filter(|line| line.starts_with("error: "));
+    assert_eq!(lines.count(), 1, "{said}");
+    said
+}
+
+fn shares(answer: &Answer) -> Vec<f64> {
+    let regions = answer.summary["region_parameters"].as_array().unwrap();
+    regions.iter().map(|region| region["share"].as_f64().unwrap()).collect()
+}
+
+fn half_and_half(answer: &Answer) {
+    assert!(shares(answer).iter().all(|share| (0.45..0.55).contains(share)), "{}", answer.summary);
+}
+
+#[test]
+fn each_face_takes_the_image_of_its_material() {
+    for (name, mesh, image) in [
+        ("02-obj-two-materials", "house.obj", "roof.png"),
+        ("13-ply-texnumber", "model.ply", "page0.png"),
+    ] {
+        let folder = case(name);
+        let (own, _) = segment(&folder, &format!("{mesh} --regions 2"));
+        half_and_half(&own);
+        let (all, _) = segment(&folder, &format!("{mesh} --data texture --regions 2"));
+        assert_eq!(own.labels, all.labels);
+        let (given, said) = segment(&folder, &format!("{mesh} --data texture:{image} --regions 2"));
+        assert_eq!(own.labels, given.labels);
+        assert!(said.contains("one of 2 images"), "{said}");
+        // Another image is taken for all, which is said.
+        fs::copy(folder.path(image), folder.path("other.png")).unwrap();
+        let (one, said) = segment(&folder, &format!("{mesh} --data texture:other.png --regions 2"));
+        assert!(shares(&one).contains(&1.0), "{}", one.summary);
+        assert!(said.contains("none of the 2 images"), "{said}");
+    }
+}
+
+/// Asked for, it is an error; as the first choice among what comes with the mesh, a warning.
+#[test]
+fn a_missing_image() {
+    let folder = case("02-obj-two-materials");
+    fs::remove_file(folder.path("wall.png")).unwrap();
+    let said = refused(&folder, "house.obj --data texture --regions 2");
+    assert!(said.contains("wall") && said.contains("wall.png: No such file"), "{said}");
+    let folder = case("47-white-colors");
+    fs::remove_file(folder.path("atlas.png")).unwrap();
+    let (_, said) = segment(&folder, "model.obj --regions 2");
+    assert!(said.contains("atlas.png: No such file"), "{said}");
+}
+
+#[test]
+fn faces_without_coordinates_are_unknown() {
+    let folder = case("10-obj-some-uv");
+    let (answer, said) = segment(&folder, "model.obj --data texture:atlas.png --regions 2");
+    assert!(said.contains("without texture coordinates"), "{said}");
+    assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
+}
+
+#[test]
+fn tiles_are_found_beside_the_first() {
+    let folder = case("16-udim");
+    for image in ["tex.1001.png", "tex.1002.png", "tex.<UDIM>.png"] {
+        let (answer, _) =
+            segment(&folder, &format!("model.obj --data texture:{image} --regions 2"));
+        half_and_half(&answer);
+    }
+}
+
+/// The image is red at the left and blue at the right; between them, in the middle column, is the only mixture.
+#[test]
+fn the_edges_of_an_image_do_not_mix() {
+    let folder = case("26-wrap-u1");
+    let mesh = source(folder.path("terrain.obj")).unwrap();
+    for texel in ["mean", "vertex"] {
+        let line = format!("terrain.obj --data texture:ortho.png --regions 3 --texel {texel}");
+        let (answer, _) = segment(&folder, &line);
+        for (x, label) in mesh.vertices.iter().zip(&answer.labels) {
+            let alike = mesh.vertices.iter().zip(&answer.labels).all(|(y, other)| {
+                label == other || ((x.x - 0.5) * (y.x - 0.5) <= 1e-6 && x.x != y.x)
+            });
+            assert!(alike, "{texel}: {x} has the label {label}");
+        }
+    }
+}
+
+/// A blue window in a red wall of two faces: means see it, and the hint finds it.
+#[test]
+fn an_image_finer_than_the_mesh() {
+    let folder = case("41-coarse-texture");
+    let (answer, said) = segment(&folder, "wall.obj --data texture:wall.png --regions 2");
+    assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
+    let hint = "meshseg mesh convert wall.obj --out finer.obj --subdivide 8";
+    assert!(said.contains(hint), "{said}");
+    folder.done("mesh convert wall.obj --out finer.obj --subdivide 6");
+    let (answer, _) = segment(&folder, "finer.obj --data texture:wall.png --regions 2");
+    let window = 150.0 * 250.0 / (0.96 * 512.0_f64).powi(2);
+    let nearest = shares(&answer).iter().map(|share| (share - window).abs()).fold(1.0, f64::min);
+    assert!(nearest < 0.01, "{}", answer.summary);
+}
+
+#[test]
+fn textures_go_before_colors_of_one_value() {
+    let folder = case("47-white-colors");
+    let (answer, said) = segment(&folder, "model.obj --regions 2");
+    assert_eq!(answer.summary["data"], "texture atlas.png");
+    assert!(said.contains("--data colors"), "{said}");
+    assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
+}
+
+#[test]
+fn colors_of_materials() {
+    let folder = case("40-materials-kd");
+    for choice in ["", "--data colors"] {
+        let (answer, _) = segment(&folder, &format!("toy.obj --regions 2 {choice}"));
+        assert_eq!(answer.summary["data"], "colors of faces");
+        half_and_half(&answer);
+    }
+}
+
+/// 16384 x 16384 gray pixels in few bytes, 800 MB as colors.
+#[test]
+fn an_atlas_of_16k() {
+    const N: u32 = 1 << 14;
+    let folder = case("26-wrap-u1");
+    let file = fs::File::create(folder.path("atlas.png")).unwrap();
+    let mut encoder = png::Encoder::new(std::io::BufWriter::new(file), N, N);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_compression(png::Compression::Fast);
+    let mut writer = encoder.write_header().unwrap();
+    let mut stream = writer.stream_writer().unwrap();
+    let row: Vec<u8> = (0..N).map(|i| if i < N / 2 { 40 } else { 200 }).collect();
+    for _ in 0..N {
+        std::io::Write::write_all(&mut stream, &row).unwrap();
+    }
+    stream.finish().unwrap();
+    drop(writer);
+    let (answer, said) = segment(&folder, "terrain.obj --data texture:atlas.png --regions 2");
+    half_and_half(&answer);
+    assert!(said.contains("16384 x 16384 pixels were shrunk by 2"), "{said}");
+}
+
+/// Black at the left, white at the right, from the column `border` of 60 on.
+fn two_parts(folder: &Folder, name: &str, border: u32) {
+    RgbImage::from_fn(60, 40, |i, _| Rgb([if i < border { 0 } else { 255 }; 3]))
+        .save(folder.path(name))
+        .unwrap();
+}
+
+fn two_halves(folder: &Folder) {
+    two_parts(folder, "halves.png", 30);
+}
+
+/// The share of the vertices that have the label of the darker region where `dark` says so.
+fn agreement(answer: &Answer, mesh: &str, dark: impl Fn([f64; 3]) -> bool) -> f64 {
+    let regions = answer.summary["region_parameters"].as_array().unwrap();
+    let black = regions.iter().position(|region| region["mean"][0].as_f64().unwrap() < 0.5);
+    let black = black.unwrap() as i32;
+    let mesh = source(mesh).unwrap();
+    let right = mesh
+        .vertices
+        .iter()
+        .zip(&answer.labels)
+        .filter(|(x, label)| (**label == black) == dark([x.x, x.y, x.z]));
+    right.count() as f64 / answer.labels.len() as f64
+}
+
+#[test]
+fn an_image_lies_on_a_surface() {
+    let folder = Folder::new();
+    two_halves(&folder);
+    type Dark = fn([f64; 3]) -> bool;
+    for (mesh, project, dark, said) in [
+        ("grid:61x41", "", (|[x, ..]| x < 0.5) as Dark, "laid over xy"),
+        ("grid:61x41", "--project -x,y", |[x, ..]| x > 0.5, "laid over -x,y"),
+        (
+            "grid:41x61",
+            "--project y,-x --fit stretch",
+            |[_, y, _]| y < 0.5 * 61.0 / 41.0,
+            "laid over y,-x",
+        ),
+        ("torus:60x30", "", |[_, y, _]| y > 0.0, "texture coordinates"),
+        ("sphere:4", "", |[_, y, _]| y < 0.0, "texture coordinates"),
+        ("sphere:4", "--project xz", |[x, ..]| x < 0.0, "laid over xz"),
+        ("sphere:4", "--project cylinder", |[_, y, _]| y < 0.0, "cylinder"),
+        ("sphere:4", "--project sphere:x", |[_, _, z]| z < 0.0, "sphere"),
+    ] {
+        let line = format!("{mesh} --data image:halves.png {project} --regions 2");
+        let (answer, lines) = segment(&folder, &line);
+        assert!(lines.contains(said), "{line}: {lines}");
+        let right = agreement(&answer, mesh, dark);
+        assert!(right > 0.95, "{line}: {right}");
+    }
+    let (_, said) = segment(&folder, "grid:40x40 --data image:halves.png --regions 2");
+    assert!(said.contains("image 60 x 40 laid over xy, 33.3 % of its width cut off"), "{said}");
+}
+
+/// The file that `generate` writes takes the image as the shape does.
+#[test]
+fn generated_shapes_have_texture_coordinates() {
+    let folder = Folder::new();
+    // No vertex lies on the border, where it could take either label.
+    two_parts(&folder, "parts.png", 27);
+    for shape in ["torus:24x12", "sphere:3", "grid:8x8"] {
+        let (of_shape, _) =
+            segment(&folder, &format!("{shape} --data texture:parts.png --regions 2"));
+        for file in ["shape.obj", "shape.ply"] {
+            folder.done(&format!("mesh generate {shape} --out {file}"));
+            assert!(
+                folder
+                    .done(&format!("mesh info {file}"))
+                    .contains("texture coordinates            yes")
+            );
+            let (of_file, _) =
+                segment(&folder, &format!("{file} --data texture:parts.png --regions 2"));
+            assert_eq!(of_shape.labels, of_file.labels, "{shape} as {file}");
+        }
+        let output = folder.run(&format!("mesh generate {shape} --out shape.off"));
+        assert!(!stderr(&output).contains("WARN"), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn refusals_name_what_there_is_to_choose() {
+    let folder = Folder::new();
+    two_halves(&folder);
+    folder.write("bare.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    for (line, parts) in [
+        (
+            "bare.off",
+            ["bare.off: has neither colors nor textures", "--data image:IMAGE --project xy"],
+        ),
+        (
+            "bare.off --data texture",
+            ["has no texture coordinates", "--data image:IMAGE --project xy"],
+        ),
+        ("bare.off --data texture:halves.png", ["has no texture coordinates", "--data curvature"]),
+        (
+            "bare.off --data image:halves.png",
+            ["bare.off: has no texture coordinates", "--project xy, xz, yz"],
+        ),
+        (
+            "bare.off --data image:halves.png --project yz",
+            ["bare.off: has no extent along z", "--project"],
+        ),
+        ("bare.off --data image:none.png --project xy", ["none.png: No such file", "error"]),
+        (
+            "grid:4x4 --data texture",
+            ["has no materials that name an image", "--data texture:IMAGE"],
+        ),
+        (
+            "grid:4x4 --data colors",
+            ["has no colors of vertices, faces or materials", "--data image:IMAGE"],
+        ),
+        ("builtin:spot --data colors", ["has no colors", "--data texture, "]),
+        (
+            "grid:4x4 --data curvature --project xy",
+            ["--project lays an image", "--data image:IMAGE"],
+        ),
+    ] {
+        let said = refused(&folder, &format!("{line} --regions 2"));
+        assert!(parts.iter().all(|part| said.contains(part)), "{line}: {said}");
+    }
+    let output =
+        folder.run("segment grid:4x4 --data image:halves.png --project xx --regions 2 --out out");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("x,-z"), "{}", stderr(&output));
+}
