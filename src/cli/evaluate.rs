@@ -8,7 +8,7 @@ use meshseg::problem::{Smoothing, SmoothingMode};
 use meshseg::{Error, npy};
 
 use super::inputs::mesh_with_costs;
-use super::{Outcome, named, print_json};
+use super::{Outcome, named, print_json, warn, welding};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
 ///
@@ -59,7 +59,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
             format!("has {rows} x {columns} entries, the costs have {needed} x {regions}");
         return Err(Error::malformed(&arguments.u, message).into());
     }
-    let evaluation = evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
+    let mut evaluation = evaluate(&mesh, &costs, &u, arguments.lambda, arguments.mass, smoothing)?;
+    let seams = welding::seams(&mesh, welding::CONVERT);
+    warn(&seams);
+    evaluation.warnings.extend(seams);
     print_json(&evaluation)?;
     Ok(())
 }

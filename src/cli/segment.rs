@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, print, table, warn};
+use super::{Outcome, named, note, print, table, warn, welding};
 
 /// Segment colors, a texture, curvature or other data on a mesh into regions.
 ///
@@ -25,8 +25,8 @@ pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
 
-    /// colors (of the vertices, in [0,1]), texture:IMAGE (PNG or JPEG), curvature (mean curvature, its middle
-    /// 96 % mapped to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided by 255) [default: the colors or
+    /// colors (of the vertices, in [0,1]), texture:IMAGE (PNG or JPEG), curvature (mean curvature, positive where the
+    /// surface is convex as seen from outside, its middle 96 % mapped to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided by 255) [default: the colors or
     /// texture that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
@@ -59,6 +59,15 @@ pub struct Arguments {
     /// area: scale the mesh to total area 1, so that lambda means the same for every mesh; none: keep its units
     #[arg(long, value_parser = named(&Normalize::NAMES), default_value = "area")]
     normalize: Normalize,
+
+    /// Merge vertices within this length of each other, in the units of the file, onto the first of them [default: 0,
+    /// those at equal positions]; results stay in the vertices of the file
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
+    weld: Option<f64>,
+
+    /// Keep coincident vertices apart: cuts between them are free
+    #[arg(long, conflicts_with = "weld")]
+    no_weld: bool,
 
     #[command(flatten)]
     solving: Solving,
@@ -107,14 +116,17 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     let source = Source::parse(&arguments.mesh)?;
     let mesh = source.mesh()?;
-    let area = mesh.area();
+    let tolerance = arguments.weld.unwrap_or(0.0);
+    let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
+    let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
+    let area = welded.area();
     let scale = match arguments.normalize {
         Normalize::Area if area > 0.0 && area.is_finite() => 1.0 / area.sqrt(),
         Normalize::Area | Normalize::None => 1.0,
     };
-    let scaled = mesh.clone().scaled(scale);
+    let scaled = welded.clone().scaled(scale);
     check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
-    let seen = seen::see(&source, &scaled, arguments.data.as_ref())?;
+    let seen = seen::see(&source, welded, weld.as_ref(), arguments.data.as_ref())?;
 
     let cells = barycentric_areas(&scaled);
     if arguments.lambda.is_none() {
@@ -133,15 +145,27 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
+    let mut segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
     progress.finish();
 
     let regions = describe_regions(&segmentation, &seen, &cells);
+    let mut looks = seen.looks;
+    let warnings = &mut segmentation.solution.summary.warnings;
+    warnings.extend(seen.warnings);
+    warnings.extend(welding::shattered(welded, "--weld"));
+    if let Some(weld) = &weld {
+        warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
+        looks = weld.spread(&looks);
+        segmentation.solution = segmentation.solution.spread(&mesh, weld);
+    }
     let solution = &segmentation.solution;
     let summary = SegmentSummary {
         summary: &solution.summary,
         data: &seen.name,
-        data_unit_range: seen.unit_range,
+        // What is said of lengths is said of the scaled mesh.
+        data_unit_range: seen.unit_range.map(|range| range.map(|h| h / scale)),
+        data_sign: seen.sign,
+        welded_vertices: weld.as_ref().map_or(0, |weld| weld.merged),
         model: arguments.model.name(),
         init: arguments.init.name(),
         seed: arguments.seed,
@@ -153,10 +177,13 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     let looks = Looks {
         regions: regions.iter().map(|region| region.color).collect(),
-        data: (!solving.no_preview).then(|| seen.looks.clone()),
+        data: (!solving.no_preview).then_some(looks),
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
+    if let Some(weld) = &weld {
+        note(&format!("{} (--no-weld keeps them apart)", welding::note(weld, tolerance)));
+    }
     if scale != 1.0 {
         note(&format!(
             "scaled by {scale:.6e} to total area 1, which lambda refers to; --normalize none keeps the units"
@@ -193,6 +220,8 @@ struct SegmentSummary<'a> {
     summary: &'a Summary,
     data: &'a str,
     data_unit_range: Option<[f64; 2]>,
+    data_sign: Option<&'static str>,
+    welded_vertices: usize,
     model: &'static str,
     init: &'static str,
     seed: u64,

@@ -1,0 +1,3 @@
+//! Inputs after public reports, and what is right for each.
+
+mod surfaces;
