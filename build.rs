@@ -9,8 +9,10 @@ const SOURCES: [&str; 5] = ["src", "assets", "build.rs", "Cargo.toml", "Cargo.lo
 
 fn main() {
     // Cargo would look at every file here otherwise, and results that a user leaves in the folder would rebuild all.
-    let git = ["HEAD", "refs", "packed-refs"]
+    let branch = said("git", &["symbolic-ref", "--quiet", "HEAD"]);
+    let git = ["HEAD", "packed-refs"]
         .into_iter()
+        .chain(branch.as_deref())
         .filter_map(|path| said("git", &["rev-parse", "--git-path", path]));
     for path in git.chain(SOURCES.map(String::from)) {
         if Path::new(&path).exists() {

@@ -12,8 +12,8 @@ use crate::coarse::{self, Pair, Record};
 use crate::costs;
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
 use crate::mesh::order::Order;
+use crate::mesh::{Mesh, Weld};
 use crate::operator::{Mass, Operator, Quadrature, Stencil};
 use crate::problem::{NEVER, Problem, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};
@@ -156,16 +156,29 @@ impl Solution {
             }
             all
         });
-        if let Some(places) = order.places() {
-            let rows = self.u.as_slice().expect("rows are contiguous");
-            let m = self.u.ncols();
-            let mut moved = Vec::with_capacity(rows.len());
-            for &v in &places {
-                moved.extend_from_slice(&rows[v as usize * m..][..m]);
-            }
-            self.u = Array2::from_shape_vec(self.u.dim(), moved).expect("V rows of m numbers");
-            self.labels = places.iter().map(|&v| self.labels[v as usize]).collect();
+        match order.places() {
+            Some(places) => self.gathered(&places),
+            None => self,
         }
+    }
+
+    /// The same for a mesh whose coincident vertices were merged: each takes what it was merged onto has.
+    pub fn spread(mut self, mesh: &Mesh, weld: &Weld) -> Self {
+        self.summary.vertices = mesh.vertices.len();
+        self.summary.faces = mesh.faces.len();
+        self.gathered(&weld.of)
+    }
+
+    /// Rows from these places.
+    fn gathered(mut self, places: &[u32]) -> Self {
+        let rows = self.u.as_slice().expect("rows are contiguous");
+        let m = self.u.ncols();
+        let mut moved = Vec::with_capacity(places.len() * m);
+        for &v in places {
+            moved.extend_from_slice(&rows[v as usize * m..][..m]);
+        }
+        self.u = Array2::from_shape_vec((places.len(), m), moved).expect("rows of m numbers");
+        self.labels = places.iter().map(|&v| self.labels[v as usize]).collect();
         self
     }
 }

@@ -10,7 +10,7 @@ use meshseg::{Error, npy};
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
-use super::{Outcome, named, print_json, warn};
+use super::{Outcome, named, print_json, warn, welding};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
 ///
@@ -93,8 +93,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     let mut progress = Progress::new(0.0);
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let evaluation = evaluate(&mesh, &costs, &u, question, &mut observe)?;
+    let mut evaluation = evaluate(&mesh, &costs, &u, question, &mut observe)?;
     progress.finish();
+    let seams = welding::seams(&mesh, welding::CONVERT);
+    evaluation.warnings.extend(seams);
     warn(&evaluation.warnings);
     print_json(&evaluation)?;
     Ok(())

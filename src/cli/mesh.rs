@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::Error;
 use meshseg::mesh::shapes::MOST_FACES;
 use meshseg::mesh::{Mesh, Shape, Source, Statistics, io};
+use meshseg::{Error, Result};
 
-use super::{Outcome, note, print, print_json, table};
+use super::{Outcome, note, print, print_json, table, warn, welding};
 
 /// Look at, make, and convert meshes.
 #[derive(clap::Subcommand)]
@@ -37,6 +37,10 @@ pub enum Verb {
         /// Split each face into four, so many times; old vertices keep their numbers
         #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
         subdivide: u8,
+        /// Merge vertices within this length of each other onto the first of them [default: 0, those at equal
+        /// positions], before all else; vertices are renumbered
+        #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
+        weld: Option<f64>,
     },
 }
 
@@ -47,10 +51,13 @@ pub fn run(verb: &Verb) -> Outcome {
             let shape: Shape = shape.parse()?;
             write(out, &if io::holds_texture(out) { shape.textured() } else { shape.mesh() })
         }
-        Verb::Convert { mesh, out, subdivide } => {
+        Verb::Convert { mesh, out, subdivide, weld } => {
             let source = Source::parse(mesh)?;
             let mut mesh =
                 if io::holds_texture(out) { source.textured_mesh() } else { source.mesh() }?;
+            if let Some(tolerance) = *weld {
+                mesh = welded(mesh, tolerance)?;
+            }
             let faces = (mesh.faces.len() as u64).saturating_mul(4_u64.pow((*subdivide).into()));
             if faces > MOST_FACES {
                 return Err(Error::unsuitable(format!(
@@ -66,6 +73,26 @@ pub fn run(verb: &Verb) -> Outcome {
     }
 }
 
+/// The mesh without coincident vertices, and without the faces that collapsed with them.
+fn welded(mesh: Mesh, tolerance: f64) -> Result<Mesh> {
+    let Some(weld) = welding::weld(&mesh, tolerance)? else { return Ok(mesh) };
+    note(&welding::note(&weld, tolerance));
+    warn(welding::side_effect(&weld, "leave out --weld to keep them apart").as_slice());
+    let mut welded = weld.mesh;
+    let collapsed = |j: usize| {
+        let [a, b, c] = welded.faces[j];
+        let [x, y, z] = mesh.faces[j];
+        (a == b || b == c || c == a) && x != y && y != z && z != x
+    };
+    let keep: Vec<bool> = (0..mesh.faces.len()).map(|j| !collapsed(j)).collect();
+    let gone = keep.iter().filter(|&&kept| !kept).count();
+    if gone > 0 {
+        welded.retain_faces(&keep);
+        warn(&[format!("{gone} faces collapsed and were left out")]);
+    }
+    Ok(welded)
+}
+
 fn write(path: &Path, mesh: &Mesh) -> Outcome {
     io::write(path, mesh)?;
     let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
@@ -74,7 +101,9 @@ fn write(path: &Path, mesh: &Mesh) -> Outcome {
 }
 
 fn info(path: &Path, json: bool) -> Outcome {
-    let statistics = Statistics::of(&Source::parse(path)?.textured_mesh()?);
+    let mesh = Source::parse(path)?.textured_mesh()?;
+    warn(welding::shattered(&mesh, "--weld").as_slice());
+    let statistics = Statistics::of(&mesh);
     if json {
         print_json(&statistics)?;
         return Ok(());
@@ -93,6 +122,8 @@ fn info(path: &Path, json: bool) -> Outcome {
         degenerate_faces,
         duplicate_faces,
         unreferenced_vertices,
+        coincident_vertices,
+        nearly_coincident_vertices,
         bounding_box,
         has_colors,
         has_face_colors,
@@ -123,6 +154,8 @@ fn info(path: &Path, json: bool) -> Outcome {
         ("degenerate faces", degenerate_faces.to_string()),
         ("duplicate faces", duplicate_faces.to_string()),
         ("unreferenced vertices", unreferenced_vertices.to_string()),
+        ("coincident vertices", coincident_vertices.to_string()),
+        ("nearly coincident vertices", nearly_coincident_vertices.to_string()),
         ("bounding box", corners),
         ("vertex colors", yes_or_no(has_colors)),
         ("face colors", yes_or_no(has_face_colors)),

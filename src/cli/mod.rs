@@ -15,6 +15,7 @@ mod solve;
 mod solvers;
 mod solving;
 mod table;
+mod welding;
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -9,7 +9,7 @@ use meshseg::solve::model_mesh;
 use meshseg::{Result, file, npy};
 use sprs::CsMat;
 
-use super::{Outcome, print, table, warn};
+use super::{Outcome, print, table, warn, welding};
 
 /// Write K, the mass matrices and the Laplacian as MatrixMarket (.mtx) and SciPy (.npz) files.
 ///
@@ -35,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mesh = source(&arguments.mesh)?;
     let (mesh, warnings) = model_mesh(&mesh).map_err(|error| error.of_file(&arguments.mesh))?;
     warn(&warnings);
+    warn(&welding::seams(&mesh, welding::CONVERT));
     let k = Matrix::new(&mesh);
     let matrices = [
         ("K", k.csr().clone()),

@@ -19,7 +19,7 @@ use super::inputs::mesh_with_costs;
 use super::progress::Progress;
 use super::solve::{Init, look};
 use super::solving::{exit, summary_lines};
-use super::{Outcome, named, print, table, warn};
+use super::{Outcome, named, print, table, warn, welding};
 
 /// Problems for solvers outside the program, and what they bring back
 #[derive(Subcommand)]
@@ -134,6 +134,7 @@ impl Export {
             ));
         }
         let (mesh, costs) = mesh_with_costs(&self.input, costs)?;
+        warn(&welding::seams(&mesh, welding::CONVERT));
         let init = self.init.as_ref().unwrap_or(&Init::Argmin);
         let start = init.start(&costs, self.seed.unwrap_or(0))?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);

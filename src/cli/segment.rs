@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, one_line, print, table, warn};
+use super::{Outcome, named, note, one_line, print, table, warn, welding};
 
 /// Segment colors, textures, an image, curvature or other data on a mesh into regions.
 ///
@@ -29,7 +29,8 @@ pub struct Arguments {
 
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
     /// texture:IMAGE (PNG or JPEG, at the texture coordinates), image:IMAGE (laid on the surface, see --project),
-    /// curvature (mean curvature, its middle 96 % mapped to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
+    /// curvature (mean curvature, positive where the surface is convex as seen from outside, its middle 96 % mapped to
+    /// [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
     /// by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
@@ -78,6 +79,15 @@ pub struct Arguments {
     /// area: scale the mesh to total area 1, so that lambda means the same for every mesh; none: keep its units
     #[arg(long, value_parser = named(&Normalize::NAMES), default_value = "area")]
     normalize: Normalize,
+
+    /// Merge vertices within this length of each other, in the units of the file, onto the first of them [default: 0,
+    /// those at equal positions]; results stay in the vertices of the file
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
+    weld: Option<f64>,
+
+    /// Keep coincident vertices apart: cuts between them are free
+    #[arg(long, conflicts_with = "weld")]
+    no_weld: bool,
 
     #[command(flatten)]
     solving: Solving,
@@ -128,15 +138,18 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     let source = Source::parse(&arguments.mesh)?;
     let mesh = source.mesh()?;
-    let area = mesh.area();
+    let tolerance = arguments.weld.unwrap_or(0.0);
+    let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
+    let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
+    let area = welded.area();
     let scale = match arguments.normalize {
         Normalize::Area if area > 0.0 && area.is_finite() => 1.0 / area.sqrt(),
         Normalize::Area | Normalize::None => 1.0,
     };
-    let scaled = mesh.clone().scaled(scale);
+    let scaled = welded.clone().scaled(scale);
     check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
     let manner = Manner { texel: arguments.texel, project: arguments.project, fit: arguments.fit };
-    let seen = seen::see(&source, &scaled, arguments.data.as_ref(), &manner)?;
+    let seen = seen::see(&source, welded, weld.as_ref(), arguments.data.as_ref(), &manner)?;
     seen.notes.iter().for_each(|line| note(&one_line(line)));
 
     let cells = barycentric_areas(&scaled);
@@ -167,15 +180,27 @@ fn run_here(arguments: &Arguments) -> Outcome {
             ));
         }
     }
-    let segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
+    let mut segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
     progress.finish();
 
     let regions = describe_regions(&segmentation, &seen, &cells);
+    let mut looks = seen.looks;
+    let warnings = &mut segmentation.solution.summary.warnings;
+    warnings.extend(seen.warnings);
+    warnings.extend(welding::shattered(welded, "--weld"));
+    if let Some(weld) = &weld {
+        warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
+        looks = weld.spread(&looks);
+        segmentation.solution = segmentation.solution.spread(&mesh, weld);
+    }
     let solution = &segmentation.solution;
     let summary = SegmentSummary {
         summary: &solution.summary,
         data: &seen.name,
-        data_unit_range: seen.unit_range,
+        // What is said of lengths is said of the scaled mesh.
+        data_unit_range: seen.unit_range.map(|range| range.map(|h| h / scale)),
+        data_sign: seen.sign,
+        welded_vertices: weld.as_ref().map_or(0, |weld| weld.merged),
         model: arguments.model.name(),
         init: arguments.init.name(),
         seed: arguments.seed,
@@ -187,10 +212,13 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     let looks = Looks {
         regions: regions.iter().map(|region| region.color).collect(),
-        data: (!solving.no_preview).then(|| seen.looks.clone()),
+        data: (!solving.no_preview).then_some(looks),
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
+    if let Some(weld) = &weld {
+        note(&format!("{} (--no-weld keeps them apart)", welding::note(weld, tolerance)));
+    }
     if scale != 1.0 {
         note(&format!(
             "scaled by {scale:.6e} to total area 1, which lambda refers to; --normalize none keeps the units"
@@ -222,6 +250,8 @@ struct SegmentSummary<'a> {
     summary: &'a Summary,
     data: &'a str,
     data_unit_range: Option<[f64; 2]>,
+    data_sign: Option<&'static str>,
+    welded_vertices: usize,
     model: &'static str,
     init: &'static str,
     seed: u64,

@@ -12,7 +12,7 @@ use ndarray::{Array2, ArrayView1};
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, print, table, warn};
+use super::{Outcome, note, print, table, warn, welding};
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
 ///
@@ -43,6 +43,11 @@ pub struct Arguments {
     /// Seed of a random start
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
+
+    /// Merge vertices within this length of each other [default: 0, those at equal positions]; the costs of merged
+    /// vertices are added up, and results stay in the vertices of the file. Without it the mesh stays as it is
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
+    weld: Option<f64>,
 
     #[command(flatten)]
     solving: Solving,
@@ -99,11 +104,42 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let request = solving.request(arguments.lambda)?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
     let start = arguments.init.start(&costs, arguments.seed)?;
+    let tolerance = arguments.weld.unwrap_or(0.0);
+    let weld = match arguments.weld {
+        Some(tolerance) => welding::weld(&mesh, tolerance)?,
+        None => None,
+    };
 
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let solution = solve::solve(&mesh, &costs, &start, &request, &mut observe)?;
+    let mut solution = match &weld {
+        Some(weld) => {
+            // Added up, integrated costs are those of means by the weights of the integration.
+            let weights = request.mass.weights(&mesh);
+            let means = |rows: &Array2<f64>| {
+                let rows = rows.as_standard_layout();
+                let d = rows.ncols();
+                let means =
+                    weld.means_by(rows.as_slice().expect("in standard layout"), d, &weights);
+                Array2::from_shape_vec((means.len() / d, d), means).expect("rows of d numbers")
+            };
+            let start = match start {
+                Start::Given(u) => Start::Given(means(&u)),
+                other => other,
+            };
+            solve::solve(&weld.mesh, &means(&costs), &start, &request, &mut observe)?
+                .spread(&mesh, weld)
+        }
+        None => solve::solve(&mesh, &costs, &start, &request, &mut observe)?,
+    };
     progress.finish();
+    solution.summary.warnings.extend(match &weld {
+        Some(weld) => {
+            welding::side_effect(weld, "leave out --weld to keep them apart").into_iter().collect()
+        }
+        None if arguments.weld.is_some() => Vec::new(),
+        None => welding::seams(&mesh, "--weld"),
+    });
 
     let data = || costs.outer_iter().map(look).collect();
     let looks = Looks {
@@ -111,6 +147,9 @@ fn run_here(arguments: &Arguments) -> Outcome {
         data: (!solving.no_preview).then(data),
     };
     outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks)?;
+    if let Some(weld) = &weld {
+        note(&welding::note(weld, tolerance));
+    }
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);

@@ -2,6 +2,7 @@
 //! suit given labels. One likelihood a file.
 
 pub mod constant;
+pub mod curved;
 pub mod kmeans;
 pub mod projection;
 pub mod range;

@@ -5,30 +5,54 @@
 const CLIPPED: f64 = 0.02;
 
 /// Values clipped at their area-weighted 2 % and 98 % quantiles, then mapped affinely to [0, 1]; and the
-/// two quantiles, so that the map can be undone. Values that are constant after clipping become 0.5.
-/// Both slices have V entries; values must not be NaN.
+/// two quantiles, so that the map can be undone. Values that are constant after clipping become 0.5; NaN, for
+/// unknown, stays NaN. Both slices have V entries.
 pub fn robust_unit_range(values: &[f64], area: &[f64]) -> (Vec<f64>, [f64; 2]) {
-    assert_eq!(values.len(), area.len());
-    assert!(values.iter().all(|value| !value.is_nan()));
-    let mut order: Vec<usize> = (0..values.len()).filter(|&v| area[v] > 0.0).collect();
-    if order.is_empty() {
-        return (vec![0.5; values.len()], [0.0; 2]);
-    }
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let low = quantile(values, area, order.iter());
-    let high = quantile(values, area, order.iter().rev());
-    let unit = values
-        .iter()
-        .map(|value| if low < high { (value.clamp(low, high) - low) / (high - low) } else { 0.5 })
-        .collect();
-    (unit, [low, high])
+    let range = robust_range(values, area);
+    (unit(values, range), range)
 }
 
-/// The first value of the ordered vertices by which more than the clipped share of the area has passed.
+/// The area-weighted 2 % and 98 % quantiles of the values that are not NaN; zeros if there are none.
+pub fn robust_range(values: &[f64], area: &[f64]) -> [f64; 2] {
+    let order = ordered(values, area);
+    if order.is_empty() {
+        return [0.0; 2];
+    }
+    let low = quantile(values, area, order.iter(), CLIPPED);
+    [low, quantile(values, area, order.iter().rev(), CLIPPED)]
+}
+
+/// The area-weighted median of the values that are not NaN; 0 if there are none.
+pub fn median(values: &[f64], area: &[f64]) -> f64 {
+    let order = ordered(values, area);
+    if order.is_empty() { 0.0 } else { quantile(values, area, order.iter(), 0.5) }
+}
+
+/// Values clipped at a range, which becomes [0, 1]; 0.5 if it has no width. NaN stays.
+pub fn unit(values: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
+    let mapped = |value: &f64| match low < high {
+        _ if value.is_nan() => f64::NAN,
+        true => (value.clamp(low, high) - low) / (high - low),
+        false => 0.5,
+    };
+    values.iter().map(mapped).collect()
+}
+
+/// The vertices with a value and an area, by their values.
+fn ordered(values: &[f64], area: &[f64]) -> Vec<usize> {
+    assert_eq!(values.len(), area.len());
+    let counts = |&v: &usize| area[v] > 0.0 && !values[v].is_nan();
+    let mut order: Vec<usize> = (0..values.len()).filter(counts).collect();
+    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    order
+}
+
+/// The first value of the ordered vertices by which more than a share of the area has passed.
 fn quantile<'a>(
     values: &[f64],
     area: &[f64],
     order: impl Iterator<Item = &'a usize> + Clone,
+    share: f64,
 ) -> f64 {
     let total: f64 = order.clone().map(|&v| area[v]).sum();
     let mut passed = 0.0;
@@ -36,7 +60,7 @@ fn quantile<'a>(
     for &v in order {
         passed += area[v];
         last = values[v];
-        if passed > CLIPPED * total {
+        if passed > share * total {
             break;
         }
     }
@@ -72,6 +96,15 @@ mod tests {
         assert_eq!(robust_unit_range(&[3.0; 4], &[1.0; 4]).0, vec![0.5; 4]);
         assert_eq!(robust_unit_range(&[3.0, 4.0], &[0.0; 2]).0, vec![0.5; 2]);
         assert!(robust_unit_range(&[], &[]).0.is_empty());
+    }
+
+    #[test]
+    fn what_is_unknown_stays_so_and_changes_nothing() {
+        let (unit, range) = robust_unit_range(&[1.0, f64::NAN, 3.0, 2.0], &[1.0; 4]);
+        assert_eq!((unit[0], unit[2], unit[3], range), (0.0, 1.0, 0.5, [1.0, 3.0]));
+        assert!(unit[1].is_nan());
+        assert_eq!(robust_unit_range(&[f64::NAN; 2], &[1.0; 2]).1, [0.0; 2]);
+        assert_eq!(median(&[5.0, f64::NAN, 1.0, 2.0], &[1.0, 9.0, 1.0, 1.0]), 2.0);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use super::Data;
+use super::curved::{Curved, SIGN, curved};
 use super::projection::{Fit, Projection};
 use super::range::robust_unit_range;
 use super::texture::{
@@ -14,10 +15,9 @@ use super::texture::{
     texels_a_face,
 };
 use crate::error::{Error, Result};
-use crate::mesh::curvature::mean_curvature;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::shapes::MOST_FACES;
-use crate::mesh::{Mesh, Shape, Source};
+use crate::mesh::{Mesh, Shape, Source, Weld};
 use crate::npy;
 use crate::render::colormap::sequential;
 
@@ -88,6 +88,9 @@ pub struct Seen {
     pub unit_range: Option<[f64; 2]>,
     /// What was chosen, and what else there is to choose, a line each.
     pub notes: Vec<String>,
+    /// What the sign of the data means, if it has a meaning that is not plain.
+    pub sign: Option<&'static str>,
+    pub warnings: Vec<String>,
 }
 
 /// Looks of unknown data.
@@ -97,13 +100,59 @@ const MID_GRAY: [f64; 3] = [0.5; 3];
 const MANY_TEXELS: f64 = 16.0;
 const FEW_TEXELS: f64 = 4.0;
 
-/// The data of a mesh; without a choice the textures or the colors that come with it.
+/// The data of a mesh; without a choice the textures or the colors that come with it. If the mesh is what a weld made
+/// of that of the source, arrays have a row for every vertex of the source, and the merged ones take their means.
+///
+/// Data that are the same everywhere to rounding become the same, with a warning: nothing is stretched.
 ///
 /// # Errors
 /// Data that the mesh does not have, files that cannot be read or do not fit it.
 pub fn see(
     source: &Source,
     mesh: &Mesh,
+    weld: Option<&Weld>,
+    choice: Option<&DataSource>,
+    manner: &Manner,
+) -> Result<Seen> {
+    let mut seen = look(source, mesh, weld, choice, manner)?;
+    if seen.unit_range.is_none() && flatten(&mut seen.data) {
+        let what = if matches!(choice, Some(DataSource::File(_))) { "values" } else { "color" };
+        seen.warnings.push(format!(
+            "{}: all vertices have the same {what}: there is nothing to segment",
+            seen.name
+        ));
+    }
+    Ok(seen)
+}
+
+/// Differences below this share of the data are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Makes data constant that are so up to rounding, in each coordinate and where they are known.
+fn flatten(data: &mut Data) -> bool {
+    let known = |row: &&[f64]| row.iter().all(|x| !x.is_nan());
+    let Some(first) = data.values.chunks(data.dimension).find(known).map(<[f64]>::to_vec) else {
+        return false;
+    };
+    let same = |i: usize| {
+        let column = data.values.iter().skip(i).step_by(data.dimension).filter(|x| !x.is_nan());
+        let extremes = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = column.fold(extremes, |(low, high), &x| (x.min(low), x.max(high)));
+        high - low <= ROUNDING * low.abs().max(high.abs())
+    };
+    if !(0..data.dimension).all(same) {
+        return false;
+    }
+    for row in data.values.chunks_mut(data.dimension).filter(|row| known(&&**row)) {
+        row.copy_from_slice(&first);
+    }
+    true
+}
+
+fn look(
+    source: &Source,
+    mesh: &Mesh,
+    weld: Option<&Weld>,
     choice: Option<&DataSource>,
     manner: &Manner,
 ) -> Result<Seen> {
@@ -124,16 +173,19 @@ pub fn see(
         Some(DataSource::Texture(image)) => view.textures(image.as_deref(), true),
         Some(DataSource::Image(image)) => view.image(image),
         Some(DataSource::Curvature) => {
-            let (unit, range) = robust_unit_range(&mean_curvature(mesh), &barycentric_areas(mesh));
+            let curved = curved(mesh).map_err(|error| error.of_file(&view.name()));
+            let Curved { values, range, warnings } = curved?;
             Ok(Seen {
-                looks: unit.iter().map(|&t| sequential(t)).collect(),
-                data: Data::new(1, unit)?,
+                looks: values.iter().map(|&t| sequential(t)).collect(),
+                data: Data::new(1, values)?,
                 name: "mean curvature".into(),
                 unit_range: Some(range),
                 notes: Vec::new(),
+                sign: Some(SIGN),
+                warnings,
             })
         }
-        Some(DataSource::File(path)) => numbers(mesh, path),
+        Some(DataSource::File(path)) => numbers(mesh, weld, path),
     }
 }
 
@@ -440,20 +492,43 @@ fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
     let data = Data::new(3, colors.as_flattened().to_vec())?;
     let look = |&color: &[f64; 3]| if color[0].is_nan() { MID_GRAY } else { color };
     let looks = colors.iter().map(look).collect();
-    Ok(Seen { data, looks, name, unit_range: None, notes: Vec::new() })
+    Ok(Seen {
+        data,
+        looks,
+        name,
+        unit_range: None,
+        notes: Vec::new(),
+        sign: None,
+        warnings: Vec::new(),
+    })
 }
 
 /// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
 /// column.
-fn numbers(mesh: &Mesh, path: &Path) -> Result<Seen> {
+fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<Seen> {
     let array = npy::read_data(path)?;
-    npy::check_rows(path, &array, mesh.vertices.len())?;
-    let looks = if array.ncols() == 3 && array.iter().all(|x| (0.0..=1.0).contains(x)) {
-        array.outer_iter().map(|row| [row[0], row[1], row[2]]).collect()
+    npy::check_rows(path, &array, weld.map_or(mesh.vertices.len(), |weld| weld.of.len()))?;
+    let d = array.ncols();
+    let mut values: Vec<f64> = array.iter().copied().collect();
+    if let Some(weld) = weld {
+        values = weld.means(&values, d);
+    }
+    let looks = if d == 3 && values.iter().all(|x| (0.0..=1.0).contains(x)) {
+        values.as_chunks::<3>().0.to_vec()
     } else {
-        let (unit, _) = robust_unit_range(&array.column(0).to_vec(), &barycentric_areas(mesh));
+        let first: Vec<f64> = values.iter().copied().step_by(d).collect();
+        let (unit, _) = robust_unit_range(&first, &barycentric_areas(mesh));
         unit.into_iter().map(sequential).collect()
     };
-    let data = Data::new(array.ncols(), array.iter().copied().collect())?;
-    Ok(Seen { data, looks, name: path.display().to_string(), unit_range: None, notes: Vec::new() })
+    let data = Data::new(d, values)?;
+    let name = path.display().to_string();
+    Ok(Seen {
+        data,
+        looks,
+        name,
+        unit_range: None,
+        notes: Vec::new(),
+        sign: None,
+        warnings: Vec::new(),
+    })
 }

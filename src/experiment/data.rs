@@ -21,6 +21,7 @@ use crate::data::synthetic::waves;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::weld::{coincident, free_cuts};
 use crate::mesh::{Mesh, Source};
 use crate::npy;
 use crate::regions;
@@ -186,6 +187,13 @@ impl Places {
             mesh = mesh.scaled(1.0 / area.sqrt());
         }
         check_mesh(&mesh).map_err(named)?;
+        let coincident = coincident(&mesh);
+        if coincident > 0 {
+            tracing::warn!(
+                "{source}: {}; weld them with `meshseg mesh convert --weld`",
+                free_cuts(coincident)
+            );
+        }
         let choice = self.data(&cell.data)?;
         let noise = |data: &mut Data| {
             let mut rng = Pcg64::seed_from_u64(cell.seed);
@@ -214,7 +222,8 @@ impl Places {
                     DataChoice::Seen(choice) => Some(choice),
                     _ => None,
                 };
-                let mut seen = seen::see(&source, &mesh, choice, &Manner::default())?;
+                let mut seen = seen::see(&source, &mesh, None, choice, &Manner::default())?;
+                seen.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
                 noise(&mut seen.data);
                 let mut rng = Pcg64::seed_from_u64(cell.seed);
                 let (values, d) = (&seen.data.values, seen.data.dimension);

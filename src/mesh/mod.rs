@@ -11,11 +11,14 @@ mod incidence;
 pub mod io;
 mod materials;
 pub mod order;
+pub mod orient;
 pub(crate) mod partition;
+mod resolution;
 pub mod shapes;
 mod source;
 mod statistics;
 mod subdivide;
+pub mod weld;
 
 use std::borrow::Cow;
 
@@ -25,9 +28,11 @@ use crate::sweep;
 
 pub use incidence::Incidence;
 pub use materials::{Material, Materials};
+pub use resolution::resolution;
 pub use shapes::Shape;
 pub use source::{Source, source};
 pub use statistics::{BoundingBox, Statistics};
+pub use weld::Weld;
 
 /// A triangle mesh, with what its file says about its vertices' looks.
 ///
@@ -106,15 +111,21 @@ impl Mesh {
             return (Cow::Borrowed(self), 0);
         }
         let mut mesh = self.clone();
+        mesh.retain_faces(&keep);
+        (Cow::Owned(mesh), dropped)
+    }
+
+    /// Keeps the faces that are marked, with all that belongs to them. The vertices stay.
+    pub fn retain_faces(&mut self, keep: &[bool]) {
         fn retain<T>(keep: &[bool], faces: &mut Vec<T>) {
             let mut kept = keep.iter();
             faces.retain(|_| *kept.next().unwrap());
         }
-        retain(&keep, &mut mesh.faces);
-        mesh.face_colors.iter_mut().for_each(|colors| retain(&keep, colors));
-        mesh.uv.iter_mut().for_each(|uv| retain(&keep, uv));
-        mesh.materials.iter_mut().for_each(|materials| retain(&keep, &mut materials.of_faces));
-        (Cow::Owned(mesh), dropped)
+        assert_eq!(keep.len(), self.faces.len());
+        retain(keep, &mut self.faces);
+        self.face_colors.iter_mut().for_each(|colors| retain(keep, colors));
+        self.uv.iter_mut().for_each(|uv| retain(keep, uv));
+        self.materials.iter_mut().for_each(|materials| retain(keep, &mut materials.of_faces));
     }
 
     /// The mesh with every coordinate multiplied by c. The energies then relate as lambda -> lambda / c.

@@ -5,14 +5,27 @@
 
 use serde::Serialize;
 
+use nalgebra::Point3;
+
 use super::Mesh;
 use super::partition::Partition;
+use super::weld::{coincident, coincident_within};
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BoundingBox {
     pub min: [f64; 3],
     pub max: [f64; 3],
 }
+
+impl BoundingBox {
+    /// From corner to corner.
+    pub fn diagonal(&self) -> f64 {
+        (Point3::from(self.max) - Point3::from(self.min)).norm()
+    }
+}
+
+/// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
+const NEARLY: f64 = 1e-6;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
@@ -41,6 +54,10 @@ pub struct Statistics {
     pub duplicate_faces: usize,
     /// Vertices in no face at all.
     pub unreferenced_vertices: usize,
+    /// Vertices of faces at the position of an earlier one.
+    pub coincident_vertices: usize,
+    /// Further ones within a millionth of the bounding box's diagonal of an earlier one.
+    pub nearly_coincident_vertices: usize,
     /// Of all vertices; none if there are none.
     pub bounding_box: Option<BoundingBox>,
     pub has_colors: bool,
@@ -64,7 +81,6 @@ impl Statistics {
             .collect();
         sides.sort_unstable();
 
-        let mut faces_joined = Partition::new(vertices);
         let mut boundary_joined = Partition::new(vertices);
         let mut on_boundary = vec![false; vertices];
         let (mut edges, mut boundary_edges) = (0, 0);
@@ -72,7 +88,6 @@ impl Statistics {
         for edge in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
             let (a, b, downwards) = edge[0];
             edges += 1;
-            faces_joined.join(a, b);
             match edge.len() {
                 1 => {
                     boundary_edges += 1;
@@ -96,7 +111,9 @@ impl Statistics {
         corner_sets.sort_unstable();
 
         let materials = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.all);
-
+        let bounding_box = bounding_box(mesh);
+        let coincident_vertices = coincident(mesh);
+        let within = |corners: BoundingBox| coincident_within(mesh, NEARLY * corners.diagonal());
         Statistics {
             vertices,
             faces: mesh.faces.len(),
@@ -104,14 +121,16 @@ impl Statistics {
             edges,
             boundary_edges,
             boundary_loops: boundary_joined.classes(&on_boundary),
-            components: faces_joined.classes(&in_complex),
+            components: components(mesh),
             euler_characteristic: complex_vertices as i64 - edges as i64 + proper().count() as i64,
             non_manifold_edges,
             inconsistent_edges,
             degenerate_faces: (0..mesh.faces.len()).filter(|&j| mesh.is_degenerate(j)).count(),
             duplicate_faces: corner_sets.windows(2).filter(|pair| pair[0] == pair[1]).count(),
             unreferenced_vertices: vertices - count(&referenced),
-            bounding_box: bounding_box(mesh),
+            coincident_vertices,
+            nearly_coincident_vertices: bounding_box.map_or(0, within) - coincident_vertices,
+            bounding_box,
             has_colors: mesh.colors.is_some(),
             has_face_colors: mesh.face_colors.is_some(),
             has_uv: mesh.uv.is_some(),
@@ -121,11 +140,26 @@ impl Statistics {
     }
 }
 
+/// How many components the faces with three different corners have, connected through shared vertices.
+pub fn components(mesh: &Mesh) -> usize {
+    let mut joined = Partition::new(mesh.vertices.len());
+    let mut in_face = vec![false; mesh.vertices.len()];
+    for &[a, b, c] in mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a) {
+        joined.join(a, b);
+        joined.join(a, c);
+        for v in [a, b, c] {
+            in_face[v as usize] = true;
+        }
+    }
+    joined.classes(&in_face)
+}
+
 fn count(marked: &[bool]) -> usize {
     marked.iter().filter(|&&marked| marked).count()
 }
 
-fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
+/// Of all vertices.
+pub(super) fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
     let first = mesh.vertices.first()?;
     let (min, max) =
         mesh.vertices.iter().fold((*first, *first), |(min, max), x| (min.inf(x), max.sup(x)));

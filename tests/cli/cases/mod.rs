@@ -4,3 +4,4 @@
 mod claims;
 mod images;
 mod readers;
+mod surfaces;

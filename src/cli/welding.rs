@@ -1,0 +1,79 @@
+//! Coincident vertices: what is merged when asked, and what is said where it is not.
+
+use meshseg::mesh::Mesh;
+use meshseg::mesh::weld::{Weld, coincident, free_cuts, is_shattered, mending_tolerance};
+use meshseg::{Error, Result};
+
+/// What welds a mesh for the verbs that take it as it is.
+pub const CONVERT: &str = "`meshseg mesh convert --weld`";
+
+/// Merges vertices within a tolerance, if there are any.
+///
+/// # Errors
+/// A tolerance that is no length, or that leaves no face.
+pub fn weld(mesh: &Mesh, tolerance: f64) -> Result<Option<Weld>> {
+    if !(tolerance >= 0.0 && tolerance.is_finite()) {
+        let message = format!("--weld {tolerance:?}: must be a finite number from 0");
+        return Err(Error::unsuitable(message));
+    }
+    let weld = Weld::within(mesh, tolerance);
+    let collapsed = |weld: &Weld| {
+        let faces = 0..mesh.faces.len();
+        faces.clone().all(|j| weld.mesh.is_degenerate(j))
+            && !faces.clone().all(|j| mesh.is_degenerate(j))
+    };
+    if tolerance > 0.0 && weld.as_ref().is_some_and(collapsed) {
+        return Err(Error::unsuitable(format!(
+            "--weld {tolerance:?}: leaves no face with an area; it is a length in the units of the file"
+        )));
+    }
+    Ok(weld)
+}
+
+/// What was merged, in a sentence.
+pub fn note(weld: &Weld, tolerance: f64) -> String {
+    let Weld { merged, onto, .. } = weld;
+    let place = match tolerance {
+        0.0 => "at the same positions".to_owned(),
+        _ => format!("within {tolerance} of them"),
+    };
+    format!("welded {merged} vertices onto {onto} others {place}")
+}
+
+/// What a weld made that was not there before.
+pub fn side_effect(weld: &Weld, remedy: &str) -> Option<String> {
+    let edges = weld.new_non_manifold_edges;
+    (edges > 0).then(|| {
+        format!(
+            "welding made {edges} edges with more than two faces, where sheets lie on each other or touch; {remedy}"
+        )
+    })
+}
+
+/// What cuts a surface apart that is taken as it is; `remedy` merges coincident vertices.
+pub fn seams(mesh: &Mesh, remedy: &str) -> Vec<String> {
+    let coincident = coincident(mesh);
+    let seams =
+        (coincident > 0).then(|| format!("{}; weld them with {remedy}", free_cuts(coincident)));
+    let shattered = shattered(mesh, remedy).filter(|_| {
+        // Else the first warning has said it.
+        coincident == 0 || Weld::exact(mesh).is_some_and(|weld| is_shattered(&weld.mesh))
+    });
+    seams.into_iter().chain(shattered).collect()
+}
+
+/// That nearly every face is a component of its own, and at which tolerance it would not be.
+pub fn shattered(mesh: &Mesh, remedy: &str) -> Option<String> {
+    if !is_shattered(mesh) {
+        return None;
+    }
+    let advice = match mending_tolerance(mesh) {
+        Some(0.0) => format!("weld them with {remedy}"),
+        Some(tolerance) => format!("weld nearly equal vertices with {remedy} {tolerance:.1e}"),
+        None => "no small tolerance of a weld would mend it".to_owned(),
+    };
+    let faces = mesh.faces.len();
+    Some(format!(
+        "hardly any two of the {faces} faces share a vertex, so that cuts between them are free; {advice}"
+    ))
+}

@@ -1,0 +1,388 @@
+//! One side out: a winding of the faces such that neighbors agree, and closed surfaces face outwards.
+//!
+//! Two faces agree along an edge if they run along it in opposite directions. Over the edges with exactly two
+//! faces a breadth-first search spreads the winding of the first face over a patch. With signs s_j for the faces
+//! that stay (1) or turn (-1), a patch is closed if the directions of its faces cancel along each of its edges;
+//! then its volume
+//!
+//! ```text
+//! V = sum_j s_j det(x_{j,1} - c, x_{j,2} - c, x_{j,3} - c) / 6
+//! ```
+//!
+//! depends on no c, and has to be positive. A patch that is open, or encloses nothing, keeps the winding that most
+//! of its area has. Of faces with the same three corners, whichever way around, the first stands for all.
+
+use std::collections::VecDeque;
+
+use nalgebra::Matrix3;
+
+use super::Mesh;
+
+/// What a mesh is with its faces turned.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Oriented {
+    /// The vertices, and the faces with three different corners, each once, bare.
+    pub mesh: Mesh,
+    /// How many of these were turned.
+    pub turned: usize,
+    /// Edges along which the faces still do not agree, since the surface has one side only, or more than two faces
+    /// meet there: directions that do not cancel, but for one.
+    pub inconsistent_edges: usize,
+}
+
+/// No volume to speak of, relative to the sum of its terms without signs.
+const NO_VOLUME: f64 = 1e-9;
+
+const NONE: u32 = u32::MAX;
+
+/// A face along an edge.
+#[derive(Clone, Copy)]
+struct Side {
+    /// The ends, the smaller first.
+    edge: [u32; 2],
+    /// 3 j + i for the side of face j that begins at its corner i.
+    place: u32,
+    /// Whether it begins at the smaller end.
+    ascends: bool,
+}
+
+impl Side {
+    fn face(&self) -> usize {
+        self.place as usize / 3
+    }
+
+    /// Which way it runs along the edge if its face has this sign.
+    fn direction(&self, signs: &[i8]) -> i32 {
+        i32::from(signs[self.face()]) * if self.ascends { 1 } else { -1 }
+    }
+}
+
+/// In O(F log F) time.
+pub fn orient(mesh: &Mesh) -> Oriented {
+    let mut mesh = Mesh::new(mesh.vertices.clone(), once(&mesh.faces));
+    let sides = sides(&mesh.faces);
+    let edges = || sides.chunk_by(|a, b| a.edge == b.edge);
+
+    // Across each side: the other face, and whether it has to turn with respect to this one.
+    let mut across = vec![(NONE, false); 3 * mesh.faces.len()];
+    for edge in edges() {
+        if let &[a, b] = edge {
+            let turn = a.ascends == b.ascends;
+            across[a.place as usize] = (b.place / 3, turn);
+            across[b.place as usize] = (a.place / 3, turn);
+        }
+    }
+    let (mut signs, patches, count) = spread(&across, mesh.faces.len());
+    let turn = patches_to_turn(&mesh, edges(), &signs, &patches, count);
+    for (sign, &patch) in signs.iter_mut().zip(&patches) {
+        *sign *= if turn[patch as usize] { -1 } else { 1 };
+    }
+    let inconsistent =
+        |edge: &&[Side]| edge.iter().map(|side| side.direction(&signs)).sum::<i32>().abs() > 1;
+    let inconsistent_edges = edges().filter(inconsistent).count();
+    for (face, &sign) in mesh.faces.iter_mut().zip(&signs) {
+        if sign < 0 {
+            face.swap(1, 2);
+        }
+    }
+    let turned = signs.iter().filter(|&&sign| sign < 0).count();
+    Oriented { mesh, turned, inconsistent_edges }
+}
+
+/// The faces with three different corners, those with the same corners once, in their order.
+fn once(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut sets: Vec<([u32; 3], u32)> = (0..)
+        .zip(faces)
+        .map(|(j, &face)| {
+            let mut set = face;
+            set.sort_unstable();
+            (set, j)
+        })
+        .filter(|([a, b, c], _)| a != b && b != c)
+        .collect();
+    sets.sort_unstable();
+    sets.dedup_by_key(|(set, _)| *set);
+    let mut kept: Vec<u32> = sets.into_iter().map(|(_, j)| j).collect();
+    kept.sort_unstable();
+    kept.into_iter().map(|j| faces[j as usize]).collect()
+}
+
+/// All sides, those of one edge together, in the order of their faces.
+fn sides(faces: &[[u32; 3]]) -> Vec<Side> {
+    let mut sides = Vec::with_capacity(3 * faces.len());
+    for (j, &face) in (0..).zip(faces) {
+        for i in 0..3 {
+            let (a, b) = (face[i], face[(i + 1) % 3]);
+            sides.push(Side {
+                edge: [a.min(b), a.max(b)],
+                place: 3 * j + i as u32,
+                ascends: a < b,
+            });
+        }
+    }
+    sides.sort_unstable_by_key(|side| (side.edge, side.place));
+    sides
+}
+
+/// Signs that agree with those of the neighbors, as far as they can, the patch of each face, and how many there are.
+fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
+    let mut signs = vec![0_i8; faces];
+    let mut patches = vec![0; faces];
+    let mut count = 0;
+    let mut queue = VecDeque::new();
+    for begin in 0..faces {
+        if signs[begin] != 0 {
+            continue;
+        }
+        signs[begin] = 1;
+        queue.push_back(begin);
+        while let Some(j) = queue.pop_front() {
+            patches[j] = count;
+            for &(neighbor, turn) in &across[3 * j..3 * j + 3] {
+                if neighbor != NONE && signs[neighbor as usize] == 0 {
+                    signs[neighbor as usize] = if turn { -signs[j] } else { signs[j] };
+                    queue.push_back(neighbor as usize);
+                }
+            }
+        }
+        count += 1;
+    }
+    (signs, patches, count as usize)
+}
+
+/// Which patches face inwards, or the other way than most of their area.
+fn patches_to_turn<'a>(
+    mesh: &Mesh,
+    edges: impl Iterator<Item = &'a [Side]>,
+    signs: &[i8],
+    patches: &[u32],
+    count: usize,
+) -> Vec<bool> {
+    let mut closed = vec![true; count];
+    for edge in edges {
+        let mut directions: Vec<(u32, i32)> =
+            edge.iter().map(|side| (patches[side.face()], side.direction(signs))).collect();
+        directions.sort_unstable();
+        for patch in directions.chunk_by(|a, b| a.0 == b.0) {
+            closed[patch[0].0 as usize] &=
+                patch.iter().map(|(_, direction)| direction).sum::<i32>() == 0;
+        }
+    }
+    let mut origins = vec![None; count];
+    // The volume, the volume without signs, and by how much more area stays than turns.
+    let mut sums = vec![[0.0; 3]; count];
+    for (j, (&sign, &patch)) in signs.iter().zip(patches).enumerate() {
+        let corners = mesh.corners(j);
+        let origin = *origins[patch as usize].get_or_insert(corners[0]);
+        let volume =
+            f64::from(sign) * Matrix3::from_columns(&corners.map(|x| x - origin)).determinant();
+        let area = f64::from(sign) * mesh.face_area(j);
+        for (sum, term) in sums[patch as usize].iter_mut().zip([volume, volume.abs(), area]) {
+            *sum += term;
+        }
+    }
+    let inwards = |(&closed, &[volume, size, area]): (&bool, &[f64; 3])| {
+        if closed && volume.abs() > NO_VOLUME * size { volume < 0.0 } else { area < 0.0 }
+    };
+    closed.iter().zip(&sums).map(inwards).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Statistics;
+    use crate::mesh::curvature::mean_curvature;
+    use crate::samples::{disjoint, flipped, rng, shape, shuffled, zoo};
+    use nalgebra::{Point3, Vector3};
+    use rand::RngExt;
+    use std::f64::consts::TAU;
+
+    fn inside_out(mut mesh: Mesh) -> Mesh {
+        mesh.faces.iter_mut().for_each(|face| face.swap(1, 2));
+        mesh
+    }
+
+    /// Some faces at random turned, and their corners in another order.
+    fn disturbed(mesh: &Mesh, seed: u64) -> Mesh {
+        let mut mesh = mesh.clone();
+        let mut rng = rng(seed);
+        for face in &mut mesh.faces {
+            face.rotate_left(rng.random_range(0..3));
+            if rng.random() {
+                face.swap(1, 2);
+            }
+        }
+        mesh
+    }
+
+    /// A band of n cells with so many half twists.
+    fn band(n: u32, twists: u32) -> Mesh {
+        let point = |i: u32, side: f64| {
+            let s = TAU * f64::from(i) / f64::from(n);
+            let t = 0.5 * f64::from(twists) * s;
+            let out = 1.0 + side * 0.3 * t.cos();
+            Point3::new(out * s.cos(), out * s.sin(), side * 0.3 * t.sin())
+        };
+        let vertices = (0..n).flat_map(|i| [-1.0, 0.0, 1.0].map(|side| point(i, side))).collect();
+        let at = |i: u32, row: u32| {
+            let turned = i == n && !twists.is_multiple_of(2);
+            3 * (i % n) + if turned { 2 - row } else { row }
+        };
+        let cell = |i: u32, row: u32| {
+            let [a, b, c, d] = [at(i, row), at(i + 1, row), at(i + 1, row + 1), at(i, row + 1)];
+            [[a, b, c], [a, c, d]]
+        };
+        let faces = (0..n).flat_map(|i| [cell(i, 0), cell(i, 1)].concat()).collect();
+        Mesh::new(vertices, faces)
+    }
+
+    #[test]
+    fn turned_faces_turn_back() {
+        for mesh in [
+            shape("sphere:3"),
+            shape("torus:30x20"),
+            shape("torus:7x5"),
+            flipped(shape("sphere:2")),
+        ] {
+            let upright = orient(&mesh);
+            let curvature = mean_curvature(&upright.mesh);
+            assert_eq!(Statistics::of(&upright.mesh).inconsistent_edges, 0);
+            for seed in 0..4 {
+                let oriented = orient(&disturbed(&mesh, seed));
+                assert_eq!(oriented.inconsistent_edges, 0);
+                for (h, g) in mean_curvature(&oriented.mesh).iter().zip(&curvature) {
+                    assert!((h - g).abs() <= 1e-9 * g.abs().max(1.0));
+                }
+            }
+            assert_eq!(orient(&upright.mesh), Oriented { turned: 0, ..upright.clone() });
+            let oriented = orient(&inside_out(upright.mesh.clone()));
+            assert_eq!((oriented.turned, oriented.inconsistent_edges), (mesh.faces.len(), 0));
+        }
+    }
+
+    /// Each closed surface by itself, wherever it lies and how small it is.
+    #[test]
+    fn closed_surfaces_face_outwards() {
+        let sphere = shape("sphere:3");
+        let far = |mut mesh: Mesh| {
+            mesh.vertices.iter_mut().for_each(|x| *x += Vector3::new(1e4, -2e4, 5e3));
+            mesh
+        };
+        let small = sphere.clone().scaled(0.5);
+        let nested =
+            disjoint([disturbed(&sphere, 1), inside_out(small), far(inside_out(sphere.clone()))]);
+        let oriented = orient(&nested);
+        let curvature = mean_curvature(&oriented.mesh);
+        let n = sphere.vertices.len();
+        for (k, h) in curvature.iter().enumerate() {
+            let expected = if k / n == 1 { 2.0 } else { 1.0 };
+            assert!((h / expected - 1.0).abs() < 0.02, "{h}");
+        }
+        for tiny in [1e-30, 1e30] {
+            assert_eq!(orient(&inside_out(sphere.clone().scaled(tiny))).turned, sphere.faces.len());
+        }
+    }
+
+    #[test]
+    fn open_surfaces_keep_the_winding_of_most_of_their_area() {
+        let mut bowl = shape("sphere:3");
+        bowl.faces.retain(|face| face.iter().all(|&k| bowl.vertices[k as usize].z < 0.3));
+        for most in [bowl.clone(), inside_out(bowl)] {
+            let mut mesh = most.clone();
+            mesh.faces.iter_mut().step_by(3).for_each(|face| face.swap(0, 1));
+            let oriented = orient(&mesh);
+            let normals = |mesh: &Mesh, j: usize| mesh.area_vector(j);
+            assert!(
+                (0..most.faces.len())
+                    .all(|j| { normals(&oriented.mesh, j).dot(&normals(&most, j)) > 0.0 })
+            );
+            assert_eq!(oriented.turned, most.faces.len().div_ceil(3));
+        }
+    }
+
+    #[test]
+    fn bands_with_a_half_twist_have_one_side() {
+        for (twists, sided) in [(0, true), (1, false), (2, true), (3, false)] {
+            let oriented = orient(&disturbed(&band(40, twists), 8));
+            assert_eq!(oriented.inconsistent_edges == 0, sided, "{twists}");
+            let exact = Statistics::of(&oriented.mesh).inconsistent_edges;
+            assert_eq!(oriented.inconsistent_edges, exact);
+        }
+    }
+
+    /// Two cubes at an edge are two closed surfaces; three sheets at an edge disagree by one direction at the most.
+    #[test]
+    fn edges_of_many_faces_part_the_surfaces() {
+        let cube = |shift: f64| {
+            let at = |i: u32| [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+            let vertices: Vec<_> =
+                (0..8).map(|i| Point3::from(at(i)) + Vector3::new(shift, shift, 0.0)).collect();
+            let quads = [
+                [0, 2, 3, 1],
+                [4, 5, 7, 6],
+                [0, 1, 5, 4],
+                [2, 6, 7, 3],
+                [0, 4, 6, 2],
+                [1, 3, 7, 5],
+            ];
+            Mesh::new(
+                vertices,
+                quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+            )
+        };
+        let touching = disjoint([cube(0.0), inside_out(cube(1.0))]);
+        let welded = crate::mesh::Weld::exact(&touching).unwrap().mesh;
+        assert_eq!(Statistics::of(&welded).non_manifold_edges, 1);
+        let oriented = orient(&welded);
+        assert_eq!((oriented.turned, oriented.inconsistent_edges), (12, 0));
+
+        let points = [
+            [0.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [1.0, 0.0, 0.0],
+            [-1.0, 1.0, 0.0],
+            [-1.0, -1.0, 0.0],
+        ];
+        let sheets =
+            |faces: &[[u32; 3]]| Mesh::new(points.map(Point3::from).to_vec(), faces.to_vec());
+        assert_eq!(orient(&sheets(&[[0, 1, 2], [1, 0, 3], [1, 0, 4]])).inconsistent_edges, 0);
+        assert_eq!(orient(&sheets(&[[0, 1, 2], [0, 1, 3], [0, 1, 4]])).inconsistent_edges, 1);
+    }
+
+    #[test]
+    fn twins_count_once() {
+        let sphere = shape("sphere:2");
+        let mut both = sphere.clone();
+        both.faces.extend(inside_out(sphere.clone()).faces);
+        both.faces.extend([[0, 0, 1], [3, 3, 3]]);
+        let oriented = orient(&both);
+        assert_eq!(oriented.mesh.faces, sphere.faces);
+        assert_eq!((oriented.turned, oriented.inconsistent_edges), (0, 0));
+    }
+
+    /// Turning, renumbering and all that a mesh may be.
+    #[test]
+    fn nothing_depends_on_the_order() {
+        for (name, mesh) in zoo() {
+            let (renumbered, before) = shuffled(&mesh, &mut rng(31));
+            let (a, b) = (orient(&mesh), orient(&renumbered));
+            assert_eq!(a.mesh.faces.len(), b.mesh.faces.len(), "{name}");
+            if !["non-manifold", "soup", "flipped"].contains(&name) {
+                assert_eq!(
+                    (a.turned, a.inconsistent_edges),
+                    (b.turned, b.inconsistent_edges),
+                    "{name}"
+                );
+                let curvature = mean_curvature(&a.mesh);
+                for (v, h) in mean_curvature(&b.mesh).into_iter().enumerate() {
+                    let g = curvature[before[v] as usize];
+                    assert!(
+                        h.is_nan() == g.is_nan()
+                            && (g.is_nan() || (h - g).abs() <= 1e-6 * g.abs().max(1.0)),
+                        "{name}"
+                    );
+                }
+            }
+        }
+    }
+}
