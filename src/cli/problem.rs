@@ -6,8 +6,8 @@ use clap::Subcommand;
 use meshseg::exchange::{DUAL_STEPS, End, Exchanged, Iterates, certify};
 use meshseg::experiment::{Places, Spec};
 use meshseg::operator::Mass;
-use meshseg::outcome::{self, Looks};
-use meshseg::render::colormap::categorical;
+use meshseg::outcome;
+use meshseg::render::View;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::Request;
 use meshseg::solver::Options;
@@ -16,9 +16,9 @@ use meshseg::{Error, Result};
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
-use super::solve::{Init, cheapest};
+use super::solve::Init;
 use super::solving::{exit, summary_lines};
-use super::{Outcome, named, print, table, warn};
+use super::{Outcome, named, preview, print, table, warn};
 
 /// Problems for solvers outside the program, and what they bring back
 #[derive(Subcommand)]
@@ -215,11 +215,8 @@ fn import(arguments: &ImportTrace) -> Outcome {
     if solution.summary.status == Status::Failed {
         return Err(Error::unsuitable(solution.summary.warnings.join("; ")).into());
     }
-    let data = || problem.f.outer_iter().map(|f| categorical(cheapest(f))).collect();
-    let looks = Looks {
-        regions: (0..problem.f.ncols()).map(categorical).collect(),
-        data: (!no_preview).then(data),
-    };
+    let (mesh, labels) = (&problem.mesh, &solution.labels);
+    let looks = preview::of_costs(mesh, &problem.f, labels, View::Auto, !no_preview);
     outcome::write(out, &solution.summary, &solution, &problem.mesh, &looks)?;
     let summary = &solution.summary;
     warn(&summary.warnings);

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use meshseg::data::seen::{self, DataSource, Seen};
-use meshseg::data::{Data, RegionParameters};
+use meshseg::data::{Data, RegionParameters, looks};
 use meshseg::mesh::Source;
 use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::outcome::{self, Looks};
+use meshseg::outcome::{self, Looks, Shown};
+use meshseg::render;
+use meshseg::render::colormap::categorical;
 use meshseg::segment::{Alternation, Initial, Segmentation, segment};
 use meshseg::solve::{Summary, check_mesh};
 use meshseg::{Error, sweep};
@@ -14,7 +16,7 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, print, table, warn};
+use super::{Outcome, named, note, preview, print, table, warn};
 
 /// Segment colors, a texture, curvature or other data on a mesh into regions.
 ///
@@ -151,9 +153,18 @@ fn run_here(arguments: &Arguments) -> Outcome {
         scale,
         region_parameters: &regions,
     };
+    let drawn = |(p, region): (usize, &Region)| render::Region {
+        color: region.palette,
+        mean: region.color,
+        text: preview::legend(p, region.share, &region.parameters.mean),
+    };
     let looks = Looks {
-        regions: regions.iter().map(|region| region.color).collect(),
-        data: (!solving.no_preview).then(|| seen.looks.clone()),
+        regions: regions.iter().enumerate().map(drawn).collect(),
+        data: (!solving.no_preview).then(|| Shown {
+            colors: seen.looks.clone(),
+            caption: looks::words(&seen.data, &seen.name, seen.unit_range, &cells),
+            view: solving.view,
+        }),
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
@@ -179,8 +190,10 @@ fn default_lambda(data: &Data, area: &[f64]) -> f64 {
 struct Region {
     #[serde(flatten)]
     parameters: RegionParameters,
-    /// Mean of the shown colors over its vertices.
-    color: [f64; 3],
+    /// As which it is drawn.
+    palette: [f64; 3],
+    /// Mean of the shown colors over its vertices, if it has any.
+    color: Option<[f64; 3]>,
     /// Of its share of the vertices' barycentric cells.
     area: f64,
     /// Of the whole area.
@@ -203,27 +216,24 @@ struct SegmentSummary<'a> {
     region_parameters: &'a [Region],
 }
 
-/// Looks of a region that has no vertex.
-const EMPTY: [f64; 3] = [0.5; 3];
-
 fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> Vec<Region> {
     let m = segmentation.parameters.len();
     let mut areas = vec![0.0; m];
-    let mut sums = vec![[0.0; 3]; m];
-    for (k, &label) in segmentation.solution.labels.iter().enumerate() {
-        areas[label as usize] += area[k];
-        for (sum, color) in sums[label as usize].iter_mut().zip(seen.looks[k]) {
-            *sum += area[k] * color;
-        }
+    let labels = &segmentation.solution.labels;
+    for (&label, area) in labels.iter().zip(area) {
+        areas[label as usize] += area;
     }
+    let colors = preview::means(&seen.looks, labels, area, m);
     let total: f64 = area.iter().sum();
     let parameters = segmentation.parameters.iter().cloned();
     parameters
         .zip(areas)
-        .zip(sums)
-        .map(|((parameters, area), sum)| Region {
+        .zip(colors)
+        .enumerate()
+        .map(|(p, ((parameters, area), color))| Region {
             parameters,
-            color: if area > 0.0 { sum.map(|sum| (sum / area).clamp(0.0, 1.0)) } else { EMPTY },
+            palette: categorical(p),
+            color,
             area,
             share: area / total,
         })
@@ -232,15 +242,19 @@ fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> V
 
 fn regions_table(regions: &[Region]) -> String {
     let mut rows: Vec<Vec<String>> =
-        vec![["region", "mean", "color", "area", "share"].map(String::from).to_vec()];
+        vec![["region", "drawn", "color", "mean", "area", "share"].map(String::from).to_vec()];
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
         let mean: Vec<String> =
             region.parameters.mean.iter().map(|mu| format!("{mu:.3}")).collect();
-        let [r, g, b] = region.color.map(|c| (255.0 * c).round() as u8);
+        let hex = |color: [f64; 3]| {
+            let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
+            format!("#{r:02x}{g:02x}{b:02x}")
+        };
         vec![
             p.to_string(),
+            hex(region.palette),
+            region.color.map_or_else(String::new, hex),
             mean.join(" "),
-            format!("#{r:02x}{g:02x}{b:02x}"),
             format!("{:.4}", region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]

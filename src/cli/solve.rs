@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use meshseg::outcome::{self, Looks};
-use meshseg::render::colormap::categorical;
 use meshseg::start::Start;
-use meshseg::{Result, npy, solve, sweep};
-use ndarray::{Array2, ArrayView1};
+use meshseg::{Result, npy, outcome, solve, sweep};
+use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, print, table, warn};
+use super::{Outcome, preview, print, table, warn};
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
 ///
@@ -105,20 +103,12 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let solution = solve::solve(&mesh, &costs, &start, &request, &mut observe)?;
     progress.finish();
 
-    let data = || costs.outer_iter().map(|s| categorical(cheapest(s))).collect();
-    let looks = Looks {
-        regions: (0..costs.ncols()).map(categorical).collect(),
-        data: (!solving.no_preview).then(data),
-    };
+    let draw = !solving.no_preview;
+    let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
     outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks)?;
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);
     lines.push(("written to", solving.out.display().to_string()));
     exit(summary.status, print(&table::pairs(&lines)))
-}
-
-/// The region with the least cost.
-pub fn cheapest(s: ArrayView1<f64>) -> usize {
-    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
 }

@@ -3,6 +3,7 @@
 
 pub mod constant;
 pub mod kmeans;
+pub mod looks;
 pub mod range;
 pub mod seen;
 pub mod synthetic;

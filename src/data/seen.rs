@@ -4,9 +4,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use super::Data;
 use super::range::robust_unit_range;
 use super::texture::{Texture, colors_at_vertices};
+use super::{Data, looks};
 use crate::error::{Error, Result};
 use crate::mesh::curvature::mean_curvature;
 use crate::mesh::geometry::barycentric_areas;
@@ -101,17 +101,11 @@ fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
     Ok(Seen { data, looks: colors, name, unit_range: None })
 }
 
-/// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
-/// column.
+/// Data from a file.
 fn numbers(mesh: &Mesh, path: &Path) -> Result<Seen> {
     let array = npy::read_data(path)?;
     npy::check_rows(path, &array, mesh.vertices.len())?;
-    let looks = if array.ncols() == 3 && array.iter().all(|x| (0.0..=1.0).contains(x)) {
-        array.outer_iter().map(|row| [row[0], row[1], row[2]]).collect()
-    } else {
-        let (unit, _) = robust_unit_range(&array.column(0).to_vec(), &barycentric_areas(mesh));
-        unit.into_iter().map(sequential).collect()
-    };
     let data = Data::new(array.ncols(), array.iter().copied().collect())?;
+    let looks = looks::colors(&data, &barycentric_areas(mesh));
     Ok(Seen { data, looks, name: path.display().to_string(), unit_range: None })
 }
