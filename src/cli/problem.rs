@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use meshseg::exchange::{DUAL_STEPS, End, Exchanged, Iterates, certify};
-use meshseg::experiment::{Places, Spec};
+use meshseg::experiment::{Places, Spec, did_you_mean};
 use meshseg::operator::Mass;
 use meshseg::outcome;
 use meshseg::render::View;
@@ -160,7 +160,11 @@ impl Export {
         let Some(cell) = cell else {
             let labels: Vec<String> =
                 spec.instances.iter().map(|cell| format!("{:?}", cell.label)).collect();
-            let message = format!("name one of its instances: --instance {}", labels.join(" or "));
+            let all = spec.instances.iter().map(|cell| cell.label.as_str());
+            let meant =
+                self.instance.as_ref().map_or(String::new(), |given| did_you_mean(given, all));
+            let message =
+                format!("name one of its instances: --instance {}{meant}", labels.join(" or "));
             return Err(Error::malformed(&self.input, message));
         };
         let places = Places {
@@ -168,7 +172,9 @@ impl Export {
             data: (self.data_dir.clone())
                 .or_else(|| std::env::var_os("MESHSEG_DATA").map(Into::into)),
         };
-        let instance = places.instance(cell)?;
+        let instance = places
+            .instance(cell)
+            .map_err(|missing| spec.misfit(places.blame(cell), Error::from(missing)))?;
         Exchanged::new(&instance.mesh, &instance.costs, cell.lambda, cell.mass, &Start::Argmin)
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::machine::{Machine, Program};
 use super::runner::Manifest;
 use super::store::Store;
 use crate::error::{Error, Result};
@@ -110,6 +111,54 @@ impl Done {
             None if key == "solver" => first("solver")?.get("name"),
             None => first("instance")?.get(key).or_else(|| first("solver")?.get(key)),
         }
+    }
+}
+
+/// Where and by what a run was made.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Origin {
+    pub host: String,
+    pub cpu: String,
+    pub version: String,
+    pub commit: String,
+    pub dirty: bool,
+}
+
+impl Origin {
+    /// Of the run in a folder.
+    ///
+    /// # Errors
+    /// A manifest that is missing or damaged.
+    pub fn of(folder: &Path) -> Result<Self> {
+        let Manifest { program, machine, .. } = json(&folder.join("manifest.json"))?;
+        Ok(Origin::new(&program, &machine))
+    }
+
+    fn new(program: &Program, machine: &Machine) -> Self {
+        Origin {
+            host: machine.host.clone(),
+            cpu: machine.cpu.clone(),
+            version: program.version.clone(),
+            commit: program.commit.clone(),
+            dirty: program.dirty,
+        }
+    }
+
+    /// Whether this machine and this program would make the same run.
+    pub fn is_here(&self, program: &Program, machine: &Machine) -> bool {
+        *self == Origin::new(program, machine)
+    }
+
+    /// In words.
+    pub fn sentence(&self, machine: &Machine) -> String {
+        let place = if self.host == machine.host {
+            "on this machine".to_owned()
+        } else {
+            format!("on another machine ({}, {})", self.host, self.cpu)
+        };
+        let commit = self.commit.get(..12).unwrap_or(&self.commit);
+        let changes = if self.dirty { " and changes" } else { "" };
+        format!("{place} by version {} at commit {commit}{changes}", self.version)
     }
 }
 

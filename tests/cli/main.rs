@@ -1,5 +1,6 @@
 //! The program from outside: command lines, files, exit codes.
 
+mod cases;
 mod evaluate;
 mod experiment;
 mod inputs;
