@@ -151,7 +151,8 @@ impl Origin {
 
     /// In words.
     pub fn sentence(&self, machine: &Machine) -> String {
-        let place = if self.host == machine.host {
+        // Hosts of one name, such as "localhost", may be different ones.
+        let place = if self.host == machine.host && self.cpu == machine.cpu {
             "on this machine".to_owned()
         } else {
             format!("on another machine ({}, {})", self.host, self.cpu)
