@@ -7,7 +7,9 @@
 //! The line along the cut is thinner where a region is: it covers no more than half of it. How wide a region is
 //! at a pixel is the shortest of its runs through that pixel in eight directions, or through one a step further.
 
-use super::bands::{for_each_band, for_each_row};
+use std::ops::Range;
+
+use super::bands::{for_each_band, for_each_row, map};
 use super::visibility::Visibility;
 use crate::mesh::Mesh;
 
@@ -17,6 +19,8 @@ pub(super) const NOWHERE: u32 = u32::MAX;
 pub(super) const LINE: f64 = 3.0;
 /// A line as wide as that is thinned by regions that are narrower than this.
 const WIDE: usize = 7;
+/// Rows that a thread takes at once to look for the cut.
+const BAND: usize = 128;
 
 /// U with its regions at the vertices.
 pub(super) struct LabelField<'a> {
@@ -91,20 +95,27 @@ impl<'a> LabelField<'a> {
 
     /// How often a step to the right or down crosses the visible cut.
     pub fn count_crossings(&self, visibility: &Visibility, regions: &[u32]) -> usize {
-        steps(visibility, regions).count()
+        steps(visibility, regions, 0..regions.len()).count()
     }
 
     /// The visible cut, one crossing for each step to the right or down that changes the region.
     pub fn crossings(&self, visibility: &Visibility, regions: &[u32]) -> Vec<Crossing> {
         let size = [visibility.width, visibility.height];
-        let crossing = |(i, k): (usize, usize)| {
-            let places = [i, k].map(|i| visibility.front(i).map_or([0.0; 2], |(_, place)| place));
-            let t = self.fraction(visibility, [i, k], [regions[i], regions[k]]);
-            let [x, y] = [0, 1].map(|c| places[0][c] + t * (places[1][c] - places[0][c]));
-            let width = breadth(regions, size, i).min(breadth(regions, size, k));
-            Crossing { from: i, x, y, radius: (width / 4.0).min(LINE / 2.0) }
-        };
-        steps(visibility, regions).map(crossing).collect()
+        let bands: Vec<_> = (0..visibility.height).step_by(BAND).collect();
+        let found = map(&bands, |&first| {
+            let mut breadths = Breadths { regions, size, known: vec![0.0; regions.len()] };
+            let rows = first * size[0]..(first + BAND).min(size[1]) * size[0];
+            let crossing = |(i, k): (usize, usize)| {
+                let place = |i: usize| visibility.front(i).map_or([0.0; 2], |(_, place)| place);
+                let places = [place(i), place(k)];
+                let t = self.fraction(visibility, [i, k], [regions[i], regions[k]]);
+                let [x, y] = [0, 1].map(|c| places[0][c] + t * (places[1][c] - places[0][c]));
+                let width = f64::from(breadths.at(i).min(breadths.at(k)));
+                Crossing { from: i, x, y, radius: (width / 4.0).min(LINE / 2.0) }
+            };
+            steps(visibility, regions, rows).map(crossing).collect::<Vec<_>>()
+        });
+        found.into_iter().flatten().collect()
     }
 
     /// Where u_p - u_q vanishes between two pixels of the regions p and q.
@@ -120,14 +131,15 @@ impl<'a> LabelField<'a> {
     }
 }
 
-/// The pairs of neighboring pixels that the cut parts.
+/// The pairs of neighboring pixels that the cut parts, the first one among some.
 fn steps<'a>(
     visibility: &'a Visibility,
     regions: &'a [u32],
+    pixels: Range<usize>,
 ) -> impl Iterator<Item = (usize, usize)> + 'a {
     let width = visibility.width;
     let count = regions.len();
-    (0..count).flat_map(move |i| {
+    pixels.flat_map(move |i| {
         let right = ((i + 1) % width != 0).then_some(i + 1);
         let below = (i + width < count).then_some(i + width);
         let parted = move |k: &usize| {
@@ -140,38 +152,57 @@ fn steps<'a>(
     })
 }
 
-/// How wide a region is around pixel i: at its corners it is as wide as a little further inside.
-fn breadth(regions: &[u32], size: [usize; 2], i: usize) -> f64 {
-    let [width, height] = size.map(|length| length as isize);
-    let (x, y) = (i as isize % width, i as isize / width);
-    let mut broadest = thickness(regions, size, i);
-    for (dx, dy) in [(2, 0), (0, 2), (-2, 0), (0, -2), (2, 2), (-2, 2), (2, -2), (-2, -2)] {
-        let (x, y) = (x + dx, y + dy);
-        if broadest < WIDE as f64 && (0..width).contains(&x) && (0..height).contains(&y) {
-            let k = (y * width + x) as usize;
-            if regions[k] == regions[i] {
-                broadest = broadest.max(thickness(regions, size, k));
-            }
-        }
-    }
-    broadest
+/// How wide regions are around pixels.
+struct Breadths<'a> {
+    regions: &'a [u32],
+    size: [usize; 2],
+    /// The lengths of the shortest runs, 0 where none was asked for.
+    known: Vec<f32>,
 }
 
-/// The length of the shortest run of one region through pixel i, in eight directions; at most `WIDE`.
-fn thickness(regions: &[u32], [width, height]: [usize; 2], i: usize) -> f64 {
-    let (x, y) = ((i % width) as isize, (i / width) as isize);
-    let same = |dx: isize, dy: isize, n: isize| {
-        let (x, y) = (x + n * dx, y + n * dy);
-        (0..width as isize).contains(&x)
-            && (0..height as isize).contains(&y)
-            && regions[y as usize * width + x as usize] == regions[i]
-    };
-    let run = |(dx, dy): (isize, isize)| {
-        let ahead = (1..WIDE as isize).take_while(|&n| same(dx, dy, n)).count();
-        let behind = (1..(WIDE - ahead) as isize).take_while(|&n| same(dx, dy, -n)).count();
-        (1 + ahead + behind) as f64 * (dx as f64).hypot(dy as f64)
-    };
-    [(1, 0), (0, 1), (1, 1), (1, -1)].into_iter().map(run).fold(WIDE as f64, f64::min)
+impl Breadths<'_> {
+    /// At the corners of a region it is as wide as a little further inside.
+    fn at(&mut self, i: usize) -> f32 {
+        let [width, height] = self.size.map(|length| length as isize);
+        let (x, y) = (i as isize % width, i as isize / width);
+        let mut broadest = self.thickness(i);
+        for (dx, dy) in [(2, 0), (0, 2), (-2, 0), (0, -2), (2, 2), (-2, 2), (2, -2), (-2, -2)] {
+            let (x, y) = (x + dx, y + dy);
+            if broadest < WIDE as f32 && (0..width).contains(&x) && (0..height).contains(&y) {
+                let k = (y * width + x) as usize;
+                if self.regions[k] == self.regions[i] {
+                    broadest = broadest.max(self.thickness(k));
+                }
+            }
+        }
+        broadest
+    }
+
+    /// The length of the shortest run of one region through pixel i, in eight directions; at most `WIDE`.
+    fn thickness(&mut self, i: usize) -> f32 {
+        if self.known[i] == 0.0 {
+            let run = |(dx, dy, step)| step * self.run(i, dx, dy) as f32;
+            let diagonal = std::f32::consts::SQRT_2;
+            let lines = [(1, 0, 1.0), (0, 1, 1.0), (1, 1, diagonal), (1, -1, diagonal)];
+            self.known[i] = lines.into_iter().map(run).fold(WIDE as f32, f32::min);
+        }
+        self.known[i]
+    }
+
+    /// How many pixels of one region lie ahead of and behind pixel i, itself included.
+    fn run(&self, i: usize, dx: isize, dy: isize) -> usize {
+        let [width, height] = self.size.map(|length| length as isize);
+        let (x, y) = (i as isize % width, i as isize / width);
+        let same = |n: isize| {
+            let (x, y) = (x + n * dx, y + n * dy);
+            (0..width).contains(&x)
+                && (0..height).contains(&y)
+                && self.regions[(y * width + x) as usize] == self.regions[i]
+        };
+        let ahead = (1..WIDE as isize).take_while(|&n| same(n)).count();
+        let behind = (1..(WIDE - ahead) as isize).take_while(|&n| same(-n)).count();
+        1 + ahead + behind
+    }
 }
 
 /// The index of the largest value, the first of equals.
@@ -201,7 +232,8 @@ pub(super) fn line(visibility: &Visibility, cut: &[Crossing]) -> Vec<u8> {
             for row in range(*y, *radius, rows.start, rows.end) {
                 for column in range(*x, *radius, 0, width) {
                     let i = row * width + column;
-                    let distance = (column as f64 + 0.5 - x).hypot(row as f64 + 0.5 - y);
+                    let (dx, dy) = (column as f64 + 0.5 - x, row as f64 + 0.5 - y);
+                    let distance = (dx * dx + dy * dy).sqrt();
                     let most = (2.0 * radius).min(1.0);
                     let covered = (255.0 * (radius + 0.5 - distance).clamp(0.0, most)) as u8;
                     let covers = &mut band[i - first * width];

@@ -123,13 +123,13 @@ impl Scene {
         let cut = Vector3::from(linear_from_srgb(CUT_COLOR));
 
         // The colors of a fragment in the two pictures.
-        let colors = |i: usize, Fragment { face, samples }: &Fragment| {
-            let facet = &facets[*face];
+        let colors = |i: usize, fragment: &Fragment| {
+            let facet = &facets[fragment.face];
             let region = match facet.region {
                 Some(p) => self.regions[p as usize],
-                None => self.mixed(field, &visibility, i, *face, *samples),
+                None => self.mixed(field, &visibility, &facet.planes, i, fragment),
             };
-            facet.colors(visibility.middle(i, *samples), region, normals.is_some())
+            facet.colors(visibility.middle(i, fragment.samples), region, normals.is_some())
         };
 
         let width = visibility.width;
@@ -201,14 +201,14 @@ impl Scene {
         &self,
         field: &LabelField,
         visibility: &Visibility,
+        planes: &Planes,
         i: usize,
-        face: usize,
-        samples: u8,
+        Fragment { face, samples }: &Fragment,
     ) -> Vector3<f32> {
         let mut sum = Vector3::<f32>::zeros();
         for s in (0..SAMPLES).filter(|s| samples >> s & 1 == 1) {
-            let barycentric = visibility.barycentric(face, visibility.middle(i, 1 << s));
-            sum += self.regions[field.at(face, &barycentric) as usize];
+            let barycentric = planes.barycentric(visibility.middle(i, 1 << s)).map(f64::from);
+            sum += self.regions[field.at(*face, &barycentric) as usize];
         }
         sum / samples.count_ones() as f32
     }
