@@ -33,6 +33,7 @@ pub mod experiment;
 pub mod field;
 pub mod figure;
 pub mod file;
+mod font;
 #[cfg(target_os = "linux")]
 pub mod memory;
 pub mod mesh;

@@ -2,26 +2,35 @@
 //!
 //! Other programs read it; DESIGN.md section 3 fixes the names and contents. It appears whole or not at all.
 
+use std::io::Write;
 use std::path::Path;
 
-use image::ImageFormat;
+use image::RgbImage;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, io};
 use crate::npy;
-use crate::render;
+use crate::render::{Picture, Region, View};
 use crate::run::{Certificate, Sample};
 use crate::solve::Solution;
 use crate::sweep;
 
 /// How the regions and the data look.
 pub struct Looks {
-    /// One color per region.
-    pub regions: Vec<[f64; 3]>,
-    /// One color per vertex; without them no picture is drawn.
-    pub data: Option<Vec<[f64; 3]>>,
+    pub regions: Vec<Region>,
+    /// Without it no picture is drawn.
+    pub data: Option<Shown>,
+}
+
+/// The data in the picture.
+pub struct Shown {
+    /// One per vertex; NaN where the data is not known.
+    pub colors: Vec<[f64; 3]>,
+    /// What they are.
+    pub caption: String,
+    pub view: View,
 }
 
 /// Writes the folder. `summary` becomes `summary.json`.
@@ -41,19 +50,19 @@ pub fn write(
             npy::write(&folder.join("labels.npy"), &solution.labels)
         };
         let labels: Vec<u8> = solution.labels.iter().map(|&label| label as u8).collect();
+        let palette: Vec<[f64; 3]> = looks.regions.iter().map(|region| region.color).collect();
         let segmented =
-            || io::write_labeled(&folder.join("segmented.ply"), mesh, &labels, &looks.regions);
+            || io::write_labeled(&folder.join("segmented.ply"), mesh, &labels, &palette);
         let (arrays, segmented) = sweep::join(arrays, segmented);
         arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
 
-        if let Some(data) = &looks.data {
+        if let Some(Shown { colors, caption, view }) = &looks.data {
             let u = solution.u.as_slice().expect("rows are contiguous");
-            let image = render::preview(mesh, data, &looks.regions, u);
+            let regions = &looks.regions;
+            let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
             file::write(&folder.join("preview.png"), |out| {
-                let mut png = std::io::Cursor::new(Vec::new());
-                image.write_to(&mut png, ImageFormat::Png).map_err(std::io::Error::other)?;
-                out.write_all(png.get_ref())
+                png(out, &image).map_err(std::io::Error::other)
             })?;
         }
         file::write(&folder.join("summary.json"), |out| {
@@ -73,6 +82,17 @@ pub fn write(
         }
     }
     Ok(())
+}
+
+/// Quickly: the file is a third larger than it could be.
+fn png(out: &mut dyn Write, image: &RgbImage) -> std::result::Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(out, image.width(), image.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::FilterType::Up);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(image)?;
+    writer.finish()
 }
 
 pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {

@@ -9,7 +9,8 @@ use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use meshseg::Result;
 use meshseg::experiment::{
-    self, Cluster, Command, Done, Event, Places, Plan, Planned, Program, Spec, Store,
+    self, Cluster, Command, Done, Event, Machine, Places, Plan, Planned, Program, Spec, Store,
+    one_line, operand,
 };
 use sha2::{Digest, Sha256};
 
@@ -146,7 +147,7 @@ impl Selection {
 
     /// How a job calls the program: as it was called here.
     fn command(&self, folder: &Path) -> Command {
-        let mut run = vec![self.file.display().to_string()];
+        let mut run = vec![operand(&self.file.display().to_string())];
         run.extend(["--results".to_owned(), self.results.display().to_string()]);
         if let Some(data) = self.places().data {
             run.extend(["--data-dir".to_owned(), data.display().to_string()]);
@@ -154,7 +155,7 @@ impl Selection {
         Command {
             program: std::env::args().next().unwrap_or_else(|| "meshseg".into()),
             run,
-            report: folder.display().to_string(),
+            report: operand(&folder.display().to_string()),
         }
     }
 
@@ -178,7 +179,7 @@ fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
     let mut progress = Progress::new(spec.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |event: Event<'_>| match event {
         Event::Skipped(label) => {
-            note(&format!("skipped: {label}: needs --data-dir or MESHSEG_DATA"));
+            note(&format!("skipped: {}: needs --data-dir or MESHSEG_DATA", one_line(label)));
             ControlFlow::Continue(())
         }
         Event::Begins { index, all, run } => {
@@ -206,6 +207,11 @@ fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
     let tally =
         experiment::run(&plan, &selection.places(), &store, &program(), *force, &mut observe)?;
     progress.finish();
+    for (origin, count) in &tally.foreign {
+        let runs = if *count == 1 { "1 run is" } else { &format!("{count} runs are") };
+        let made = origin.sentence(&Machine::this());
+        note(&format!("{runs} there, made {made}; --force makes them here"));
+    }
     let mut lines = vec![
         ("made", tally.made.to_string()),
         ("there before", tally.there.to_string()),
@@ -226,7 +232,7 @@ fn describe(run: &Planned<'_>) -> String {
         0 => String::new(),
         n => format!(", repetition {}", n + 1),
     };
-    format!("{} on {}{again}", run.solver.label, run.instance.label)
+    one_line(&format!("{} on {}{again}", run.solver.label, run.instance.label))
 }
 
 fn list(selection: &Selection) -> Outcome {
@@ -253,18 +259,19 @@ fn list(selection: &Selection) -> Outcome {
         };
         rows.push(vec![
             run.id.clone(),
-            run.instance.label.clone(),
-            run.solver.label.clone(),
+            one_line(&run.instance.label),
+            one_line(&run.solver.label),
             (run.repetition + 1).to_string(),
             state,
         ]);
     }
-    let mut lines = vec![("question", spec.question.clone())];
+    let mut lines = vec![("question", one_line(&spec.question))];
     lines.push(("runs", format!("{}, {} missing", plan.runs.len(), left.runs)));
     if left.runs > 0 {
         lines.push(("time", left.sentence()));
     }
     for label in &plan.skipped {
+        let label = one_line(label);
         lines.push(("skipped", format!("{label}: needs --data-dir or MESHSEG_DATA")));
     }
     Ok(print(&(table::columns(&rows) + "\n" + &table::pairs(&lines)))?)
@@ -272,13 +279,17 @@ fn list(selection: &Selection) -> Outcome {
 
 fn report(folder: &Path) -> Outcome {
     let report = experiment::report(folder, env!("CARGO_PKG_VERSION"))?;
+    for word in &report.kept {
+        note(word);
+    }
     let mut lines = vec![("runs", format!("{}, {} missing", report.runs, report.missing))];
     let paths =
         |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
     lines.extend(paths(&report.figures).into_iter().map(|path| ("figure", path)));
     lines.extend(paths(&report.tables).into_iter().map(|path| ("table", path)));
     lines.push(("page", report.page.display().to_string()));
-    Ok(print(&table::pairs(&lines))?)
+    print(&table::pairs(&lines))?;
+    report.empty.map_or(Ok(()), |error| Err(error.into()))
 }
 
 fn why(file: &Path) -> Outcome {
@@ -289,8 +300,8 @@ fn why(file: &Path) -> Outcome {
         let commit = why.commit.get(..12).unwrap_or(&why.commit).to_owned();
         vec![
             why.id,
-            why.instance,
-            why.solver,
+            one_line(&why.instance),
+            one_line(&why.solver),
             (why.repetition + 1).to_string(),
             if why.dirty { commit + " and changes" } else { commit },
             why.command,

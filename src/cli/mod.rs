@@ -8,6 +8,7 @@ mod experiment;
 mod inputs;
 mod mesh;
 mod operators;
+mod preview;
 mod problem;
 mod progress;
 mod segment;

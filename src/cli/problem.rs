@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use meshseg::certificate::DUAL_STEPS;
 use meshseg::exchange::{End, Exchanged, Iterates, certify};
-use meshseg::experiment::{Places, Spec};
+use meshseg::experiment::{Places, Spec, did_you_mean};
 use meshseg::operator::Mass;
-use meshseg::outcome::{self, Looks};
-use meshseg::render::colormap::categorical;
+use meshseg::outcome;
+use meshseg::render::View;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::Request;
 use meshseg::solver::Options;
@@ -17,9 +17,9 @@ use meshseg::{Error, Result};
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
-use super::solve::{Init, look};
+use super::solve::Init;
 use super::solving::{exit, summary_lines};
-use super::{Outcome, named, print, table, warn, welding};
+use super::{Outcome, named, preview, print, table, warn, welding};
 
 /// Problems for solvers outside the program, and what they bring back
 #[derive(Subcommand)]
@@ -162,7 +162,11 @@ impl Export {
         let Some(cell) = cell else {
             let labels: Vec<String> =
                 spec.instances.iter().map(|cell| format!("{:?}", cell.label)).collect();
-            let message = format!("name one of its instances: --instance {}", labels.join(" or "));
+            let all = spec.instances.iter().map(|cell| cell.label.as_str());
+            let meant =
+                self.instance.as_ref().map_or(String::new(), |given| did_you_mean(given, all));
+            let message =
+                format!("name one of its instances: --instance {}{meant}", labels.join(" or "));
             return Err(Error::malformed(&self.input, message));
         };
         let places = Places {
@@ -170,7 +174,9 @@ impl Export {
             data: (self.data_dir.clone())
                 .or_else(|| std::env::var_os("MESHSEG_DATA").map(Into::into)),
         };
-        let instance = places.instance(cell)?;
+        let instance = places
+            .instance(cell)
+            .map_err(|missing| spec.misfit(places.blame(cell), Error::from(missing)))?;
         Exchanged::new(&instance.mesh, &instance.costs, cell.lambda, cell.mass, &Start::Argmin)
     }
 }
@@ -218,11 +224,8 @@ fn import(arguments: &ImportTrace) -> Outcome {
     if solution.summary.status == Status::Failed {
         return Err(Error::unsuitable(solution.summary.warnings.join("; ")).into());
     }
-    let data = || problem.f.outer_iter().map(look).collect();
-    let looks = Looks {
-        regions: (0..problem.f.ncols()).map(categorical).collect(),
-        data: (!no_preview).then(data),
-    };
+    let (mesh, labels) = (&problem.mesh, &solution.labels);
+    let looks = preview::of_costs(mesh, &problem.f, labels, View::Auto, !no_preview);
     outcome::write(out, &solution.summary, &solution, &problem.mesh, &looks)?;
     let summary = &solution.summary;
     warn(&summary.warnings);

@@ -2,13 +2,15 @@
 
 use std::path::PathBuf;
 
-use meshseg::data::RegionParameters;
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::seen::{self, DataSource, Manner, Seen};
 use meshseg::data::texture::Texel;
+use meshseg::data::{RegionParameters, looks};
 use meshseg::mesh::Source;
 use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::outcome::{self, Looks};
+use meshseg::outcome::{self, Looks, Shown};
+use meshseg::render;
+use meshseg::render::colormap::categorical;
 use meshseg::segment::{Alternation, Initial, Segmentation, lambda, segment};
 use meshseg::solve::{Summary, check_mesh, model_mesh};
 use meshseg::{Error, sweep};
@@ -16,7 +18,7 @@ use serde::Serialize;
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, one_line, print, table, warn, welding};
+use super::{Outcome, named, note, one_line, preview, print, table, warn, welding};
 
 /// Segment colors, textures, an image, curvature or other data on a mesh into regions.
 ///
@@ -184,13 +186,13 @@ fn run_here(arguments: &Arguments) -> Outcome {
     progress.finish();
 
     let regions = describe_regions(&segmentation, &seen, &cells);
-    let mut looks = seen.looks;
+    let mut colors = seen.looks;
     let warnings = &mut segmentation.solution.summary.warnings;
     warnings.extend(seen.warnings);
     warnings.extend(welding::shattered(welded, "--weld"));
     if let Some(weld) = &weld {
         warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
-        looks = weld.spread(&looks);
+        colors = weld.spread(&colors);
         segmentation.solution = segmentation.solution.spread(&mesh, weld);
     }
     let solution = &segmentation.solution;
@@ -210,9 +212,18 @@ fn run_here(arguments: &Arguments) -> Outcome {
         scale,
         region_parameters: &regions,
     };
+    let drawn = |(p, region): (usize, &Region)| render::Region {
+        color: region.palette,
+        mean: region.color,
+        text: preview::legend(p, region.share, &region.parameters.mean),
+    };
     let looks = Looks {
-        regions: regions.iter().map(|region| region.color).collect(),
-        data: (!solving.no_preview).then_some(looks),
+        regions: regions.iter().enumerate().map(drawn).collect(),
+        data: (!solving.no_preview).then(|| Shown {
+            colors,
+            caption: looks::words(&seen.data, &seen.name, seen.unit_range, &cells),
+            view: solving.view,
+        }),
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
@@ -236,8 +247,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
 struct Region {
     #[serde(flatten)]
     parameters: RegionParameters,
-    /// Mean of the shown colors over its vertices.
-    color: [f64; 3],
+    /// As which it is drawn.
+    palette: [f64; 3],
+    /// Mean of the shown colors over its vertices, if it has any.
+    color: Option<[f64; 3]>,
     /// Of its share of the vertices' barycentric cells.
     area: f64,
     /// Of the whole area.
@@ -262,27 +275,24 @@ struct SegmentSummary<'a> {
     region_parameters: &'a [Region],
 }
 
-/// Looks of a region that has no vertex.
-const EMPTY: [f64; 3] = [0.5; 3];
-
 fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> Vec<Region> {
     let m = segmentation.parameters.len();
     let mut areas = vec![0.0; m];
-    let mut sums = vec![[0.0; 3]; m];
-    for (k, &label) in segmentation.solution.labels.iter().enumerate() {
-        areas[label as usize] += area[k];
-        for (sum, color) in sums[label as usize].iter_mut().zip(seen.looks[k]) {
-            *sum += area[k] * color;
-        }
+    let labels = &segmentation.solution.labels;
+    for (&label, area) in labels.iter().zip(area) {
+        areas[label as usize] += area;
     }
+    let colors = preview::means(&seen.looks, labels, area, m);
     let total: f64 = area.iter().sum();
     let parameters = segmentation.parameters.iter().cloned();
     parameters
         .zip(areas)
-        .zip(sums)
-        .map(|((parameters, area), sum)| Region {
+        .zip(colors)
+        .enumerate()
+        .map(|(p, ((parameters, area), color))| Region {
             parameters,
-            color: if area > 0.0 { sum.map(|sum| (sum / area).clamp(0.0, 1.0)) } else { EMPTY },
+            palette: categorical(p),
+            color,
             area,
             share: area / total,
         })
@@ -291,15 +301,19 @@ fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> V
 
 fn regions_table(regions: &[Region]) -> String {
     let mut rows: Vec<Vec<String>> =
-        vec![["region", "mean", "color", "area", "share"].map(String::from).to_vec()];
+        vec![["region", "drawn", "color", "mean", "area", "share"].map(String::from).to_vec()];
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
         let mean: Vec<String> =
             region.parameters.mean.iter().map(|mu| format!("{mu:.3}")).collect();
-        let [r, g, b] = region.color.map(|c| (255.0 * c).round() as u8);
+        let hex = |color: [f64; 3]| {
+            let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
+            format!("#{r:02x}{g:02x}{b:02x}")
+        };
         vec![
             p.to_string(),
+            hex(region.palette),
+            region.color.map_or_else(String::new, hex),
             mean.join(" "),
-            format!("#{r:02x}{g:02x}{b:02x}"),
             format!("{:.4}", region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]

@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use meshseg::outcome::{self, Looks};
-use meshseg::render::colormap::categorical;
 use meshseg::start::Start;
-use meshseg::{Result, npy, solve, sweep};
-use ndarray::{Array2, ArrayView1};
+use meshseg::{Result, npy, outcome, solve, sweep};
+use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, note, print, table, warn, welding};
+use super::{Outcome, note, preview, print, table, warn, welding};
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
 ///
@@ -141,11 +139,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
         None => welding::seams(&mesh, "--weld"),
     });
 
-    let data = || costs.outer_iter().map(look).collect();
-    let looks = Looks {
-        regions: (0..costs.ncols()).map(categorical).collect(),
-        data: (!solving.no_preview).then(data),
-    };
+    let draw = !solving.no_preview;
+    let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
     outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks)?;
     if let Some(weld) = &weld {
         note(&welding::note(weld, tolerance));
@@ -155,10 +150,4 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut lines = summary_lines(summary);
     lines.push(("written to", solving.out.display().to_string()));
     exit(summary.status, print(&table::pairs(&lines)))
-}
-
-/// The color of the region with the least cost; gray where nothing is known.
-pub fn look(s: ArrayView1<f64>) -> [f64; 3] {
-    let least = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
-    if s[least].is_nan() { [0.5; 3] } else { categorical(least) }
 }

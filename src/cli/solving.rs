@@ -7,6 +7,7 @@ use clap::Args;
 use meshseg::coarse::Record;
 use meshseg::operator::Mass;
 use meshseg::remarks;
+use meshseg::render::View;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, Summary};
 use meshseg::solver::{DEFAULT, DESCRIPTIONS, Options};
@@ -73,6 +74,17 @@ pub struct Solving {
     /// Folder for the results; it appears whole or not at all
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+
+    /// From where preview.png sees the mesh: auto (one or two views that show the regions), front, back, x, -x, y, -y, z,
+    /// -z, or AZIMUTH,ELEVATION in degrees from the front and the horizon
+    #[arg(
+        long,
+        value_name = "VIEW",
+        default_value = "auto",
+        allow_hyphen_values = true,
+        hide_default_value = true
+    )]
+    pub view: View,
 
     /// Draw no preview.png
     #[arg(long)]

@@ -4,6 +4,7 @@
 pub mod constant;
 pub mod curved;
 pub mod kmeans;
+pub mod looks;
 pub mod projection;
 pub mod range;
 pub mod seen;

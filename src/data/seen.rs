@@ -6,14 +6,13 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use super::Data;
 use super::curved::{Curved, SIGN, curved};
 use super::projection::{Fit, Projection};
-use super::range::robust_unit_range;
 use super::texture::{
     Content, Painted, Paints, Sums, Texel, Texture, color_of_face, images, is_same_image,
     texels_a_face,
 };
+use super::{Data, looks};
 use crate::error::{Error, Result};
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::shapes::MOST_FACES;
@@ -503,8 +502,7 @@ fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
     })
 }
 
-/// Data from a file; three columns within [0, 1] look like the colors they are, others like their first
-/// column.
+/// Data from a file.
 fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<Seen> {
     let array = npy::read_data(path)?;
     npy::check_rows(path, &array, weld.map_or(mesh.vertices.len(), |weld| weld.of.len()))?;
@@ -513,14 +511,8 @@ fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<Seen> {
     if let Some(weld) = weld {
         values = weld.means(&values, d);
     }
-    let looks = if d == 3 && values.iter().all(|x| (0.0..=1.0).contains(x)) {
-        values.as_chunks::<3>().0.to_vec()
-    } else {
-        let first: Vec<f64> = values.iter().copied().step_by(d).collect();
-        let (unit, _) = robust_unit_range(&first, &barycentric_areas(mesh));
-        unit.into_iter().map(sequential).collect()
-    };
     let data = Data::new(d, values)?;
+    let looks = looks::colors(&data, &barycentric_areas(mesh));
     let name = path.display().to_string();
     Ok(Seen {
         data,

@@ -4,6 +4,7 @@
 //! k-means. So every solver has the same convex problem.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -172,6 +173,16 @@ impl Places {
             }
         }
         Ok(hex(&hash.finalize()))
+    }
+
+    /// Where in an experiment file an instance that cannot be made is wrong: its mesh, if that alone fails, else its
+    /// data.
+    pub fn blame<'a>(&self, cell: &'a InstanceCell) -> &'a Range<usize> {
+        let mesh = || -> std::result::Result<(), Missing> {
+            let mesh = self.mesh(&cell.mesh)?.mesh()?;
+            Ok(check_mesh(&mesh)?)
+        };
+        if mesh().is_err() { &cell.mesh_place } else { &cell.data_place }
     }
 
     /// Makes the instance.

@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::nearest::did_you_mean;
+use super::quoting::one_line;
+
 /// What is wrong with an experiment file, and where.
 #[derive(Debug)]
 pub struct Misfit {
@@ -31,7 +34,8 @@ impl Misfit {
 impl fmt::Display for Misfit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (line, column) = self.position();
-        write!(f, "{}, line {line}, column {column}: {}", self.path.display(), self.message)
+        let path = one_line(&self.path.display().to_string());
+        write!(f, "{path}, line {line}, column {column}: {}", self.message)
     }
 }
 
@@ -222,10 +226,9 @@ impl<'a> Section<'a> {
             None => Ok(()),
             Some((key, place, _)) => {
                 let name = if self.name.is_empty() { "the file".into() } else { self.name };
-                Err(Wrong::at(
-                    place,
-                    format!("{key:?} is no key of {name}; it has {}", self.known.join(", ")),
-                ))
+                let meant = did_you_mean(key, self.known.iter().copied());
+                let known = self.known.join(", ");
+                Err(Wrong::at(place, format!("{key:?} is no key of {name}; it has {known}{meant}")))
             }
         }
     }

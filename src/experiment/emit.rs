@@ -3,6 +3,7 @@
 //! Each job makes a shard: every N-th run. Shards write to one folder; that two of them meet does no harm.
 
 use super::plan::Plan;
+use super::quoting::{braces, one_line, plain, python, shell};
 
 /// What runs the jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,12 +43,13 @@ pub struct Command {
 
 fn slurm(name: &str, command: &Command, jobs: usize, threads: Option<usize>) -> String {
     let Command { program, run, report } = command;
-    let run: Vec<String> = run.iter().map(|word| quoted(word)).collect();
-    let (program, run, report) = (quoted(program), run.join(" "), quoted(report));
+    let run: Vec<String> = run.iter().map(|word| shell(word)).collect();
+    let (program, run, report) = (shell(program), run.join(" "), shell(report));
     let cpus = threads.map_or(String::new(), |n| format!("#SBATCH --cpus-per-task={n}\n"));
+    let (title, name) = (one_line(name), plain(name));
     format!(
         "#!/usr/bin/env bash\n\
-         # All runs of the experiment {name} in {jobs} jobs, and then the report: sbatch THIS_FILE\n\
+         # All runs of the experiment {title} in {jobs} jobs, and then the report: sbatch THIS_FILE\n\
          #SBATCH --job-name=meshseg-{name}\n\
          #SBATCH --array=1-{jobs}\n\
          #SBATCH --exclusive\n\
@@ -58,26 +60,33 @@ fn slurm(name: &str, command: &Command, jobs: usize, threads: Option<usize>) -> 
          \x20       --wrap={wrap}\n\
          fi\n\
          {program} experiment run {run} --shard \"$SLURM_ARRAY_TASK_ID/{jobs}\"\n",
-        wrap = quoted(&format!("{program} experiment report {report}")),
+        wrap = shell(&format!("{program} experiment report {report}")),
     )
 }
 
 fn snakemake(name: &str, command: &Command, jobs: usize, threads: Option<usize>) -> String {
     let Command { program, run, report } = command;
-    let run: Vec<String> = run.iter().map(|word| braced(&quoted(word))).collect();
+    let run: Vec<String> = run.iter().map(|word| braces(&shell(word))).collect();
     let threads = threads.map_or("workflow.cores".to_owned(), |n| n.to_string());
     let run = python(&format!(
         "{} experiment run {} --shard {{wildcards.i}}/{jobs}",
-        braced(&quoted(program)),
+        braces(&shell(program)),
         run.join(" ")
     ));
     let collect = python(&format!(
         "{} experiment report {}",
-        braced(&quoted(program)),
-        braced(&quoted(report))
+        braces(&shell(program)),
+        braces(&shell(report))
     ));
-    let done = python(&format!("{}/shards/{{i}}-of-{jobs}", braced(report)));
-    let page = python(&format!("{}/report.html", braced(report)));
+    // In the names of files no brace can be quoted: there, marks of another name stand for what was made.
+    let folder = if report.contains(['{', '}']) { plain(report) + "-made" } else { report.clone() };
+    let done = python(&format!("{folder}/shards/{{i}}-of-{jobs}"));
+    let page = if folder == *report {
+        python(&format!("{folder}/report.html"))
+    } else {
+        format!("touch({})", python(&format!("{folder}/report")))
+    };
+    let name = one_line(name);
     format!(
         "# All runs of the experiment {name} in {jobs} jobs, and then the report: snakemake --cores 1 -s THIS_FILE\n\
          rule report:\n\
@@ -90,24 +99,4 @@ fn snakemake(name: &str, command: &Command, jobs: usize, threads: Option<usize>)
          \x20   threads: {threads}\n\
          \x20   shell: {run}\n"
     )
-}
-
-/// For a shell.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:=+,".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_owned()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
-}
-
-/// Braces as themselves where Snakemake fills in wildcards.
-fn braced(text: &str) -> String {
-    text.replace('{', "{{").replace('}', "}}")
-}
-
-/// A text of Python, which escapes as JSON does.
-fn python(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
 }

@@ -1,6 +1,9 @@
 //! What an experiment file asks to be drawn and listed.
 
+use std::ops::Range;
+
 use super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::nearest::did_you_mean;
 
 /// `[[figure]]`.
 #[derive(Clone, Debug)]
@@ -16,6 +19,16 @@ pub struct FigureSpec {
     pub only: Option<String>,
     /// Only solvers whose label contains this.
     pub solvers: Option<String>,
+    pub places: Places,
+}
+
+/// Where a figure stands in the file, and what of it.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    /// What is shown: its y, or all of it.
+    pub shown: Range<usize>,
+    pub only: Range<usize>,
+    pub solvers: Range<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -102,9 +115,11 @@ pub const QUANTITIES: [&str; 15] = [
 
 fn choice<T: Copy>(section: &mut Section<'_>, key: &'static str, names: &[(&str, T)]) -> Fits<T> {
     let Some(Placed { value, place }) = section.text(key)? else { return Ok(names[0].1) };
-    names.iter().find(|(name, _)| *name == value).map(|(_, value)| *value).ok_or_else(|| {
+    let found = names.iter().find(|(name, _)| *name == value);
+    found.map(|(_, value)| *value).ok_or_else(|| {
+        let meant = did_you_mean(&value, names.iter().map(|(name, _)| *name));
         let names: Vec<String> = names.iter().map(|(name, _)| format!("{name:?}")).collect();
-        Wrong::at(&place, format!("{key} must be one of {}", names.join(", ")))
+        Wrong::at(&place, format!("{key} must be one of {}{meant}", names.join(", ")))
     })
 }
 
@@ -136,8 +151,9 @@ fn quantity(Placed { value, place }: Placed<String>) -> Fits<String> {
     if known {
         return Ok(value);
     }
+    let meant = did_you_mean(&value, keys.into_iter().chain(QUANTITIES));
     let message = format!(
-        "{value:?} is nothing to show; there are options.KEY, {}, {}",
+        "{value:?} is nothing to show; there are options.KEY, {}, {}{meant}",
         keys.join(", "),
         QUANTITIES.join(", ")
     );
@@ -155,6 +171,7 @@ enum Kind {
 
 impl FigureSpec {
     pub(super) fn read(mut section: Section<'_>) -> Fits<Self> {
+        let mut places = Places { shown: section.place.clone(), ..Places::default() };
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);
         let kinds =
@@ -179,10 +196,14 @@ impl FigureSpec {
             Kind::Relation => {
                 let place = section.place.clone();
                 let mut axis = |key: &'static str| match section.text(key)? {
-                    Some(text) => quantity(text),
+                    Some(text) => {
+                        let place = text.place.clone();
+                        Ok((quantity(text)?, place))
+                    }
                     None => Err(Wrong::at(&place, format!("a relation needs {key}"))),
                 };
-                let (x, y) = (axis("x")?, axis("y")?);
+                let ((x, _), (y, shown)) = (axis("x")?, axis("y")?);
+                places.shown = shown;
                 let reference = match section.list("reference")? {
                     None => None,
                     Some(list) => match &list[..] {
@@ -216,21 +237,48 @@ impl FigureSpec {
         };
         let page = choice(&mut section, "width", &[("page", true), ("column", false)])?;
         let columns = section.count("columns", 1)?;
+        let mut filter = |key: &'static str, place: &mut Range<usize>| {
+            Ok(section.text(key)?.map(|text| {
+                *place = text.place;
+                text.value
+            }))
+        };
+        let only = filter("only", &mut places.only)?;
+        let solvers = filter("solvers", &mut places.solvers)?;
         let figure = FigureSpec {
             name,
             title,
             kind,
             page,
             columns: columns.map_or(if page { 2 } else { 1 }, |columns| columns.value as usize),
-            only: section.text("only")?.map(|only| only.value),
-            solvers: section.text("solvers")?.map(|solvers| solvers.value),
+            only,
+            solvers,
+            places,
         };
         section.end()?;
         Ok(figure)
     }
 }
 
+impl FigureSpec {
+    /// What of the cells it shows, if it shows cells.
+    pub fn quantities(&self) -> Vec<&str> {
+        match &self.kind {
+            FigureKind::Relation { x, y, .. } => vec![x, y],
+            FigureKind::Decay { .. } | FigureKind::Profile { .. } => Vec::new(),
+        }
+    }
+}
+
 impl TableSpec {
+    /// What of the cells it lists, if it lists cells.
+    pub fn quantities(&self) -> Vec<&str> {
+        match &self.kind {
+            TableKind::Cells { columns } => columns.iter().map(String::as_str).collect(),
+            TableKind::TimeToGap { .. } => Vec::new(),
+        }
+    }
+
     pub(super) fn read(mut section: Section<'_>) -> Fits<Self> {
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);

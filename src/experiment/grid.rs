@@ -1,6 +1,7 @@
 //! From lists to cells: every list is swept, those that are zipped together, and what is excluded falls away.
 
 use super::document::{Entry, Fits, Placed, Scalar, Section, Wrong};
+use super::nearest::did_you_mean;
 
 /// The values of one cell by key, in the order of the file.
 pub type Keys = Vec<(String, Scalar)>;
@@ -32,8 +33,12 @@ impl Group {
                 let found = self.keys.iter().find(|(key, _)| *key == name.value);
                 let Some((_, values)) = found else {
                     let keys: Vec<&str> = self.keys.iter().map(|(key, _)| key.as_str()).collect();
-                    let message =
-                        format!("zip: {:?} is not among the keys {}", name.value, keys.join(", "));
+                    let meant = did_you_mean(&name.value, keys.iter().copied());
+                    let message = format!(
+                        "zip: {:?} is not among the keys {}{meant}",
+                        name.value,
+                        keys.join(", ")
+                    );
                     return Err(Wrong::at(&name.place, message));
                 };
                 lengths.push(values.len());

@@ -43,7 +43,9 @@ impl<'a> Plan<'a> {
                     skipped.push(instance.label.as_str());
                     continue;
                 }
-                Err(Missing::Error(error)) => return Err(error),
+                Err(Missing::Error(error)) => {
+                    return Err(spec.misfit(places.blame(instance), error));
+                }
             };
             let instance_id = identity(&[&instance_toml(instance), &content]);
             for repetition in 0..spec.repetitions {

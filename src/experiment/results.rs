@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
 
+use super::machine::{Machine, Program};
 use super::runner::Manifest;
 use super::store::Store;
 use crate::error::{Error, Result};
@@ -118,6 +119,55 @@ impl Done {
 /// JSON has no infinity.
 fn share<'a, D: Deserializer<'a>>(number: D) -> std::result::Result<f64, D::Error> {
     Option::<f64>::deserialize(number).map(|share| share.unwrap_or(f64::INFINITY))
+}
+
+/// Where and by what a run was made.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Origin {
+    pub host: String,
+    pub cpu: String,
+    pub version: String,
+    pub commit: String,
+    pub dirty: bool,
+}
+
+impl Origin {
+    /// Of the run in a folder.
+    ///
+    /// # Errors
+    /// A manifest that is missing or damaged.
+    pub fn of(folder: &Path) -> Result<Self> {
+        let Manifest { program, machine, .. } = json(&folder.join("manifest.json"))?;
+        Ok(Origin::new(&program, &machine))
+    }
+
+    fn new(program: &Program, machine: &Machine) -> Self {
+        Origin {
+            host: machine.host.clone(),
+            cpu: machine.cpu.clone(),
+            version: program.version.clone(),
+            commit: program.commit.clone(),
+            dirty: program.dirty,
+        }
+    }
+
+    /// Whether this machine and this program would make the same run.
+    pub fn is_here(&self, program: &Program, machine: &Machine) -> bool {
+        *self == Origin::new(program, machine)
+    }
+
+    /// In words.
+    pub fn sentence(&self, machine: &Machine) -> String {
+        // Hosts of one name, such as "localhost", may be different ones.
+        let place = if self.host == machine.host && self.cpu == machine.cpu {
+            "on this machine".to_owned()
+        } else {
+            format!("on another machine ({}, {})", self.host, self.cpu)
+        };
+        let commit = self.commit.get(..12).unwrap_or(&self.commit);
+        let changes = if self.dirty { " and changes" } else { "" };
+        format!("{place} by version {} at commit {commit}{changes}", self.version)
+    }
 }
 
 fn json<T: DeserializeOwned>(path: &Path) -> Result<T> {

@@ -1,5 +1,6 @@
 //! Makes the runs that are missing.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,6 +13,7 @@ use super::data::{Instance, Places};
 use super::external::Attempt;
 use super::machine::{LOADED, LoadWatch, Machine, Program};
 use super::plan::{Plan, Planned};
+use super::results::Origin;
 use super::spec::InstanceCell;
 use super::store::Store;
 use crate::error::{Error, Result};
@@ -77,12 +79,14 @@ pub enum Event<'a> {
 pub struct Tally {
     pub made: usize,
     pub there: usize,
+    /// Of those that were there, the ones that another machine or program made.
+    pub foreign: BTreeMap<Origin, usize>,
     pub elsewhere: usize,
     pub interrupted: bool,
 }
 
 /// Up to so many vertices labels and surfaces are kept for the page.
-const SHOWN: usize = 60_000;
+pub const SHOWN: usize = 60_000;
 
 /// Steps before the clock starts, once for each instance.
 const WARM_UP: u64 = 5;
@@ -113,6 +117,10 @@ pub fn run(
     for (index, run) in plan.runs.iter().enumerate() {
         if store.has(&run.id) && !again {
             tally.there += 1;
+            let origin = Origin::of(&store.run(&run.id))?;
+            if !origin.is_here(program, &machine) {
+                *tally.foreign.entry(origin).or_default() += 1;
+            }
             continue;
         }
         let Some(claim) = store.claim(&run.id, again)? else {
@@ -127,7 +135,9 @@ pub fn run(
         if fresh {
             // The last one goes before the next one comes.
             drop(present.take());
-            let instance = places.instance(run.instance)?;
+            let instance = places.instance(run.instance).map_err(|missing| {
+                plan.spec.misfit(places.blame(run.instance), Error::from(missing))
+            })?;
             show(store, run, &instance)?;
             present = Some((&run.instance_id, instance));
         }
@@ -241,7 +251,9 @@ fn show(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
     }
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
     let crate::Mesh { vertices, faces, .. } = instance.mesh.clone();
-    let colors = Some(instance.looks.clone());
+    // Colors that are not known are gray.
+    let known = |color: &[f64; 3]| color.map(|c| if c.is_nan() { 0.5 } else { c });
+    let colors = Some(instance.looks.iter().map(known).collect());
     let mesh = crate::Mesh { vertices, faces, colors, ..crate::Mesh::default() };
     io::write(&path, &mesh)
 }

@@ -21,6 +21,7 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -29,6 +30,7 @@ use super::data::DataChoice;
 use super::document::{self, Fits, Misfit, Placed, Scalar, Section, Wrong};
 use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, Group, Keys};
+use super::nearest::did_you_mean;
 use crate::error::{Error, Result};
 use crate::mesh::Source;
 use crate::operator::Mass;
@@ -36,7 +38,7 @@ use crate::problem::Problem;
 use crate::regions;
 use crate::run::Stop;
 use crate::solve::check_lambda;
-use crate::solver::{self, Options, Setup};
+use crate::solver::{self, DESCRIPTIONS, Options, Setup};
 
 /// What a file asks for.
 pub struct Spec {
@@ -70,6 +72,9 @@ pub struct InstanceCell {
     pub mass: Mass,
     /// Whether the mesh is scaled to area 1.
     pub normalize: bool,
+    /// Where its mesh and its data stand in the file.
+    pub mesh_place: Range<usize>,
+    pub data_place: Range<usize>,
 }
 
 /// How it is solved.
@@ -146,6 +151,9 @@ impl Spec {
                 .into_iter()
                 .map(FigureSpec::read)
                 .collect::<Fits<Vec<_>>>()?;
+            for figure in &figures {
+                check_filters(figure, &instances, &solvers)?;
+            }
             let tables = file
                 .sections("table")?
                 .into_iter()
@@ -165,6 +173,15 @@ impl Spec {
                 tables,
             })
         })
+    }
+
+    /// Something that the file asks for at a place, and that is not there.
+    pub fn misfit(&self, place: &Range<usize>, message: impl fmt::Display) -> Error {
+        let end = self.text.len();
+        let place = place.start.min(end)..place.end.min(end);
+        let message = message.to_string();
+        let (path, text) = (self.path.clone(), self.text.clone());
+        Box::new(Misfit { path, text, place, message }).into()
     }
 
     /// Whether a solver runs on an instance.
@@ -280,8 +297,9 @@ impl Cell<'_> {
         let Some(Placed { value, place }) = self.get(key) else { return Ok(names[0].1) };
         let found = names.iter().find(|(name, _)| *value == Scalar::Text((*name).to_owned()));
         found.map(|(_, value)| *value).ok_or_else(|| {
+            let meant = did_you_mean(&value.text(), names.iter().map(|(name, _)| *name));
             let names: Vec<String> = names.iter().map(|(name, _)| format!("{name:?}")).collect();
-            Wrong::at(place, format!("{key} must be one of {}", names.join(", ")))
+            Wrong::at(place, format!("{key} must be one of {}{meant}", names.join(", ")))
         })
     }
 
@@ -328,11 +346,16 @@ fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Vec<InstanceC
     let instance = |cell: &[(String, Placed<Scalar>)]| {
         let cell = Cell(cell);
         let (mesh, place) = cell.text("mesh")?.expect("it is needed");
+        let mesh_place = place.clone();
         if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
             Source::parse(mesh).map_err(|error| Wrong::at(place, error.to_string()))?;
         }
         let (data, place) = cell.text("data")?.expect("it is needed");
-        let data: DataChoice = data.parse().map_err(|message: String| Wrong::at(place, message))?;
+        let data_place = place.clone();
+        let data: DataChoice = data.parse().map_err(|message: String| {
+            let known = ["waves", "own", "colors", "curvature"];
+            Wrong::at(place, message + &did_you_mean(data, known))
+        })?;
         let lambda = cell.number("lambda", 0.0, 0.0)?;
         check_lambda(lambda).expect("a finite number from 0");
         let regions = match (cell.get("regions"), &data) {
@@ -370,6 +393,8 @@ fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Vec<InstanceC
             lambda,
             mass: cell.named("mass", &Mass::NAMES)?,
             normalize: cell.named("normalize", &[("area", true), ("none", false)])?,
+            mesh_place,
+            data_place,
         })
     };
     group.cells().iter().map(|cell| instance(cell)).collect()
@@ -409,10 +434,11 @@ fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> 
         }
         let description = match &external {
             Some(_) => None,
-            None => Some(
-                solver::describe(name)
-                    .map_err(|error| Wrong::at(place, format!("{error}, {EXTERNAL}")))?,
-            ),
+            None => Some(solver::describe(name).map_err(|error| {
+                let known = DESCRIPTIONS.iter().map(|description| description.name);
+                let meant = did_you_mean(name, known.chain([EXTERNAL]));
+                Wrong::at(place, format!("{error}, {EXTERNAL}{meant}"))
+            })?),
         };
         let mut options = Vec::new();
         for (key, value) in cell.0 {
@@ -424,7 +450,12 @@ fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> 
             let option = format!("{key}={}", value.value.text());
             Options::parse(&[&option])
                 .and_then(|alone| description.map_or(Ok(()), |known| alone.check(known)))
-                .map_err(|error| Wrong::at(&value.place, error.to_string()))?;
+                .map_err(|error| {
+                    let known = description.iter().flat_map(|known| known.options);
+                    let meant = did_you_mean(key, known.map(|option| option.key));
+                    let meant = if option_is_known(description, key) { "" } else { &meant };
+                    Wrong::at(&value.place, format!("{error}{meant}"))
+                })?;
             options.push((option, &value.place));
         }
         let texts: Vec<&str> = options.iter().map(|(option, _)| option.as_str()).collect();
@@ -474,6 +505,10 @@ fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> 
     group.cells().iter().map(|cell| solver(cell)).collect()
 }
 
+fn option_is_known(description: Option<&solver::Description>, key: &str) -> bool {
+    description.is_some_and(|known| known.options.iter().any(|option| option.key == key))
+}
+
 /// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
 fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<External> {
     if let Some(given) = cell.get("coarse-to-fine") {
@@ -506,6 +541,32 @@ fn try_out(name: &str, options: &Options) -> Result<()> {
     solver::build(name, setup).map(drop)
 }
 
+/// A figure must have something that it can show.
+fn check_filters(
+    figure: &FigureSpec,
+    instances: &[InstanceCell],
+    solvers: &[SolverCell],
+) -> Fits<()> {
+    let check = |key: &str, part: &Option<String>, place: &Range<usize>, labels: Vec<&str>| {
+        let Some(part) = part else { return Ok(()) };
+        if labels.iter().any(|label| label.contains(&part[..])) {
+            return Ok(());
+        }
+        let meant = did_you_mean(part, labels);
+        let message = format!("{key}: no label of [[{}]] contains {part:?}{meant}", &key_of(key));
+        Err(Wrong::at(place, message))
+    };
+    let labels = instances.iter().map(|cell| cell.label.as_str()).collect();
+    check("only", &figure.only, &figure.places.only, labels)?;
+    let labels = solvers.iter().map(|cell| cell.label.as_str()).collect();
+    check("solvers", &figure.solvers, &figure.places.solvers, labels)
+}
+
+/// The tables whose labels a key of a figure names.
+fn key_of(key: &str) -> &'static str {
+    if key == "only" { "instance" } else { "solver" }
+}
+
 fn read_exclusion(
     section: &mut Section<'_>,
     instances: &[InstanceCell],
@@ -524,7 +585,9 @@ fn read_exclusion(
     for (key, _) in &entries {
         if !known.contains_key(key.value.as_str()) {
             let known: Vec<&str> = known.into_keys().collect();
-            let message = format!("no cell has {:?}; there are {}", key.value, known.join(", "));
+            let meant = did_you_mean(&key.value, known.iter().copied());
+            let message =
+                format!("no cell has {:?}; there are {}{meant}", key.value, known.join(", "));
             return Err(Wrong::at(&key.place, message));
         }
     }

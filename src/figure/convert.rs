@@ -6,15 +6,16 @@ use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 use svg2pdf::{ConversionOptions, PageOptions};
 
-use super::{Result, text, unsuitable};
+use super::{Result, unsuitable};
+use crate::font;
 
 const DOTS_PER_INCH: f64 = 300.0;
 
 /// A length of 1 in the tree is a point.
 pub fn tree(svg: &str) -> Result<Tree> {
     let mut fonts = fontdb::Database::new();
-    fonts.load_font_data(text::FONT.to_vec());
-    fonts.set_sans_serif_family(text::FAMILY);
+    fonts.load_font_data(font::BYTES.to_vec());
+    fonts.set_sans_serif_family(font::FAMILY);
     let options = Options { dpi: 72.0, fontdb: Arc::new(fonts), ..Options::default() };
     Tree::from_str(svg, &options).map_err(unsuitable)
 }

@@ -23,6 +23,7 @@ mod style;
 mod svg;
 #[cfg(test)]
 mod tests;
+pub mod tex;
 mod text;
 mod ticks;
 

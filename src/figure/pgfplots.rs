@@ -10,6 +10,7 @@ use super::curve::{self, Curve};
 use super::layout::{Frame, Layout, Placed};
 use super::range::Range;
 use super::style::{self, Outline, Style};
+use super::tex::escaped;
 use super::text::{LABEL, LINE, SMALL};
 use super::ticks::{Decimal, Label, MINUS, Ticks};
 use super::{Scale, Series, Shape};
@@ -287,62 +288,6 @@ fn marks(style: &Style) -> String {
 /// Only what may be in the name of a label.
 fn name(stem: &str) -> String {
     stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
-}
-
-/// Text for LaTeX: its special characters, and those that its default fonts lack.
-pub fn escaped(text: &str) -> String {
-    let mut tex = String::new();
-    for c in text.chars() {
-        let command = match c {
-            '\\' => "\\textbackslash{}",
-            '^' => "\\textasciicircum{}",
-            '~' => "\\textasciitilde{}",
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => {
-                tex.push('\\');
-                tex.push(c);
-                continue;
-            }
-            '<' => "$<$",
-            '>' => "$>$",
-            '|' => "$|$",
-            '"' => "''",
-            '\u{2212}' => "$-$",
-            '×' => "$\\times$",
-            '·' => "$\\cdot$",
-            '≤' => "$\\le$",
-            '≥' => "$\\ge$",
-            '≈' => "$\\approx$",
-            '∞' => "$\\infty$",
-            '√' => "$\\surd$",
-            '‖' => "$\\|$",
-            '²' => "$^2$",
-            '³' => "$^3$",
-            'α' => "$\\alpha$",
-            'β' => "$\\beta$",
-            'γ' => "$\\gamma$",
-            'δ' => "$\\delta$",
-            'ε' => "$\\varepsilon$",
-            'η' => "$\\eta$",
-            'θ' => "$\\theta$",
-            'κ' => "$\\kappa$",
-            'λ' => "$\\lambda$",
-            'μ' | 'µ' => "$\\mu$",
-            'ρ' => "$\\rho$",
-            'σ' => "$\\sigma$",
-            'τ' => "$\\tau$",
-            'φ' => "$\\varphi$",
-            'ω' => "$\\omega$",
-            'Δ' => "$\\Delta$",
-            'Σ' => "$\\Sigma$",
-            'Ω' => "$\\Omega$",
-            _ => {
-                tex.push(c);
-                continue;
-            }
-        };
-        tex.push_str(command);
-    }
-    tex
 }
 
 /// Columns of numbers under their names.

@@ -6,9 +6,10 @@ use super::curve::Curve;
 use super::layout::{Frame, Layout, Placed, TICK, TICK_GAP};
 use super::legend::Entry;
 use super::style::{self, Mark, Outline, Style};
-use super::text::{self, DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL};
+use super::text::{DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL};
 use super::ticks::{Decimal, Label};
 use super::{Series, Shape};
+use crate::font;
 
 const MINOR_TICK: f64 = 1.5;
 
@@ -18,7 +19,7 @@ pub fn draw(layout: &Layout) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}pt\" height=\"{height}pt\" \
          viewBox=\"0 0 {width} {height}\" font-family=\"'{}', 'Source Sans Pro', sans-serif\" \
          fill=\"#{}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
-        text::FAMILY,
+        font::FAMILY,
         style::INK
     ));
     for panel in &layout.panels {
@@ -249,6 +250,8 @@ fn segment(path: &mut String, from: [f64; 2], to: [f64; 2]) {
     path.push_str(&self::path([from, to]));
 }
 
+/// XML has no control characters, however they are written.
 fn escaped(text: &str) -> String {
+    let text = text.replace(|c: char| c.is_control() || "\u{fffe}\u{ffff}".contains(c), " ");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

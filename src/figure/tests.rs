@@ -485,7 +485,7 @@ fn the_same_figure_is_the_same_bytes() {
 
 #[test]
 fn latex_special_characters_are_escaped() {
-    let escaped = pgfplots::escaped;
+    let escaped = tex::escaped;
     assert_eq!(escaped(r"50% of {a_b} & #1 for $2"), r"50\% of \{a\_b\} \& \#1 for \$2");
     assert_eq!(escaped(r"\x^2~"), r"\textbackslash{}x\textasciicircum{}2\textasciitilde{}");
     assert_eq!(escaped("λ ≤ 1 − ε"), r"$\lambda$ $\le$ 1 $-$ $\varepsilon$");

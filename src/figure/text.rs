@@ -1,15 +1,6 @@
-//! The one font of all figures, and the room that a text takes in it.
+//! The sizes of the text of figures, and lines that fit a room.
 
-use std::sync::LazyLock;
-
-use rustybuzz::{Face, UnicodeBuffer};
-
-/// Source Sans 3, SIL Open Font License 1.1.
-pub static FONT: &[u8] = include_bytes!("../../assets/fonts/SourceSans3-Regular.ttf");
-pub const FAMILY: &str = "Source Sans 3";
-
-static FACE: LazyLock<Face<'static>> =
-    LazyLock::new(|| Face::from_slice(FONT, 0).expect("the bundled font is a font"));
+pub use crate::font::width;
 
 /// Axis labels, titles and the legend.
 pub const LABEL: f64 = 8.0;
@@ -25,16 +16,6 @@ pub const ASCENT: f64 = 1.03;
 pub const DESCENT: f64 = 0.41;
 /// The height of digits, in font sizes.
 pub const DIGITS: f64 = 0.65;
-
-/// With kerning and ligatures, as it is shown.
-pub fn width(text: &str, size: f64) -> f64 {
-    let mut buffer = UnicodeBuffer::new();
-    buffer.push_str(text);
-    let glyphs = rustybuzz::shape(&FACE, &[], buffer);
-    let advance: i64 =
-        glyphs.glyph_positions().iter().map(|glyph| i64::from(glyph.x_advance)).sum();
-    advance as f64 * size / f64::from(FACE.units_per_em())
-}
 
 /// Lines no wider than `room`, as few as can be, and none much longer than the others.
 pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {

@@ -1,16 +1,14 @@
-//! A perspective camera that fits the mesh into a square picture.
+//! A perspective camera that fits the mesh, and the window of its image plane that the picture shows.
 //!
 //! In the camera's axes (x right, y up, z towards the viewer), an eye at (cx, cy, D) with half-slope t sees
 //! (x, y, z) iff |x - cx| <= t (D - z) and |y - cy| <= t (D - z). Over all vertices the first asks for
 //! t D + cx >= a = max(x + t z) and t D - cx >= b = max(t z - x): the nearest eye has cx = (a - b) / 2 and
-//! t D = (a + b) / 2, and D is the larger of what x and y ask for.
+//! t D = (a + b) / 2, and D is the larger of what x and y ask for. The window is the bounding box of what is seen.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
 /// Half of the field of view of 25 degrees.
 const HALF_ANGLE: f64 = 12.5 * std::f64::consts::PI / 180.0;
-/// The share of the half-width that stays free around the mesh.
-const MARGIN: f64 = 0.07;
 
 #[derive(Clone, Debug)]
 pub(super) struct Camera {
@@ -18,21 +16,22 @@ pub(super) struct Camera {
     axes: Matrix3<f64>,
     /// The eye in these axes.
     eye: Vector3<f64>,
+    /// The window in slopes: left, lower, right, upper.
+    window: [f64; 4],
+    /// Pixels for a slope of 1.
+    scale: f64,
+    /// Pixels that stay free at each side.
+    margin: f64,
 }
 
 /// A vertex on the image plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Projected {
-    /// Sample coordinates: x to the right and y downwards in [0, size].
+    /// Pixels: x to the right and y downwards.
     pub x: f64,
     pub y: f64,
     /// Reciprocal distance along the axis, which is linear over the image of a plane; larger is nearer.
     pub w: f64,
-}
-
-/// The slope of the picture's border.
-pub(super) fn half_slope() -> f64 {
-    HALF_ANGLE.tan()
 }
 
 impl Camera {
@@ -46,20 +45,53 @@ impl Camera {
             back.cross(&right).transpose(),
             back.transpose(),
         ]);
-        let t = half_slope() * (1.0 - MARGIN);
+        let t = HALF_ANGLE.tan();
         let mut bounds = [f64::NEG_INFINITY; 4];
-        let mut nearest = f64::NEG_INFINITY;
         for point in points {
             let p = axes * point.coords;
             let reach = [p.x + t * p.z, t * p.z - p.x, p.y + t * p.z, t * p.z - p.y];
             for (bound, r) in bounds.iter_mut().zip(reach) {
                 *bound = bound.max(r);
             }
-            nearest = nearest.max(p.z);
         }
         let [a, b, c, d] = bounds;
         let distance = (a + b).max(c + d) / (2.0 * t);
-        Camera { axes, eye: Vector3::new((a - b) / 2.0, (c - d) / 2.0, distance) }
+        let eye = Vector3::new((a - b) / 2.0, (c - d) / 2.0, distance);
+        let mut window = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for point in points {
+            let ray = eye - axes * point.coords;
+            let (x, y) = (-ray.x / ray.z, -ray.y / ray.z);
+            window = [window[0].min(x), window[1].min(y), window[2].max(x), window[3].max(y)];
+        }
+        Camera { axes, eye, window, scale: 1.0, margin: 0.0 }
+    }
+
+    /// Width and height of the window, in slopes.
+    pub fn extent(&self) -> [f64; 2] {
+        let [left, lower, right, upper] = self.window;
+        [right - left, upper - lower]
+    }
+
+    /// The same view at a scale, with a margin around what is seen.
+    pub fn scaled(self, scale: f64, margin: f64) -> Self {
+        Camera { scale, margin, ..self }
+    }
+
+    /// The same view in a picture whose longer side has `size` pixels.
+    pub fn sized(self, size: f64) -> Self {
+        let [width, height] = self.extent();
+        self.scaled(size / width.max(height), 0.0)
+    }
+
+    /// Width and height of the picture in pixels.
+    pub fn size(&self) -> [usize; 2] {
+        self.extent()
+            .map(|extent| (extent * self.scale + 2.0 * self.margin).ceil().max(1.0) as usize)
+    }
+
+    /// Rows: right, up, towards the viewer.
+    pub fn axes(&self) -> Matrix3<f64> {
+        self.axes
     }
 
     /// A direction in the camera's axes.
@@ -72,14 +104,22 @@ impl Camera {
         self.eye - self.axes * point.coords
     }
 
-    /// The point on a picture of size x size samples.
-    pub fn project(&self, point: Point3<f64>, size: usize) -> Projected {
+    /// The width of a pixel where the reciprocal distance is w.
+    pub fn pixel(&self, w: f64) -> f64 {
+        1.0 / (w * self.scale)
+    }
+
+    /// The step of w along a slope of 45 degrees, pixel by pixel.
+    pub fn step(&self, w: f64) -> f64 {
+        w / self.scale
+    }
+
+    pub fn project(&self, point: Point3<f64>) -> Projected {
         let ray = self.to_eye(point);
         let w = 1.0 / ray.z;
-        let scale = 0.5 * size as f64 / half_slope();
         Projected {
-            x: 0.5 * size as f64 - ray.x * w * scale,
-            y: 0.5 * size as f64 + ray.y * w * scale,
+            x: self.margin + (-ray.x * w - self.window[0]) * self.scale,
+            y: self.margin + (self.window[3] + ray.y * w) * self.scale,
             w,
         }
     }

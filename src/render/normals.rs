@@ -6,6 +6,7 @@
 
 use nalgebra::Vector3;
 
+use super::bands::for_each_band;
 use crate::mesh::Mesh;
 
 /// Faces that join across less than this angle are shaded as one smooth surface.
@@ -15,27 +16,35 @@ const MAX_VALENCE: usize = 64;
 
 /// Unit normals at the three corners of each face, on the side of the face's own normal.
 pub(super) fn corner_normals(mesh: &Mesh) -> Vec<[Vector3<f32>; 3]> {
-    let area: Vec<Vector3<f64>> = (0..mesh.faces.len()).map(|j| mesh.area_vector(j)).collect();
-    let unit: Vec<Vector3<f64>> =
-        area.iter().map(|a| a.try_normalize(0.0).unwrap_or_else(Vector3::zeros)).collect();
+    let mut area = vec![Vector3::zeros(); mesh.faces.len()];
+    for_each_band(&mut area, 1, |first, band| {
+        for (i, area) in band.iter_mut().enumerate() {
+            *area = mesh.area_vector(first + i);
+        }
+    });
     let around = Incidence::new(mesh);
-    (0..mesh.faces.len())
-        .map(|j| {
-            mesh.faces[j].map(|v| {
+    let mut normals = vec![[Vector3::zeros(); 3]; mesh.faces.len()];
+    for_each_band(&mut normals, 1, |first, band| {
+        for (i, normals) in band.iter_mut().enumerate() {
+            let j = first + i;
+            *normals = mesh.faces[j].map(|v| {
                 let faces = around.faces(v as usize);
                 let mut sum = area[j];
                 if faces.len() <= MAX_VALENCE {
-                    for &i in faces.iter().filter(|&&i| i as usize != j) {
-                        let cosine = unit[i as usize].dot(&unit[j]);
-                        if cosine.abs() > SMOOTH_COSINE {
-                            sum += area[i as usize] * cosine.signum();
+                    for other in faces.iter().filter(|&&i| i as usize != j) {
+                        let other = area[*other as usize];
+                        let cosine = other.dot(&area[j]);
+                        let whole = other.norm_squared() * area[j].norm_squared();
+                        if cosine * cosine > SMOOTH_COSINE * SMOOTH_COSINE * whole {
+                            sum += other * cosine.signum();
                         }
                     }
                 }
                 sum.try_normalize(0.0).unwrap_or_else(Vector3::zeros).cast::<f32>()
-            })
-        })
-        .collect()
+            });
+        }
+    });
+    normals
 }
 
 /// The faces around each vertex, in one list.

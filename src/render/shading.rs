@@ -1,13 +1,13 @@
 //! Light: a key light from the upper left, a fill from the right, and a sky that is brighter above, all white
 //! and fixed to the camera, on a surface that is nearly Lambertian.
 //!
-//! The lights add up to about one on surfaces that face the key light, so that data keep their colors there.
-//! A faint highlight gives form to black regions. Everything is linear light; sRGB is IEC 61966-2-1.
+//! The lights reach around the surface and fade with the square, ((n.l + c) / (1 + c))^2, so that their borders
+//! are no bands; they add up to less than one, so that nothing is cut off. A faint highlight gives form to black
+//! regions. Everything is linear light; sRGB is IEC 61966-2-1.
+
+use std::sync::LazyLock;
 
 use nalgebra::Vector3;
-
-use super::camera::Camera;
-use crate::mesh::Mesh;
 
 const KEY: Vector3<f32> = Vector3::new(-0.42, 0.55, 0.722);
 const FILL: Vector3<f32> = Vector3::new(0.75, 0.05, 0.66);
@@ -15,49 +15,38 @@ const FILL: Vector3<f32> = Vector3::new(0.75, 0.05, 0.66);
 const HIGHLIGHT: Vector3<f32> = Vector3::new(-0.226, 0.296, 0.928);
 
 /// The light that a surface of a given normal sends to the viewer.
+#[derive(Clone, Copy)]
 pub(super) struct Light {
     /// The factor on the surface's color.
-    pub diffuse: f32,
+    diffuse: f32,
     /// White added to it.
-    pub highlight: f32,
+    highlight: f32,
 }
 
 impl Light {
-    /// For a unit normal in the camera's axes.
-    fn on(normal: &Vector3<f32>) -> Self {
-        let key = normal.dot(&KEY).max(0.0);
-        let fill = normal.dot(&FILL).max(0.0);
+    /// A picture of colors as they are.
+    pub const NONE: Light = Light { diffuse: 1.0, highlight: 0.0 };
+
+    /// For a normal in the camera's axes, of any length.
+    #[inline(always)]
+    pub fn on(normal: Vector3<f32>) -> Self {
+        let squared = normal.norm_squared();
+        let normal = if squared > 0.0 { normal / squared.sqrt() } else { normal };
+        let lamp = |direction: Vector3<f32>| {
+            let reach = 0.35;
+            ((normal.dot(&direction) + reach) / (1.0 + reach)).max(0.0).powi(2)
+        };
         let sky = 0.5 + 0.5 * normal.y;
         Light {
-            diffuse: (0.26 + 0.15 * sky + 0.58 * key + 0.22 * fill).min(1.0),
+            diffuse: 0.20 + 0.12 * sky + 0.64 * lamp(KEY) + 0.18 * lamp(FILL),
             highlight: 0.035 * normal.dot(&HIGHLIGHT).max(0.0).powi(24),
         }
     }
-}
 
-/// The corner normals in the camera's axes, each face turned towards the viewer: both sides are lit.
-pub(super) fn towards_viewer(
-    mesh: &Mesh,
-    camera: &Camera,
-    normals: &[[Vector3<f32>; 3]],
-) -> Vec<[Vector3<f32>; 3]> {
-    (0..mesh.faces.len())
-        .map(|j| {
-            let face = camera.rotate(mesh.area_vector(j));
-            let ray = camera.to_eye(mesh.corners(j)[0]);
-            let sign = if face.dot(&ray) < 0.0 { -1.0 } else { 1.0 };
-            normals[j].map(|n| sign * camera.rotate(n.cast::<f64>()).cast::<f32>())
-        })
-        .collect()
-}
-
-/// The light at sample i on face j, with the barycentric coordinates there.
-pub(super) fn light(normals: &[Vector3<f32>; 3], barycentric: &[f64; 3]) -> Light {
-    let mut normal = Vector3::zeros();
-    for (n, &b) in normals.iter().zip(barycentric) {
-        normal += *n * b as f32;
+    #[inline(always)]
+    pub fn reflected(self, color: Vector3<f32>) -> Vector3<f32> {
+        color * self.diffuse + Vector3::repeat(self.highlight)
     }
-    Light::on(&normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros))
 }
 
 pub(super) fn linear_from_srgb(color: [f64; 3]) -> [f32; 3] {
@@ -68,8 +57,20 @@ pub(super) fn linear_from_srgb(color: [f64; 3]) -> [f32; 3] {
     })
 }
 
-pub(super) fn srgb_byte_from_linear(linear: f32) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
-    let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * encoded).round() as u8
+/// Steps of linear light: the darkest ones are a fifth of a step of a byte apart.
+const STEPS: usize = 1 << 14;
+
+static BYTES: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let byte = |i: usize| {
+        let c = i as f64 / STEPS as f64;
+        let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * encoded).round() as u8
+    };
+    (0..=STEPS).map(byte).collect()
+});
+
+#[inline(always)]
+pub(super) fn srgb_from_linear(color: [f32; 3]) -> [u8; 3] {
+    let bytes = &*BYTES;
+    color.map(|c| bytes[(c.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize])
 }

@@ -1,11 +1,13 @@
 //! What the picture must show, and must not.
 
+use nalgebra::{Point3, Vector3};
+
 use super::*;
-use nalgebra::Point3;
 
 const GRAY: [f64; 3] = [0.6; 3];
 const BLUE: [f64; 3] = [0.1, 0.3, 0.8];
 const HALF: usize = 120;
+const BORDER: usize = 4;
 
 /// An n x n grid on [-1, 1]^2 at height z, seen from above by `from_above`.
 fn plane(n: usize, z: f64) -> Mesh {
@@ -39,20 +41,40 @@ fn field(mesh: &Mesh, second: impl Fn(&Point3<f64>) -> f64) -> Vec<f64> {
 fn from_above(mesh: &Mesh, data: &[[f64; 3]], u: &[f64]) -> RgbImage {
     let scene = Scene::new(mesh, data, &[GRAY, BLUE], u).unwrap();
     let camera = Camera::fit(Vector3::z(), Vector3::y(), &scene.mesh.vertices);
-    scene.draw(&camera, HALF)
+    drawn(&scene, camera)
 }
 
-/// As `preview`, at low resolution.
+/// Both halves in squares of `HALF`, the mesh with a margin of `BORDER`.
+fn drawn(scene: &Scene, camera: Camera) -> RgbImage {
+    let [width, height] = camera.extent();
+    let border = BORDER as f64;
+    let camera = camera.scaled((HALF as f64 - 2.0 * border) / width.max(height), border);
+    let normals = normals::corner_normals(&scene.mesh);
+    let halves = scene.draw(&scene.field(), &camera, Some(&normals));
+    let mut both = blank(2 * HALF as u32, HALF as u32);
+    for (i, half) in halves.iter().enumerate() {
+        copy(half, &mut both, [i * HALF, 0]);
+    }
+    both
+}
+
+/// As a picture with one view, at low resolution.
 fn small_preview(mesh: &Mesh, u: &[f64]) -> RgbImage {
     let data = vec![GRAY; mesh.vertices.len()];
     let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
-    let field = LabelField::new(&scene.mesh, &scene.u, 2);
-    scene.draw(&view::choose(&scene.mesh, &scene.component, &field), HALF)
+    let (mut cameras, _) = view::cameras(&scene.mesh, &scene.field(), View::Auto);
+    drawn(&scene, cameras.swap_remove(0))
+}
+
+/// How many views there are.
+fn views(mesh: &Mesh, u: &[f64]) -> usize {
+    let data = vec![GRAY; mesh.vertices.len()];
+    let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
+    view::cameras(&scene.mesh, &scene.field(), View::Auto).0.len()
 }
 
 fn is_cut(image: &RgbImage, x: usize, y: usize) -> bool {
-    let [r, g, b] = image.get_pixel(x as u32, y as u32).0.map(i32::from);
-    r > g + 60 && r > b + 60
+    x >= HALF && image.get_pixel(x as u32, y as u32).0.iter().all(|&c| c < 60)
 }
 
 fn cut_pixels(image: &RgbImage) -> usize {
@@ -99,14 +121,13 @@ fn a_frontal_square_covers_its_pixels_without_holes() {
         let mesh = plane(n, 0.0);
         let data = vec![GRAY; mesh.vertices.len()];
         let image = from_above(&mesh, &data, &field(&mesh, |_| -1.0));
-        let border = (0.07 * HALF as f64 / 2.0).ceil() as usize;
         for x in 0..HALF {
             for y in 0..HALF {
                 let depth = x.min(y).min(HALF - 1 - x).min(HALF - 1 - y);
                 for x in [x, x + HALF] {
-                    if depth + 1 < border {
+                    if depth < BORDER {
                         assert!(is_white(&image, x, y));
-                    } else if depth > border {
+                    } else {
                         assert_eq!(image.get_pixel(x as u32, y as u32), image.get_pixel(60, 60));
                     }
                 }
@@ -145,13 +166,13 @@ fn the_cut_lies_where_the_labels_change_and_nowhere_else() {
     assert_eq!(cut_pixels(&from_above(&mesh, &data, &field(&mesh, |_| -1.0))), 0);
     let image = from_above(&mesh, &data, &field(&mesh, |x| x.x - 0.1));
     // x = 0.1 lies 5 % of the square's width to the right of the middle.
-    let column = HALF as f64 * (1.5 + 0.05 * 0.93);
+    let column = HALF as f64 * 1.5 + 0.05 * (HALF - 2 * BORDER) as f64;
     for y in 6..HALF - 6 {
         for x in 0..2 * HALF {
             let distance = (x as f64 + 0.5 - column).abs();
-            if distance > 0.5 * CUT_WIDTH + 0.7 {
+            if distance > 0.5 * labels::LINE + 0.7 {
                 assert!(!is_cut(&image, x, y), "{x} {y}");
-            } else if distance < 0.5 * CUT_WIDTH - 0.7 {
+            } else if distance < 0.5 * labels::LINE - 0.7 {
                 assert!(is_cut(&image, x, y), "{x} {y}");
             }
         }
@@ -249,27 +270,117 @@ fn unreferenced_vertices_do_not_matter() {
     );
 }
 
+/// The whole picture, in the palette.
+fn picture(mesh: &Mesh, u: &[f64], view: View) -> RgbImage {
+    let data = vec![GRAY; mesh.vertices.len()];
+    let regions = [0, 1].map(|p| Region {
+        color: colormap::categorical(p),
+        mean: Some(GRAY),
+        text: format!("{p}   50.0 %"),
+    });
+    Picture { mesh, data: &data, caption: "colors", regions: &regions, u, view }.draw()
+}
+
 #[test]
 fn a_mesh_without_extent_is_a_white_picture() {
     let white = |mesh: &Mesh| {
-        let n = mesh.vertices.len();
-        let image = preview(mesh, &vec![GRAY; n], &[GRAY], &vec![1.0; n]);
-        assert_eq!(image.dimensions(), (1600, 800));
-        image.pixels().all(|p| p.0 == [255; 3])
+        let image = picture(mesh, &vec![0.5; 2 * mesh.vertices.len()], View::Auto);
+        assert_eq!(image.width(), 1600);
+        let rows = legend::CAPTION as u32..legend::CAPTION as u32 + 800;
+        image.enumerate_pixels().filter(|(_, y, _)| rows.contains(y)).all(|p| p.2.0 == [255; 3])
     };
     assert!(white(&Mesh::default()));
     assert!(white(&Mesh::new(vec![Point3::origin()], vec![[0, 0, 0]])));
     let axis = [0.0, 1.0, 2.0].map(|s| Point3::new(s, 0.0, 0.0)).to_vec();
-    assert!(white(&Mesh::new(axis, vec![[0, 1, 2]])));
+    let line = picture(&Mesh::new(axis, vec![[0, 1, 2]]), &[0.5; 6], View::Auto);
+    assert!(line.height() < 800);
+}
+
+/// Stripes of a few pixels: each keeps half of its width at least, whatever the line.
+#[test]
+fn the_line_leaves_half_of_thin_regions() {
+    let mesh = plane(224, 0.0);
+    let data = vec![GRAY; mesh.vertices.len()];
+    for width in [4, 8, 16] {
+        let stripe = |x: f64| ((x + 1.0) / 2.0 * 224.0 / f64::from(width)).floor() as i32 % 2;
+        let u = field(&mesh, |x| if stripe(x.x + 1e-9) == 0 { 1.0 } else { -1.0 });
+        let image = from_above(&mesh, &data, &u);
+        // Sums of darkness instead of pixels: thin lines are faint.
+        let half = HALF - 2 * BORDER;
+        let covered: f64 = (HALF + BORDER..2 * HALF - BORDER)
+            .map(|x| {
+                let [r, g, b] = image.get_pixel(x as u32, 60).0.map(f64::from);
+                (1.0 - (r + g + b) / (3.0 * 110.0)).clamp(0.0, 1.0)
+            })
+            .sum();
+        assert!(covered < 0.55 * half as f64, "{width}: {covered} of {half}");
+        assert!(covered > 0.02 * half as f64, "{width}: {covered}");
+    }
+}
+
+/// In palette colors and not in means: regions of equal means differ.
+#[test]
+fn regions_of_equal_means_look_different() {
+    let mesh = plane(4, 0.0);
+    let image = picture(&mesh, &field(&mesh, |x| x.x - 0.1), View::Auto);
+    let (width, y) = (image.width(), image.height() / 2);
+    assert_ne!(image.get_pixel(width * 5 / 8, y), image.get_pixel(width * 7 / 8, y));
+    // A flat mesh is not lit: the color is that of the legend.
+    let byte = colormap::categorical(0).map(|c| (255.0 * c).round() as u8);
+    assert_eq!(image.get_pixel(width * 5 / 8, y).0, byte);
 }
 
 #[test]
-fn a_cut_that_fills_the_surface_leaves_the_regions_visible() {
-    let mesh = plane(60, 0.0);
-    let data = vec![GRAY; mesh.vertices.len()];
-    let stripes = field(&mesh, |x| if (30.0 * x.x).round() % 2.0 == 0.0 { 1.0 } else { -1.0 });
-    let image = from_above(&mesh, &data, &stripes);
-    assert!(cut_pixels(&image) < HALF * HALF / 10);
+fn a_flat_picture_fills_its_half_in_its_own_proportions() {
+    let mut mesh = plane(4, 0.0);
+    for x in &mut mesh.vertices {
+        x.y *= 0.25;
+    }
+    let image = picture(&mesh, &field(&mesh, |_| -1.0), View::Auto);
+    let margin = MARGIN as u32;
+    assert_eq!(image.width(), 1600);
+    assert!(image.get_pixel(margin + 1, image.height() / 2 - 10).0 != [255; 3]);
+    assert!(image.height() < 200 + 2 * margin + 100, "{}", image.height());
+}
+
+#[test]
+fn there_is_a_second_view_where_the_first_one_hides_much() {
+    let ball = blob();
+    assert_eq!(views(&ball, &field(&ball, |x| x.x)), 2);
+    let flat = plane(6, 0.0);
+    assert_eq!(views(&flat, &field(&flat, |x| x.x)), 1);
+    // A shallow bowl is seen from its inside.
+    let mut bowl = plane(12, 0.0);
+    for x in &mut bowl.vertices {
+        *x = Point3::new(x.x, 0.08 * (x.x * x.x + x.y * x.y), x.y);
+    }
+    assert_eq!(views(&bowl, &field(&bowl, |x| x.x)), 1);
+}
+
+#[test]
+fn views_are_named_by_axes_sides_and_angles() {
+    let view = |text: &str| text.parse::<View>();
+    assert_eq!(view("auto"), Ok(View::Auto));
+    assert_eq!(view("-y"), Ok(View::Axis { axis: 1, positive: false }));
+    assert_eq!(view("front"), view("0,0"));
+    assert_eq!(view("back"), view("180, 0"));
+    assert_eq!(view("-30,12.5"), Ok(View::Around { azimuth: -30.0, elevation: 12.5 }));
+    for text in ["", "left", "1", "0,91", "nan,0", "0,nan", "--z", "1,2,3"] {
+        assert!(view(text).is_err(), "{text}");
+    }
+    // Each shows its own side.
+    let mesh = blob();
+    let sides = [("x", 0, 1.0), ("-x", 0, -1.0), ("y", 1, 1.0), ("-y", 1, -1.0), ("z", 2, 1.0)];
+    for (text, axis, sign) in
+        sides.into_iter().chain([("-z", 2, -1.0), ("90,0", 0, 1.0), ("0,90", 1, 1.0)])
+    {
+        let u = field(&mesh, |x| sign * x[axis] - 0.2);
+        let image = picture(&mesh, &u, view(text).unwrap());
+        let middle = image.get_pixel(image.width() * 3 / 4, image.height() / 2).0.map(i32::from);
+        let orange = colormap::categorical(1).map(|c| (255.0 * c) as i32);
+        let ratio = |[r, _, b]: [i32; 3]| f64::from(b) / f64::from(r);
+        assert!(ratio(middle) < 0.3 && ratio(orange) < 0.3, "{text} {middle:?}");
+    }
 }
 
 #[test]
@@ -303,11 +414,17 @@ fn a_flat_mesh_is_seen_straight_on_in_any_plane() {
 fn the_camera_fits_the_mesh_exactly() {
     let mesh = blob();
     let camera = Camera::fit(Vector3::new(1.0, 0.4, 0.7), Vector3::y(), &mesh.vertices);
+    let [width, height] = camera.extent();
+    let camera = camera.scaled(100.0 / width.max(height), 7.0);
     let reach = |f: fn(&camera::Projected) -> f64| {
-        mesh.vertices.iter().map(|&x| (f(&camera.project(x, 2)) - 1.0).abs()).fold(0.0, f64::max)
+        let values = || mesh.vertices.iter().map(|&x| f(&camera.project(x)));
+        (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max))
     };
     let (x, y) = (reach(|p| p.x), reach(|p| p.y));
-    assert!((x.max(y) - 0.93).abs() < 1e-12, "{x} {y}");
+    assert!((x.0 - 7.0).abs() < 1e-9 && (y.0 - 7.0).abs() < 1e-9, "{x:?} {y:?}");
+    assert!((x.1.max(y.1) - 107.0).abs() < 1e-9, "{x:?} {y:?}");
+    let [w, h] = camera.size();
+    assert!(w as f64 - x.1 >= 7.0 - 1e-9 && h as f64 - y.1 >= 7.0 - 1e-9, "{x:?} {y:?}");
 }
 
 #[test]
@@ -336,7 +453,7 @@ fn normals_are_smooth_on_smooth_surfaces_and_keep_creases() {
 #[test]
 fn srgb_survives_the_way_to_linear_light_and_back() {
     for byte in 0..=255_u8 {
-        let [linear, ..] = linear_from_srgb([f64::from(byte) / 255.0; 3]);
-        assert_eq!(srgb_byte_from_linear(linear), byte);
+        let [linear, ..] = shading::linear_from_srgb([f64::from(byte) / 255.0; 3]);
+        assert_eq!(shading::srgb_from_linear([linear; 3]), [byte; 3]);
     }
 }

@@ -1,26 +1,48 @@
-//! The z-buffer: which face every sample of the picture sees, and how near.
+//! The z-buffer: which face each of eight samples of every pixel sees, and how near.
+//!
+//! The samples of a pixel lie in different eighths along both axes, so that edges of any slope have eight steps.
+
+use pulp::Arch;
 
 use super::bands::for_each_band;
-use super::camera::{Camera, Projected, half_slope};
+use super::camera::{Camera, Projected};
 use crate::mesh::Mesh;
 
 /// No face.
 const EMPTY: u32 = u32::MAX;
 
+/// Samples of a pixel.
+pub(super) const SAMPLES: usize = 8;
+
+/// Their places from the middle of the pixel; the first is the nearest.
+const X: [f32; SAMPLES] = [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
+const Y: [f32; SAMPLES] = [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.4375, -0.4375];
+
+/// One cache line.
 #[derive(Clone, Copy)]
-struct Hit {
-    face: u32,
-    w: f32,
+#[repr(align(64))]
+pub(super) struct Pixel {
+    /// The bits of the reciprocal distances.
+    w: [u32; SAMPLES],
+    face: [u32; SAMPLES],
 }
 
-/// The nearest face at each of size x size samples, which lie at half-integer coordinates. `component` names
-/// the connected component of each vertex.
+/// What a pixel sees of one face.
+pub(super) struct Fragment {
+    pub face: usize,
+    /// The samples that see it, a bit each.
+    pub samples: u8,
+}
+
+/// `component` names the connected component of each vertex.
 pub(super) struct Visibility<'a> {
-    pub size: usize,
+    pub width: usize,
+    pub height: usize,
     mesh: &'a Mesh,
+    camera: &'a Camera,
     projected: Vec<Projected>,
     component: &'a [u32],
-    hits: Vec<Hit>,
+    pixels: Vec<Pixel>,
 }
 
 /// The edge function of a line a b: at (x, y), twice the signed area of that triangle. Bitwise antisymmetric in
@@ -32,34 +54,47 @@ struct Edge {
 }
 
 impl Edge {
+    #[inline(always)]
     fn new(a: &Projected, b: &Projected) -> Self {
         // Both directions start from the same end; (dx, dy) keeps the sign.
         let start = if (a.x, a.y) < (b.x, b.y) { *a } else { *b };
         Edge { start, dx: b.x - a.x, dy: b.y - a.y }
     }
 
+    #[inline(always)]
     fn at(&self, x: f64, y: f64) -> f64 {
         self.on_row(self.row(y), x)
     }
 
     /// The part of the value that is constant on a row.
+    #[inline(always)]
     fn row(&self, y: f64) -> f64 {
         self.dx * (y - self.start.y)
     }
 
     /// The value at x on the row of that part.
+    #[inline(always)]
     fn on_row(&self, row: f64, x: f64) -> f64 {
         row - self.dy * (x - self.start.x)
     }
 
     /// The same line, positive inside a face of this signed area.
+    #[inline(always)]
     fn oriented(self, area: f64) -> Self {
         let sign = area.signum();
         Edge { start: self.start, dx: sign * self.dx, dy: sign * self.dy }
     }
+
+    /// What the samples of a pixel have more than its middle.
+    #[inline(always)]
+    fn offsets(&self) -> [f32; SAMPLES] {
+        let (dx, dy) = (self.dx as f32, self.dy as f32);
+        std::array::from_fn(|s| dx * Y[s] - dy * X[s])
+    }
 }
 
 /// The edges opposite to the three corners, and twice the signed area.
+#[inline(always)]
 fn edges([a, b, c]: &[Projected; 3]) -> ([Edge; 3], f64) {
     let edges = [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)];
     let area = edges[2].at(c.x, c.y);
@@ -67,67 +102,128 @@ fn edges([a, b, c]: &[Projected; 3]) -> ([Edge; 3], f64) {
 }
 
 impl<'a> Visibility<'a> {
-    pub fn new(mesh: &'a Mesh, component: &'a [u32], camera: &Camera, size: usize) -> Self {
-        let projected: Vec<Projected> =
-            mesh.vertices.iter().map(|&point| camera.project(point, size)).collect();
-        let empty = Hit { face: EMPTY, w: 0.0 };
-        let mut hits = vec![empty; size * size];
-        for_each_band(&mut hits, size, |first, band| {
-            for (j, face) in mesh.faces.iter().enumerate() {
-                let corners = face.map(|k| projected[k as usize]);
-                rasterize(j as u32, &corners, first, size, band);
+    pub fn new(mesh: &'a Mesh, component: &'a [u32], camera: &'a Camera) -> Self {
+        let [width, height] = camera.size();
+        let nowhere = Projected { x: 0.0, y: 0.0, w: 0.0 };
+        let mut projected = vec![nowhere; mesh.vertices.len()];
+        for_each_band(&mut projected, 1, |first, band| {
+            for (to, &point) in band.iter_mut().zip(&mesh.vertices[first..]) {
+                *to = camera.project(point);
             }
         });
-        Visibility { size, mesh, projected, component, hits }
+        let empty = Pixel { w: [0; SAMPLES], face: [EMPTY; SAMPLES] };
+        let mut pixels = vec![empty; width * height];
+        for_each_band(&mut pixels, width, |first, band| {
+            // With the widest vectors there are; the bits are the same.
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for (j, face) in mesh.faces.iter().enumerate() {
+                        let corners = face.map(|k| projected[k as usize]);
+                        rasterize(j as u32, &corners, first, width, band);
+                    }
+                },
+            );
+        });
+        Visibility { width, height, mesh, camera, projected, component, pixels }
     }
 
-    /// The face seen by sample i (row-major).
-    pub fn face(&self, i: usize) -> Option<usize> {
-        let face = self.hits[i].face;
-        (face != EMPTY).then_some(face as usize)
+    pub fn camera(&self) -> &Camera {
+        self.camera
     }
 
-    /// How many samples see the surface.
-    pub fn surface(&self) -> usize {
-        self.hits.iter().filter(|hit| hit.face != EMPTY).count()
+    /// The faces seen by pixel i (row-major), by their first samples; `see` is called for each.
+    #[inline(always)]
+    pub fn fragments(&self, i: usize, mut see: impl FnMut(Fragment)) {
+        let faces = &self.pixels[i].face;
+        if faces.iter().fold(0, |differ, face| differ | (face ^ faces[0])) == 0 {
+            if faces[0] != EMPTY {
+                see(Fragment { face: faces[0] as usize, samples: u8::MAX });
+            }
+            return;
+        }
+        let mut left = 0_u8;
+        for (s, &face) in faces.iter().enumerate() {
+            left |= u8::from(face != EMPTY) << s;
+        }
+        while left != 0 {
+            let face = faces[left.trailing_zeros() as usize];
+            let mut samples = 0_u8;
+            for (s, &other) in faces.iter().enumerate() {
+                samples |= u8::from(other == face) << s;
+            }
+            see(Fragment { face: face as usize, samples });
+            left &= !samples;
+        }
+    }
+
+    /// The middle of some samples of pixel i.
+    #[inline(always)]
+    pub fn middle(&self, i: usize, samples: u8) -> [f64; 2] {
+        let [mut x, mut y] = [0.0; 2];
+        // All of them lie around the middle of the pixel.
+        for s in (0..SAMPLES).filter(|_| samples != u8::MAX).filter(|s| samples >> s & 1 == 1) {
+            x += X[s];
+            y += Y[s];
+        }
+        let count = f64::from(samples.count_ones());
+        [
+            (i % self.width) as f64 + 0.5 + f64::from(x) / count,
+            (i / self.width) as f64 + 0.5 + f64::from(y) / count,
+        ]
+    }
+
+    /// The sample that stands for pixel i: the first one that sees the surface.
+    fn first(&self, i: usize) -> Option<usize> {
+        self.pixels[i].face.iter().position(|&face| face != EMPTY)
+    }
+
+    /// The face that stands for pixel i, and where its sample is.
+    pub fn front(&self, i: usize) -> Option<(usize, [f64; 2])> {
+        let s = self.first(i)?;
+        Some((self.pixels[i].face[s] as usize, self.middle(i, 1 << s)))
+    }
+
+    /// Whether all that is seen of the surface in the pixel of vertex v is nearer by more than `steps` pixels.
+    pub fn hides(&self, v: usize, steps: f64) -> bool {
+        let Projected { x, y, w } = self.projected[v];
+        let (x, y) = (x as usize, y as usize);
+        let i = y.min(self.height - 1) * self.width + x.min(self.width - 1);
+        let farthest = self.pixels[i].w.iter().filter(|&&bits| bits > 0).min();
+        farthest
+            .is_some_and(|&bits| f64::from(f32::from_bits(bits)) > w + steps * self.camera.step(w))
     }
 
     fn corners(&self, j: usize) -> [Projected; 3] {
         self.mesh.faces[j].map(|k| self.projected[k as usize])
     }
 
-    /// The barycentric coordinates, on face j, of the surface point seen by sample i.
-    pub fn barycentric(&self, j: usize, i: usize) -> [f64; 3] {
+    /// The barycentric coordinates, on face j, of the surface point at a place of the picture.
+    pub fn barycentric(&self, j: usize, [x, y]: [f64; 2]) -> [f64; 3] {
         let corners = self.corners(j);
-        let (x, y) = self.center(i);
         let (edges, _) = edges(&corners);
         let weight = [0, 1, 2].map(|c| edges[c].at(x, y) * corners[c].w);
         let sum: f64 = weight.iter().sum();
         weight.map(|value| value / sum)
     }
 
-    fn center(&self, i: usize) -> (f64, f64) {
-        let (row, column) = (i / self.size, i % self.size);
-        (column as f64 + 0.5, row as f64 + 0.5)
-    }
-
-    /// How much w may change per sample along the surface seen by i: its slope there, and the width of a sample.
-    fn slope(&self, j: usize, i: usize) -> f64 {
+    /// How much w may change per pixel along the surface of face j: its slope there, and the width of a pixel.
+    fn slope(&self, j: usize, w: f64) -> f64 {
         let [a, b, c] = self.corners(j);
         let (_, area) = edges(&[a, b, c]);
         let (bw, cw) = (b.w - a.w, c.w - a.w);
         let dx = (bw * (c.y - a.y) - cw * (b.y - a.y)) / area;
         let dy = (cw * (b.x - a.x) - bw * (c.x - a.x)) / area;
-        let w = f64::from(self.hits[i].w);
-        dx.hypot(dy) + 2.0 * half_slope() * w / self.size as f64
+        dx.hypot(dy) + self.camera.step(w)
     }
 
-    /// Whether samples i and k, `distance` samples apart, see the same sheet of the surface: the same face,
+    /// Whether pixels i and k, `distance` pixels apart, see the same sheet of the surface: the same face,
     /// neighbors at a corner, or one component at depths that differ by no more than the gentler slope explains.
     pub fn connected(&self, i: usize, k: usize, distance: f64) -> bool {
-        let (Some(a), Some(b)) = (self.face(i), self.face(k)) else {
+        let (Some(s), Some(t)) = (self.first(i), self.first(k)) else {
             return false;
         };
+        let [a, b] = [self.pixels[i].face[s], self.pixels[k].face[t]].map(|face| face as usize);
         if self.mesh.faces[a].iter().any(|v| self.mesh.faces[b].contains(v)) {
             return true;
         }
@@ -135,9 +231,50 @@ impl<'a> Visibility<'a> {
         if p != q {
             return false;
         }
-        let slope = self.slope(a, i).min(self.slope(b, k));
-        let step = f64::from(self.hits[i].w - self.hits[k].w).abs();
-        step <= 2.0 * slope * distance
+        let [v, w] =
+            [self.pixels[i].w[s], self.pixels[k].w[t]].map(|bits| f64::from(f32::from_bits(bits)));
+        (v - w).abs() <= 2.0 * self.slope(a, v).min(self.slope(b, w)) * distance
+    }
+
+    /// The faces that some sample sees.
+    pub fn seen_faces(&self) -> Vec<bool> {
+        let mut seen = vec![false; self.mesh.faces.len()];
+        for &face in self.pixels.iter().flat_map(|pixel| &pixel.face) {
+            if face != EMPTY {
+                seen[face as usize] = true;
+            }
+        }
+        seen
+    }
+
+    /// The perspective barycentric coordinates on face j, up to a factor, as functions of the place.
+    pub fn planes(&self, j: usize) -> Planes {
+        let corners = self.corners(j);
+        let [a, ..] = corners;
+        let (edges, area) = edges(&corners);
+        let plane = |c: usize| {
+            let (edge, w) = (&edges[c], corners[c].w / area);
+            let level = edge.at(a.x, a.y);
+            [-edge.dy * w, edge.dx * w, level * w].map(|x| x as f32)
+        };
+        Planes { origin: [a.x, a.y], planes: [plane(0), plane(1), plane(2)] }
+    }
+}
+
+/// See [`Visibility::planes`]; single precision is enough around a corner.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Planes {
+    origin: [f64; 2],
+    planes: [[f32; 3]; 3],
+}
+
+impl Planes {
+    #[inline(always)]
+    pub fn barycentric(&self, [x, y]: [f64; 2]) -> [f32; 3] {
+        let (x, y) = ((x - self.origin[0]) as f32, (y - self.origin[1]) as f32);
+        let weights = self.planes.map(|[a, b, c]| a * x + b * y + c);
+        let sum = weights[0] + weights[1] + weights[2];
+        weights.map(|weight| weight / sum)
     }
 }
 
@@ -162,44 +299,59 @@ pub(super) fn components(mesh: &Mesh) -> Vec<u32> {
 
 /// Draws one face into a band of rows that starts at row `first`. Samples on an edge belong to both faces,
 /// and equal depths to the first, so that the surface has no cracks and the order of faces decides ties.
-fn rasterize(j: u32, corners: &[Projected; 3], first: usize, size: usize, band: &mut [Hit]) {
-    let rows = samples(corners.map(|p| p.y), first, first + band.len() / size);
-    let columns = samples(corners.map(|p| p.x), 0, size);
-    if rows.is_empty() || columns.is_empty() {
+#[inline(always)]
+fn rasterize(j: u32, corners: &[Projected; 3], first: usize, width: usize, band: &mut [Pixel]) {
+    let rows = pixels(corners.map(|p| p.y), first, first + band.len() / width);
+    if rows.is_empty() {
         return;
     }
+    let columns = pixels(corners.map(|p| p.x), 0, width);
     let (edges, area) = edges(corners);
-    if area == 0.0 || !area.is_finite() {
+    if columns.is_empty() || area == 0.0 || !area.is_finite() {
         return;
     }
-    let inside = edges.map(|edge| edge.oriented(area));
-    let w = corners.map(|p| p.w / area.abs());
+    let [a, b, c] = edges.map(|edge| edge.oriented(area));
+    let offsets = [a.offsets(), b.offsets(), c.offsets()];
+    // How far a sample can be on the inner side of an edge when the middle of its pixel is not.
+    let reach = [&a, &b, &c].map(|edge| ((edge.dx.abs() + edge.dy.abs()) / 2.0) as f32);
+    let w = corners.map(|p| (p.w / area.abs()) as f32);
     for row in rows {
         let y = row as f64 + 0.5;
-        let line = &mut band[(row - first) * size..][..size];
-        let level = inside.each_ref().map(|edge| edge.row(y));
+        let line = &mut band[(row - first) * width..][..width];
+        let level = [a.row(y), b.row(y), c.row(y)];
         for column in columns.clone() {
             let x = column as f64 + 0.5;
-            let a = inside[0].on_row(level[0], x);
-            let b = inside[1].on_row(level[1], x);
-            let c = inside[2].on_row(level[2], x);
-            if a >= 0.0 && b >= 0.0 && c >= 0.0 {
-                let w = (a * w[0] + b * w[1] + c * w[2]) as f32;
-                let hit = &mut line[column];
-                if w > hit.w {
-                    *hit = Hit { face: j, w };
-                }
+            let middle = [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)]
+                .map(|value| value as f32);
+            if middle[0] < -reach[0] || middle[1] < -reach[1] || middle[2] < -reach[2] {
+                continue;
+            }
+            // In bits, which all processors compare side by side: below zero is outside, and numbers above zero are
+            // ordered like their bits.
+            let Pixel { w: nearest, face } = &mut line[column];
+            let at =
+                |k: usize| -> [f32; SAMPLES] { std::array::from_fn(|s| middle[k] + offsets[k][s]) };
+            let (a, b, c) = (at(0), at(1), at(2));
+            let depth: [u32; SAMPLES] =
+                std::array::from_fn(|s| (a[s] * w[0] + b[s] * w[1] + c[s] * w[2]).to_bits());
+            let seen: [u32; SAMPLES] = std::array::from_fn(|s| {
+                let outside = a[s].to_bits() | b[s].to_bits() | c[s].to_bits();
+                let nearer = nearest[s].wrapping_sub(depth[s]);
+                ((nearer & !outside) as i32 >> 31) as u32
+            });
+            for s in 0..SAMPLES {
+                nearest[s] = nearest[s] & !seen[s] | depth[s] & seen[s];
+                face[s] = face[s] & !seen[s] | j & seen[s];
             }
         }
     }
 }
 
-/// The samples whose centers lie between the least and the largest coordinate, within [low, high).
-fn samples(coordinates: [f64; 3], low: usize, high: usize) -> std::ops::Range<usize> {
+/// The pixels between the least and the largest coordinate, within [low, high).
+#[inline(always)]
+fn pixels(coordinates: [f64; 3], low: usize, high: usize) -> std::ops::Range<usize> {
     let [a, b, c] = coordinates;
-    let from = (a.min(b).min(c) - 0.5).max(low as f64);
-    let floor = from as usize;
-    let least = floor + usize::from(from > floor as f64);
-    let past = (a.max(b).max(c) + 0.5).clamp(0.0, high as f64) as usize;
-    least..past.max(least)
+    let from = a.min(b).min(c).max(low as f64) as usize;
+    let past = (a.max(b).max(c) + 1.0).clamp(0.0, high as f64) as usize;
+    from..past.max(from)
 }

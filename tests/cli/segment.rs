@@ -3,6 +3,7 @@
 use std::fs;
 
 use meshseg::mesh::io;
+use meshseg::render::colormap::categorical;
 
 use crate::support::{Folder, names, stderr};
 
@@ -41,7 +42,9 @@ fn spot_in_three_regions() {
     assert!((whole - 1.0).abs() < 1e-12);
 
     let image = image::open(folder.path("spot/preview.png")).unwrap();
-    assert_eq!((image.width(), image.height()), (1600, 800));
+    // Two views of the data and two of the regions, beside or above each other.
+    let size = (image.width(), image.height());
+    assert!((700..=1600).contains(&size.0) && (500..=1200).contains(&size.1), "{size:?}");
     assert_ply_has_labels(&folder, &answer);
 }
 
@@ -74,6 +77,7 @@ fn summary_has_every_key(summary: &serde_json::Value) {
     for region in regions {
         assert_eq!(region["mean"].as_array().unwrap().len(), 3);
         assert_eq!(region["color"].as_array().unwrap().len(), 3);
+        assert_eq!(region["palette"].as_array().unwrap().len(), 3);
         assert!(region["area"].is_f64() && region["share"].is_f64());
     }
 }
@@ -91,7 +95,12 @@ fn assert_ply_has_labels(folder: &Folder, answer: &crate::support::Answer) {
     }
     let mesh = io::read(&path).unwrap();
     assert_eq!((mesh.vertices.len(), mesh.faces.len()), (46_850, 93_696));
-    assert!(mesh.colors.is_some() && mesh.uv.is_some());
+    assert!(mesh.uv.is_some());
+    // The palette of the picture, so that regions of equal means differ.
+    for (color, &label) in mesh.colors.unwrap().iter().zip(&answer.labels) {
+        let byte = |c: f64| (255.0 * c).round() as u8;
+        assert_eq!(color.map(byte), categorical(label as usize).map(byte));
+    }
 }
 
 #[test]

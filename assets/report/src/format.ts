@@ -40,6 +40,11 @@ export function date(text: string): string {
   return `${words} UTC`;
 }
 
+export function day(text: string): string {
+  const time = new Date(text);
+  return Number.isNaN(time.getTime()) ? text : time.toLocaleDateString("en-US", { dateStyle: "long", timeZone: "UTC" });
+}
+
 const RAISED: Record<string, string> = {
   "-": "⁻", "0": "⁰", "1": "¹", "2": "²", "3": "³", "4": "⁴", "5": "⁵", "6": "⁶", "7": "⁷", "8": "⁸", "9": "⁹",
 };

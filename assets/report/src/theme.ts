@@ -21,11 +21,26 @@ export function onThemeChange(listener: () => void): void {
   preference.addEventListener("change", listener);
 }
 
-/** Okabe and Ito, *Color Universal Design*, 2008; in the order of their contrast on paper, yellow last. */
-const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#f0e442"];
+/** Those of the figures (src/figure/style.rs), so that a solver has one color everywhere: Okabe and Ito, *Color
+ * Universal Design*, 2008, with a darker yellow. */
+const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000", "#56b4e9", "#a89b00"];
 
 /** Told apart without color: solid, dashed, dotted, and mixtures. */
 const DASHES = ["", "8 3", "2 3", "9 3 2 3", "14 4", "5 2", "10 3 2 3 2 3", "1 4"];
+
+/** What a figure drawn for paper has in the dark: its white, its inks, its grid. */
+const IN_THE_DARK: Record<string, string> = {
+  "#ffffff": SLATE.background,
+  "#222222": SLATE.text,
+  "#000000": SLATE.text,
+  "#6e6e6e": SLATE.muted,
+  "#e2e2e2": SLATE.grid,
+};
+
+/** A color of a figure as it is shown now. */
+export function shownColor(color: string): string {
+  return (preference.matches && IN_THE_DARK[color.toLowerCase()]) || color;
+}
 
 export function color(style: number, dark: boolean): string {
   const chosen = COLORS[style % COLORS.length] ?? "#777777";

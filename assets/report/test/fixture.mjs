@@ -91,7 +91,7 @@ function run(instance, i, solver, s, repetition) {
     energy: broken ? null : trace.energy[last],
     dual_bound: broken ? null : trace.energy[last] * (1 - gap),
     relative_gap: broken ? null : trace.relative_gap[last],
-    manifest: { commit: "571a3a9c0ffee", spec: "experiments/energy-decay.toml", seed: 7, threads: 2, precision: "f64", note: "a < b & \"quoted\" </script>" },
+    manifest: { start: `2026-11-2${repetition}T23:30:00.000Z`, commit: "571a3a9c0ffee", spec: "experiments/energy-decay.toml", seed: 7, threads: 2, precision: "f64", note: "a < b & \"quoted\" </script>" },
     trace: broken ? { iteration: [0], seconds: [0], energy: [null], relative_gap: [null], suboptimality: [null] } : trace,
   };
 }

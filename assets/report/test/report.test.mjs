@@ -49,6 +49,8 @@ describe("a report", { skip: missing }, () => {
     const head = await text("header");
     assert.ok(head.includes(data.program));
     for (const machine of data.machines) assert.ok(head.includes(machine.cpu));
+    const starts = data.runs.flatMap((run) => run.manifest.start ?? []);
+    assert.equal(/Made\D+\d{1,2}, \d{4}/.test(head), starts.length > 0);
     const notices = (await page.$$eval(".notice", (all) => all.map((one) => one.textContent))).join("\n");
     assert.equal(notices.includes("Loaded machine"), data.runs.some((run) => run.loaded));
     const first = data.machines.find((machine) => machine.first);
@@ -301,6 +303,13 @@ describe("a report", { skip: missing }, () => {
 
   on("runs", "lists the runs and opens a manifest", async () => {
     assert.equal((await page.$$("#runs tbody tr")).length, Math.min(100, data.runs.length));
+    const repetitions = await page.$$eval("#runs tbody tr td:nth-child(4)", (all) => all.map((one) => Number(one.textContent)));
+    assert.equal(Math.min(...repetitions), 1);
+    // What an end means is said where it is shown.
+    const meanings = await text("#runs");
+    for (const status of new Set(data.runs.map((run) => run.status))) {
+      if (status !== "converged") assert.ok(meanings.includes(`“${status}”: `), status);
+    }
     await press("#runs tbody tr:first-child td:nth-child(2)");
     const opened = await text("#runs .manifest");
     for (const [key, value] of Object.entries(data.runs[0].manifest)) {
@@ -319,6 +328,12 @@ describe("a report", { skip: missing }, () => {
       for (const id of await other.page.$$eval("main > section", (all) => all.map((one) => one.id))) await reveal(other.page, id);
       const { scroll, window: wide } = await other.page.evaluate(() => ({ scroll: document.documentElement.scrollWidth, window: innerWidth }));
       assert.ok(scroll <= wide, `${name}: ${scroll} pixels in a window of ${wide}`);
+      // White paper has no place in the dark, and no legend is longer than its chart.
+      const papers = await other.page.$$eval(".paper", (all) =>
+        all.flatMap((one) => [...one.shadowRoot.querySelectorAll("[fill]")].map((part) => part.getAttribute("fill").toLowerCase())));
+      if (scheme === "dark") assert.ok(!papers.includes("#ffffff") && !papers.includes("#222222"), `${name}: ${papers}`);
+      const legends = await other.page.$$eval(".legend-list", (all) => all.map((one) => one.clientHeight));
+      for (const height of legends) assert.ok(height <= 480, `${name}: a legend of ${height} pixels`);
       await other.page.evaluate(() => scrollTo({ top: 0, behavior: "instant" }));
       await shot(other.page, name);
       assert.deepEqual(other.complaints, []);

@@ -173,9 +173,20 @@ fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], kind: &FigureKind) -> Vec<
             titles.push(title);
         }
     }
+    // The looks of its solver, as in all other figures, where no other series has them.
+    let first = |label: &String| {
+        let own = cells.iter().find(|cell| name(cell) == *label);
+        own.map_or(0, |cell| cell.solver)
+    };
+    let mut styles: Vec<usize> = names.iter().map(first).collect();
+    let distinct = (1..styles.len()).all(|i| !styles[..i].contains(&styles[i]));
+    if !distinct {
+        styles = (0..names.len()).collect();
+    }
+    let unused = styles.iter().max().map_or(0, |last| last + 1);
     let panel = |title: &Option<String>| {
         let mut series = Vec::new();
-        for (style, label) in names.iter().enumerate() {
+        for (&style, label) in styles.iter().zip(&names) {
             let own = cells.iter().filter(|cell| name(cell) == *label && panel_of(cell) == *title);
             let mut marks: Vec<([f64; 2], [f64; 3])> = own
                 .filter_map(|cell| {
@@ -212,7 +223,7 @@ fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], kind: &FigureKind) -> Vec<
         }
         if let Some((label, point)) = reference {
             let (label, points) = (label.clone(), vec![*point]);
-            let style = names.len();
+            let style = unused;
             series.push(Series { label, style, shape: Shape::Marks, points, band: Vec::new() });
         }
         let title = match (panels, title) {

@@ -18,12 +18,16 @@ use serde_json::json;
 
 use self::page::Shown;
 use self::pool::Pool;
-use super::figures::{Clock, FigureKind, FigureSpec, Measure, TableKind, TableSpec, Target};
+use super::figures::{
+    Clock, FigureKind, FigureSpec, Measure, Places, TableKind, TableSpec, Target,
+};
 use super::results::Done;
+use super::runner::SHOWN;
 use super::spec::Spec;
 use super::store::Store;
 use crate::error::{Error, Result};
-use crate::{figure, file};
+use crate::figure::{self, tex};
+use crate::file;
 
 pub use why::{Why, why};
 
@@ -35,9 +39,16 @@ pub struct Report {
     pub runs: usize,
     /// Runs that the file asks for and that are not there.
     pub missing: usize,
+    /// Why figures and tables stayed as they were, or are not there, a line each.
+    pub kept: Vec<String>,
+    /// A figure of the file for which no run has anything to show; all others are written.
+    pub empty: Option<Error>,
 }
 
 /// Writes `figures/`, `tables/`, `numbers.tex` and `report.html` of the experiment in `folder`.
+///
+/// Results may come without the labels of their runs, which are large. Then the figures and tables that need them
+/// stay as they are.
 ///
 /// # Errors
 /// A folder without runs, files in it that are damaged, and what cannot be written.
@@ -63,45 +74,91 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     }
     let wanted = pool.cells.len() as u64 * spec.repetitions;
     let (figures, tables) = asked(&spec);
+    let unlabeled = pool.runs().filter(|run| lacks_labels(run)).count();
+    let (mut kept, mut empty) = (Vec::new(), None);
+    let mut keep = |path: &Path, stays: bool| {
+        kept.push(format!(
+            "{} {}: it needs the labels of all runs, and {unlabeled} of {runs} came without labels.npy; \
+             `meshseg experiment run --force` makes them",
+            path.display(),
+            if stays { "stays as it was" } else { "is left out" }
+        ));
+    };
 
     let figure_folder = made(folder.join("figures"))?;
     let mut shown = Vec::new();
     let mut figure_paths = Vec::new();
-    for spec in &figures {
-        let drawn = draw::draw(&pool, spec);
-        figure::write(&drawn.figure, &figure_folder, &spec.name)?;
-        sources(&figure_folder, &spec.name, &drawn.sources)?;
-        shown.push(Shown::figure(spec.title.as_deref(), &drawn, &spec.name)?);
-        figure_paths.push(figure_folder.join(format!("{}.svg", spec.name)));
+    for figure in &figures {
+        let (name, title) = (&figure.name[..], figure.title.as_deref());
+        let path = figure_folder.join(format!("{name}.svg"));
+        if unlabeled > 0 && figure.quantities().contains(&LABELS) {
+            keep(&path, path.is_file());
+            if path.is_file() {
+                shown.push(Shown::old(title, &path, name)?);
+                figure_paths.push(path);
+            }
+            continue;
+        }
+        let drawn = draw::draw(&pool, figure);
+        if drawn.figure.panels.is_empty() {
+            let message = format!(
+                "the figure {name:?} has nothing to show: no run has {}",
+                figure.quantities().join(" and ")
+            );
+            empty.get_or_insert(spec.misfit(&figure.places.shown, message));
+            continue;
+        }
+        figure::write(&drawn.figure, &figure_folder, name)?;
+        sources(&figure_folder, name, &drawn.sources)?;
+        shown.push(Shown::figure(title, &drawn, name)?);
+        figure_paths.push(path);
     }
     let table_folder = made(folder.join("tables"))?;
-    let tables: Vec<table::Table<'_>> =
-        tables.iter().map(|spec| table::table(&pool, spec)).collect();
+    let (mut table_paths, mut listed) = (Vec::new(), Vec::new());
     let mut numbers = NUMBERS.to_owned();
-    for table in &tables {
-        table.write(&table_folder)?;
-        sources(&table_folder, &table.name, &table.sources)?;
-        for (name, x) in table.numbers() {
-            let value = pool::number(x);
-            numbers +=
-                &format!("\\expandafter\\def\\csname meshseg@{name}\\endcsname{{{value}}}\n");
+    for spec in &tables {
+        let path = table_folder.join(format!("{}.md", spec.name));
+        let mut table = table::table(&pool, spec);
+        if unlabeled > 0 && spec.quantities().contains(&LABELS) {
+            let old = table_folder.join(format!("{}.csv", spec.name));
+            keep(&old, old.is_file());
+            if !old.is_file() {
+                continue;
+            }
+            table.read(&old)?;
+        } else {
+            table.write(&table_folder)?;
+            sources(&table_folder, &table.name, &table.sources)?;
         }
+        for (name, x) in table.numbers() {
+            numbers += &defined(&name, &pool::number(x));
+        }
+        table_paths.push(path);
+        listed.push(table);
     }
     let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
     write(&folder.join("numbers.tex"), &numbers)?;
     let written = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let shown = Shown { figures: shown, tables: &tables, version, written };
+    let shown = Shown { figures: shown, tables: &listed, version, written };
     let page = folder.join("report.html");
     write(&page, &page::page(&pool, &store, &shown)?)?;
-    let tables =
-        tables.iter().map(|table| table_folder.join(format!("{}.md", table.name))).collect();
     Ok(Report {
         figures: figure_paths,
-        tables,
+        tables: table_paths,
         page,
         runs,
         missing: (wanted as usize).saturating_sub(runs),
+        kept,
+        empty,
     })
+}
+
+/// The quantity that is computed of labels.
+const LABELS: &str = "labels-changed";
+
+/// Whether a run was made with labels that are not there.
+fn lacks_labels(run: &Done) -> bool {
+    run.labels.is_none() && run.manifest.repetition == 0 && run.summary.vertices <= SHOWN
 }
 
 /// What the file asks for; if nothing, decay over both clocks and the times to gaps.
@@ -114,6 +171,7 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         columns: 2,
         only: None,
         solvers: None,
+        places: Places::default(),
     };
     let figures = match &spec.figures[..] {
         [] => vec![
@@ -133,8 +191,19 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
     (figures, tables)
 }
 
-const NUMBERS: &str = "% \\result{TABLE/INSTANCE/SOLVER/COLUMN} is a number of a table.\n\
-    \\providecommand{\\result}[1]{\\csname meshseg@#1\\endcsname}\n";
+const NUMBERS: &str = "\
+% \\result{TABLE/INSTANCE/SOLVER/COLUMN} is a number of a table: the names as they are, with \\%, \\&, \\#, \\$, \\{ and \\}.\n\
+\\providecommand{\\result}[1]{\\ifcsname meshseg@\\detokenize{#1}\\endcsname\n\
+\x20 \\csname meshseg@\\detokenize{#1}\\endcsname\\else\\textbf{??}\\typeout{There is no result \\detokenize{#1}}\\fi}\n";
+
+/// A number by the name that people type, and by the one that is escaped as a text is.
+fn defined(name: &str, value: &str) -> String {
+    let define = |name: &str| {
+        format!("\\expandafter\\def\\csname meshseg@\\detokenize{{{name}}}\\endcsname{{{value}}}\n")
+    };
+    let (typed, escaped) = (tex::typed(name), tex::escaped(name));
+    define(&typed) + &if escaped == typed { String::new() } else { define(&escaped) }
+}
 
 fn made(folder: PathBuf) -> Result<PathBuf> {
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;

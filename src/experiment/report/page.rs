@@ -1,6 +1,7 @@
 //! `report.html`: the data of an experiment put into the page that shows them, one file that needs no network.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -11,7 +12,8 @@ use super::super::store::Store;
 use super::draw::Drawn;
 use super::pool::Pool;
 use super::table::{Entry, Table};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::file;
 use crate::mesh::io;
 
 /// The page without data; see assets/report/README.md.
@@ -119,9 +121,10 @@ pub fn page(pool: &Pool<'_>, store: &Store, shown: &Shown<'_>) -> Result<String>
         "written": shown.written, "machines": machines, "solvers": solvers, "instances": instances, "runs": runs,
         "tables": tables, "figures": figures, "scenes": scenes,
     });
+    // No name can end the script, or open a comment in it.
     let text = data
         .to_string()
-        .replace("</", "<\\/")
+        .replace('<', "\\u003c")
         .replace('\u{2028}', "\\u2028")
         .replace('\u{2029}', "\\u2029");
     Ok(TEMPLATE.replacen(PLACE, &text, 1))
@@ -176,9 +179,10 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     let data: Vec<u8> = colors.iter().flatten().map(|c| (255.0 * c).round() as u8).collect();
     let palette: Vec<[f64; 3]> =
         (0..run.summary.regions).map(crate::render::colormap::categorical).collect();
+    let [towards, up] = crate::render::standing(&mesh);
     Ok(Some(json!({
         "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),
-        "palette": palette, "solutions": solutions,
+        "palette": palette, "solutions": solutions, "view": { "towards": towards, "up": up },
     })))
 }
 
@@ -190,5 +194,16 @@ impl<'a> Shown<'a> {
         stem: &'a str,
     ) -> Result<(String, String, &'a str)> {
         Ok((title.unwrap_or(stem).to_owned(), crate::figure::svg(&drawn.figure)?, stem))
+    }
+
+    /// A figure that stays as it was.
+    pub fn old(
+        title: Option<&str>,
+        path: &Path,
+        stem: &'a str,
+    ) -> Result<(String, String, &'a str)> {
+        let svg = String::from_utf8(file::read(path)?)
+            .map_err(|error| Error::malformed(path, error.to_string()))?;
+        Ok((title.unwrap_or(stem).to_owned(), svg, stem))
     }
 }

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use super::super::figures::{Clock, TableKind, TableSpec, Target};
+use super::super::quoting::one_line;
 use super::super::results::Done;
 use super::pool::{Cell, Pool, given, number};
 use super::quantity::{Shown, quantity};
 use crate::error::{Error, Result};
+use crate::figure::tex;
 use crate::file;
 
 pub struct Table<'a> {
@@ -125,6 +127,31 @@ impl Table<'_> {
         write("tex", self.latex())
     }
 
+    /// Takes the rows of a table that was written before.
+    ///
+    /// # Errors
+    /// A file that is no table.
+    pub fn read(&mut self, path: &Path) -> Result<()> {
+        let bytes = file::read(path)?;
+        let malformed = |error: csv::Error| Error::malformed(path, error.to_string());
+        let mut csv = csv::Reader::from_reader(&bytes[..]);
+        self.columns = csv.headers().map_err(malformed)?.iter().map(String::from).collect();
+        let entry = |(column, text): (usize, &str)| match text.parse() {
+            _ if text.is_empty() => Entry::Nothing,
+            Ok(x) if column >= 2 => Entry::Number(x),
+            _ if text.starts_with("> ") => Entry::Censored(text.into()),
+            _ => Entry::Text(text.into()),
+        };
+        let row = |row: csv::Result<csv::StringRecord>| {
+            Ok(row.map_err(malformed)?.iter().enumerate().map(entry).collect())
+        };
+        self.rows = csv.records().map(row).collect::<Result<_>>()?;
+        if self.columns.len() < 2 {
+            return Err(Error::malformed(path, "is no table of a report"));
+        }
+        Ok(())
+    }
+
     /// Whole numbers, in full precision.
     fn csv(&self) -> std::io::Result<String> {
         let mut csv = csv::Writer::from_writer(Vec::new());
@@ -141,13 +168,12 @@ impl Table<'_> {
 
     pub fn markdown(&self) -> String {
         let line = |entries: Vec<String>| format!("| {} |\n", entries.join(" | "));
-        let escape = |text: String| text.replace('|', "\\|");
         let rule = |i: usize| if self.is_numeric(i) { "---:" } else { "---" }.to_owned();
-        let mut text = format!("{}\n\n", self.title);
-        text += &line(self.columns.clone());
+        let mut text = format!("{}\n\n", markdown(&self.title));
+        text += &line(self.columns.iter().map(|column| markdown(column)).collect());
         text += &line((0..self.columns.len()).map(rule).collect());
         for row in &self.rows {
-            text += &line(row.iter().map(|entry| escape(entry.text())).collect());
+            text += &line(row.iter().map(|entry| markdown(&entry.text())).collect());
         }
         text
     }
@@ -156,10 +182,10 @@ impl Table<'_> {
         let columns: String =
             (0..self.columns.len()).map(|i| if self.is_numeric(i) { 'r' } else { 'l' }).collect();
         let line = |entries: Vec<String>| {
-            let entries: Vec<String> = entries.iter().map(|text| latex(text)).collect();
+            let entries: Vec<String> = entries.iter().map(|text| tex::escaped(text)).collect();
             format!("{} \\\\\n", entries.join(" & "))
         };
-        let mut text = format!("% {}: needs the package booktabs\n", self.title);
+        let mut text = format!("% {}: needs the package booktabs\n", one_line(&self.title));
         text += &format!("\\begin{{tabular}}{{{columns}}}\n\\toprule\n");
         text += &line(self.columns.clone());
         text += "\\midrule\n";
@@ -191,22 +217,25 @@ impl Table<'_> {
     }
 }
 
-/// A text with what LaTeX takes for commands escaped.
-pub fn latex(text: &str) -> String {
+/// A text for Markdown: what it takes for marks, tags or the border of a cell is escaped.
+fn markdown(text: &str) -> String {
     let mut escaped = String::new();
-    for c in text.chars() {
+    let mut before = ' ';
+    for (i, c) in text.char_indices() {
+        let after = text[i + c.len_utf8()..].chars().next().unwrap_or(' ');
         match c {
-            '\\' => escaped += "\\textbackslash{}",
-            '~' => escaped += "\\textasciitilde{}",
-            '^' => escaped += "\\textasciicircum{}",
-            '<' => escaped += "\\textless{}",
-            '>' => escaped += "\\textgreater{}",
-            '#' | '$' | '%' | '&' | '_' | '{' | '}' => {
+            '<' => escaped += "&lt;",
+            '&' if after.is_ascii_alphabetic() || after == '#' => escaped += "&amp;",
+            c if c.is_control() => escaped.push(' '),
+            // Within a word it is none.
+            '_' if before.is_alphanumeric() && after.is_alphanumeric() => escaped.push(c),
+            '\\' | '|' | '*' | '`' | '[' | ']' | '$' | '_' => {
                 escaped.push('\\');
                 escaped.push(c);
             }
             c => escaped.push(c),
         }
+        before = c;
     }
     escaped
 }

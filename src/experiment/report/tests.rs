@@ -2,7 +2,7 @@
 
 use super::draw::power;
 use super::pool::{Spread, given, number};
-use super::table::{Entry, Table, latex};
+use super::table::{Entry, Table};
 
 #[test]
 fn quartiles_are_those_of_the_sorted_values() {
@@ -76,15 +76,7 @@ fn tables_have_their_forms() {
     table.write(folder.path()).unwrap();
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
     assert!(read("t.csv").contains("c,s_2,0.3333333333333333,\n"));
-    assert!(read("t.tex").contains("a|b & s\\_1 & 0.500 & \\textgreater{} 3 \\\\\n"));
+    assert!(read("t.tex").contains("a$|$b & s\\_1 & 0.500 & \\textgreater{} 3 \\\\\n"));
     let numbers: Vec<(String, f64)> = table.numbers().collect();
     assert_eq!(numbers, [("t/a|b/s_1/x".to_owned(), 0.5), ("t/c/s_2/x".to_owned(), 1.0 / 3.0)]);
-}
-
-#[test]
-fn commands_of_latex_are_escaped() {
-    assert_eq!(
-        latex("50 % of a_b & {c} #1 ~ \\x ^2"),
-        "50 \\% of a\\_b \\& \\{c\\} \\#1 \\textasciitilde{} \\textbackslash{}x \\textasciicircum{}2"
-    );
 }

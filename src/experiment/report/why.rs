@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::super::quoting::{operand, shell};
 use super::super::results::Done;
 use crate::error::{Error, Result};
 use crate::file;
@@ -42,12 +43,13 @@ pub fn why(path: &Path) -> Result<Vec<Why>> {
     let parsed: Sources = serde_json::from_slice(&file::read(&sources)?)
         .map_err(|error| Error::malformed(&sources, error.to_string()))?;
     let folder = path.parent().and_then(Path::parent).unwrap_or(Path::new("."));
+    let file = |folder: &Path| shell(&operand(&folder.join("spec.toml").display().to_string()));
     let run = |id: String| {
         let folder = folder.join("runs").join(&id);
         let run = Done::read(&folder)?;
         let manifest = run.manifest;
         Ok(Why {
-            command: format!("meshseg experiment run {}", folder.join("spec.toml").display()),
+            command: format!("meshseg experiment run {}", file(&folder)),
             id,
             instance: manifest.instance,
             solver: manifest.solver,

@@ -2,6 +2,7 @@
 //! `tests/cases`.
 
 mod claims;
+mod experiments;
 mod images;
 mod readers;
 mod surfaces;

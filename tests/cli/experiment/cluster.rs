@@ -34,6 +34,28 @@ fn the_snakefile_makes_all_runs_and_the_report() {
     assert_eq!(outcomes(&folder.path("alone/small")), made);
 }
 
+/// Blanks, quotes, braces of wildcards: all that a shell, Python or Snakemake could take for its own.
+#[test]
+fn the_snakefile_takes_any_name() {
+    let folder = small();
+    let name = "noise {i} it's \"50 %\" {wildcards.x} $HOME # λ";
+    std::fs::rename(folder.path("small.toml"), folder.path(&format!("{name}.toml"))).unwrap();
+    let file = format!("{name}.toml");
+    let emit = ["experiment", "run", &file, "--emit", "snakemake", "--jobs", "2"];
+    let emitted = Command::new(PROGRAM).args(emit).current_dir(folder.path("")).output().unwrap();
+    folder.write("Snakefile", &emitted.stdout);
+    let output = snakemake()
+        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
+        .current_dir(folder.path(""))
+        .env("HOME", folder.path(""))
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{}\n{told}", String::from_utf8_lossy(&emitted.stdout));
+    assert_eq!(outcomes(&folder.path(&format!("results/{name}"))).len(), SMALL_RUNS);
+    assert!(folder.path(&format!("results/{name}/report.html")).exists());
+}
+
 /// Each task of the array, as the scheduler would start it; `sbatch` is one that writes down what it is told.
 #[test]
 fn the_batch_script_makes_all_runs() {

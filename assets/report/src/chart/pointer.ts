@@ -72,7 +72,7 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
       [VALUE_NAMES[name], name === "energy" ? significant(value, 7) : gap(value)],
       ["iteration", significant(run.trace.iteration[index])],
       ["seconds", seconds(run.trace.seconds[index])],
-      ["run", curve.strands.length > 1 ? `${run.id}, repetition ${run.repetition}` : run.id],
+      ["run", curve.strands.length > 1 ? `${run.id}, repetition ${run.repetition + 1}` : run.id],
     ];
     tip.replaceChildren(
       h("strong", {}, line, curve.solver.label),

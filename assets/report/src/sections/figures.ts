@@ -3,6 +3,7 @@
 import type { FigureData, Report } from "../data";
 import { h } from "../dom";
 import { save, svgBlob } from "../download";
+import { onThemeChange, shownColor } from "../theme";
 
 export function figures(report: Report): Node {
   return h("div", { class: "figures" }, ...report.data.figures.map(figure));
@@ -11,7 +12,10 @@ export function figures(report: Report): Node {
 function figure({ title, svg, stem }: FigureData): HTMLElement {
   const paper = h("div", { class: "paper", role: "img", "aria-label": title });
   // Of its own shadow tree, so that the ids and styles of one figure cannot reach another.
-  paper.attachShadow({ mode: "open" }).append(picture(svg));
+  const shadow = paper.attachShadow({ mode: "open" });
+  const show = () => shadow.replaceChildren(picture(svg));
+  show();
+  onThemeChange(show);
   return h(
     "figure",
     {},
@@ -30,6 +34,12 @@ function picture(text: string): Node {
   if (svg.localName !== "svg") return document.createTextNode("This figure is not a readable SVG file.");
   const [width, height] = [svg.getAttribute("width"), svg.getAttribute("height")].map((size) => parseFloat(size ?? ""));
   if (!svg.hasAttribute("viewBox") && width && height) svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  for (const element of [svg, ...svg.querySelectorAll("*")]) {
+    for (const name of ["fill", "stroke"]) {
+      const color = element.getAttribute(name);
+      if (color) element.setAttribute(name, shownColor(color));
+    }
+  }
   // As wide as its place, by its view box.
   svg.removeAttribute("width");
   svg.removeAttribute("height");

@@ -1,15 +1,16 @@
 // The head of the page: the question, where the numbers come from, and what to beware of.
 
-import type { Report } from "../data";
+import type { Report, Run } from "../data";
 import { h } from "../dom";
-import { counted, date, significant } from "../format";
+import { counted, date, day, MISSING, significant } from "../format";
 
 export function header(report: Report): HTMLElement {
   const { data } = report;
   const facts: [string, string][] = [
     ["Program", data.program],
     ["Runs", data.runs.length.toLocaleString("en-US")],
-    ["Written", date(data.written)],
+    ["Made", madeBetween(data.runs)],
+    ["Page written", date(data.written)],
     ...data.machines.map((machine): [string, string] => [
       data.machines.length === 1 ? "Machine" : `Machine ${machine.id}`,
       `${machine.cpu}, ${counted(machine.cores, "core")}, ${significant(machine.memory_gib, 3)} GiB`,
@@ -23,6 +24,14 @@ export function header(report: Report): HTMLElement {
     h("dl", { class: "origin" }, ...facts.map(([term, text]) => h("div", {}, h("dt", {}, term), h("dd", {}, text)))),
     ...notices(report).map((text) => h("p", { class: "notice", role: "note" }, text)),
   );
+}
+
+/** The days from the first run to the last. */
+function madeBetween(runs: Run[]): string {
+  const starts = runs.flatMap(({ manifest: { start } }) => (typeof start === "string" ? start : [])).sort();
+  const [first, last] = [starts[0], starts[starts.length - 1]].map((start) => (start ? day(start) : null));
+  if (!first || !last) return MISSING;
+  return first === last ? first : `${first} to ${last}`;
 }
 
 function notices(report: Report): string[] {

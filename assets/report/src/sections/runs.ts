@@ -3,6 +3,7 @@
 import type { Cell, Report, Run } from "../data";
 import { h } from "../dom";
 import { gap, MISSING, significant } from "../format";
+import { meanings } from "../statuses";
 import { table, type Column } from "../widgets/table";
 
 export function runs(report: Report): Node {
@@ -25,7 +26,7 @@ export function runs(report: Report): Node {
     run.id,
     report.instanceLabel(run.instance),
     report.solverLabel(run.solver),
-    run.repetition,
+    run.repetition + 1,
     run.status,
     run.iterations,
     run.seconds,
@@ -37,14 +38,15 @@ export function runs(report: Report): Node {
     "div",
     {},
     table({ label: "Runs", columns, rows, detail: (row) => manifest(runs[row] as Run) }),
-    h("p", { class: "hint" }, "A row opens to the manifest of its run."),
+    h("p", { class: "hint" }, "A row opens to the manifest of its run, with the reason why it ended."),
+    ...meanings(report).map((text) => h("p", { class: "hint" }, text)),
   );
 }
 
 function manifest(run: Run): Node {
   const { energy, dual_bound } = run;
   // The manifest may name them as well.
-  const entries = Object.entries({ energy, dual_bound, ...run.manifest });
+  const entries = Object.entries({ energy, dual_bound, ...run.manifest, repetition: run.repetition + 1 });
   const text = (value: unknown) => {
     if (value === null || value === undefined) return MISSING;
     if (typeof value === "number" && value !== 0 && Math.abs(value) < 1e-3) return value.toExponential();

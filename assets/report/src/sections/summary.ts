@@ -4,6 +4,7 @@ import type { Cell, Instance, Report } from "../data";
 import { h } from "../dom";
 import { counted, gap, seconds, significant } from "../format";
 import { median, ranking, tally, targets, tightest } from "../statistics";
+import { meanings } from "../statuses";
 import { table } from "../widgets/table";
 
 /** One instance at one target. */
@@ -53,6 +54,7 @@ export function summary(report: Report): Node {
     "div",
     {},
     cards,
+    ...meanings(report).map((text) => h("p", { class: "hint" }, text)),
     decades.length === 0
       ? h("p", { class: "empty" }, "No run certified a relative gap of 1e-1 or less.")
       : h(

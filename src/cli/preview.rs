@@ -1,0 +1,78 @@
+//! How the regions of a run look: the palette, the means beside it, the words of the legend.
+
+use meshseg::Mesh;
+use meshseg::mesh::geometry::barycentric_areas;
+use meshseg::outcome::{Looks, Shown};
+use meshseg::render::colormap::categorical;
+use meshseg::render::{Region, View};
+use ndarray::{Array1, Array2, ArrayView1};
+
+/// The mean colors that the vertices of each region show, where any is known.
+pub fn means(
+    colors: &[[f64; 3]],
+    labels: &Array1<i32>,
+    area: &[f64],
+    m: usize,
+) -> Vec<Option<[f64; 3]>> {
+    let mut sums = vec![([0.0; 3], 0.0); m];
+    for (k, &label) in labels.iter().enumerate() {
+        let known = colors[k].iter().all(|c| !c.is_nan());
+        if known && area[k] > 0.0 {
+            let (sum, total) = &mut sums[label as usize];
+            *total += area[k];
+            for (sum, color) in sum.iter_mut().zip(colors[k]) {
+                *sum += area[k] * color;
+            }
+        }
+    }
+    let mean = |(sum, total): ([f64; 3], f64)| {
+        (total > 0.0).then(|| sum.map(|sum| (sum / total).clamp(0.0, 1.0)))
+    };
+    sums.into_iter().map(mean).collect()
+}
+
+/// A line of the legend. Of many means the first three are told.
+pub fn legend(p: usize, share: f64, mean: &[f64]) -> String {
+    let mut text = format!("{p}   {:.1} %", 100.0 * share);
+    if !mean.is_empty() {
+        let told: Vec<String> = mean.iter().take(3).map(|mu| format!("{mu:.3}")).collect();
+        let more = if mean.len() > 3 { " …" } else { "" };
+        text += &format!("   mean {}{more}", told.join(" "));
+    }
+    text
+}
+
+/// Of costs alone: each vertex shows its cheapest region.
+pub fn of_costs(
+    mesh: &Mesh,
+    costs: &Array2<f64>,
+    labels: &Array1<i32>,
+    view: View,
+    draw: bool,
+) -> Looks {
+    let area = barycentric_areas(mesh);
+    let total: f64 = area.iter().sum();
+    let mut shares = vec![0.0; costs.ncols()];
+    for (&label, area) in labels.iter().zip(&area) {
+        shares[label as usize] += area / total;
+    }
+    let region = |(p, &share): (usize, &f64)| Region {
+        color: categorical(p),
+        mean: None,
+        text: legend(p, share, &[]),
+    };
+    // Nothing is known of a vertex whose costs are NaN.
+    let look = |s: ArrayView1<f64>| {
+        let cheapest = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
+        if s[cheapest].is_nan() { [f64::NAN; 3] } else { categorical(cheapest) }
+    };
+    let colors = || costs.outer_iter().map(look).collect();
+    Looks {
+        regions: shares.iter().enumerate().map(region).collect(),
+        data: draw.then(|| Shown {
+            colors: colors(),
+            caption: "the cheapest region at each vertex".into(),
+            view,
+        }),
+    }
+}

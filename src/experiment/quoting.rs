@@ -1,0 +1,81 @@
+//! Names of people's files and labels, quoted for what reads them: a shell, Snakemake, the head of a batch job.
+
+/// One word for a POSIX shell.
+pub fn shell(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:=+,".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// A path as an argument: what begins with a dash would be an option.
+pub fn operand(path: &str) -> String {
+    if path.starts_with('-') { format!("./{path}") } else { path.to_owned() }
+}
+
+/// Braces as themselves where Snakemake fills in wildcards.
+pub fn braces(text: &str) -> String {
+    text.replace('{', "{{").replace('}', "}}")
+}
+
+/// A text of Python, which escapes as JSON does.
+pub fn python(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// For a comment or a message: whatever would end or overwrite the line is escaped.
+pub fn one_line(text: &str) -> String {
+    let mut line = String::new();
+    for c in text.chars() {
+        // Line and paragraph separators end lines, too.
+        if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
+            line.extend(c.escape_unicode());
+        } else {
+            line.push(c);
+        }
+    }
+    line
+}
+
+/// A name where nothing can be quoted, such as that of a job: letters, digits, dots, dashes and underscores.
+pub fn plain(name: &str) -> String {
+    let keep = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+    name.chars().map(|c| if keep(c) { c } else { '-' }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAMES: [&str; 7] = [
+        "a b",
+        "it's",
+        "$HOME `ls` \\ \"x\"",
+        "{i} {{j}}",
+        "50 %\n# x",
+        "λ ünï \u{1f42e}",
+        "~a*?[b]",
+    ];
+
+    #[test]
+    fn a_shell_reads_back_every_word() {
+        for name in NAMES.into_iter().chain(["", "-n", "a=b"]) {
+            let script = format!("printf '%s' {}", shell(name));
+            let output = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
+            assert_eq!(String::from_utf8(output.stdout).unwrap(), name);
+        }
+    }
+
+    #[test]
+    fn names_that_cannot_be_quoted_stay_one_word() {
+        for name in NAMES {
+            assert!(plain(name).chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c)));
+            assert_eq!(one_line(name).lines().count(), 1);
+        }
+        assert_eq!(plain("noise sweep"), "noise-sweep");
+        assert_eq!(operand("-x.toml"), "./-x.toml");
+        assert_eq!(one_line("a\u{1b}[2J\n"), "a\\u{1b}[2J\\u{a}");
+    }
+}

@@ -1,0 +1,138 @@
+//! Lines of text in a picture: outlines of the bundled font, filled by the non-zero rule.
+//!
+//! Each row of pixels is cut into a few scan lines; on each the cover is exact along x.
+
+use image::RgbImage;
+use rustybuzz::ttf_parser::{GlyphId, OutlineBuilder};
+
+use crate::font::{FACE, shape};
+
+/// Scan lines in a row of pixels.
+const SCANS: usize = 5;
+/// Pieces that a curve is cut into: a letter is some 17 pixels high.
+const PIECES: usize = 6;
+/// The ink, sRGB.
+const INK: f64 = 0.16;
+
+/// Writes `text` from `x` on along a baseline; what is outside the picture is cut off.
+pub(super) fn write(image: &mut RgbImage, text: &str, [x, baseline]: [f64; 2], size: f64) {
+    let scale = size / f64::from(FACE.units_per_em());
+    let glyphs = shape(text);
+    let mut outline = Outline { scale, ..Outline::default() };
+    let mut pen = x;
+    for (glyph, place) in glyphs.glyph_infos().iter().zip(glyphs.glyph_positions()) {
+        outline.origin =
+            [pen + scale * f64::from(place.x_offset), baseline - scale * f64::from(place.y_offset)];
+        // A blank has no outline.
+        let _ = FACE.outline_glyph(GlyphId(glyph.glyph_id as u16), &mut outline);
+        pen += scale * f64::from(place.x_advance);
+    }
+    fill(image, &outline.lines);
+}
+
+/// Straight pieces, in pixels.
+#[derive(Default)]
+struct Outline {
+    scale: f64,
+    origin: [f64; 2],
+    start: [f64; 2],
+    at: [f64; 2],
+    lines: Vec<[[f64; 2]; 2]>,
+}
+
+impl Outline {
+    fn point(&self, x: f32, y: f32) -> [f64; 2] {
+        let [left, baseline] = self.origin;
+        [left + self.scale * f64::from(x), baseline - self.scale * f64::from(y)]
+    }
+
+    fn line(&mut self, to: [f64; 2]) {
+        self.lines.push([self.at, to]);
+        self.at = to;
+    }
+}
+
+impl OutlineBuilder for Outline {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.start = self.point(x, y);
+        self.at = self.start;
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.line(self.point(x, y));
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        let (a, b, c) = (self.at, self.point(x1, y1), self.point(x, y));
+        for i in 1..=PIECES {
+            let t = i as f64 / PIECES as f64;
+            let s = 1.0 - t;
+            self.line([0, 1].map(|k| s * s * a[k] + 2.0 * s * t * b[k] + t * t * c[k]));
+        }
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        let (a, b, c, d) = (self.at, self.point(x1, y1), self.point(x2, y2), self.point(x, y));
+        for i in 1..=PIECES {
+            let t = i as f64 / PIECES as f64;
+            let s = 1.0 - t;
+            self.line([0, 1].map(|k| {
+                s * s * s * a[k]
+                    + 3.0 * s * s * t * b[k]
+                    + 3.0 * s * t * t * c[k]
+                    + t * t * t * d[k]
+            }));
+        }
+    }
+
+    fn close(&mut self) {
+        self.line(self.start);
+    }
+}
+
+fn fill(image: &mut RgbImage, lines: &[[[f64; 2]; 2]]) {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let ends = || lines.iter().flatten().map(|point| point[1]);
+    let top = ends().fold(f64::INFINITY, f64::min).max(0.0) as usize;
+    let bottom = (ends().fold(0.0, f64::max).ceil() as usize).min(height);
+    for row in top..bottom {
+        let mut cover = vec![0.0; width];
+        for scan in 0..SCANS {
+            let y = row as f64 + (scan as f64 + 0.5) / SCANS as f64;
+            let mut crossings: Vec<(f64, i32)> = lines
+                .iter()
+                .filter(|[a, b]| (a[1] <= y) != (b[1] <= y))
+                .map(|[a, b]| {
+                    let x = a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
+                    (x, if a[1] < b[1] { 1 } else { -1 })
+                })
+                .collect();
+            crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut winding = 0;
+            for pair in crossings.windows(2) {
+                winding += pair[0].1;
+                if winding != 0 {
+                    span(&mut cover, pair[0].0, pair[1].0);
+                }
+            }
+        }
+        for (x, cover) in cover.into_iter().enumerate().filter(|(_, cover)| *cover > 0.0) {
+            let cover = (cover / SCANS as f64).min(1.0);
+            for byte in &mut image.get_pixel_mut(x as u32, row as u32).0 {
+                let paper = f64::from(*byte);
+                *byte = (paper + cover * (255.0 * INK - paper)).round() as u8;
+            }
+        }
+    }
+}
+
+/// Adds how much of each pixel lies between two places on a scan line.
+fn span(cover: &mut [f64], from: f64, to: f64) {
+    let (from, to) = (from.max(0.0), to.min(cover.len() as f64));
+    if from >= to {
+        return;
+    }
+    for x in from as usize..(to.ceil() as usize).min(cover.len()) {
+        cover[x] += (to.min(x as f64 + 1.0) - from.max(x as f64)).max(0.0);
+    }
+}
