@@ -117,7 +117,7 @@ fn segment_compiled<const M: usize>(
     observe: Observer<'_>,
 ) -> Result<Segmentation> {
     let m = alternation.regions;
-    let asked = Asked { alternation, request, stop: request.stop.clone() };
+    let asked = Asked { alternation, request, stop: request.stop.clone(), unite: true };
     let mass = request.mass.on(mesh);
     let integrate = |s: &[Row<M>]| mass.integrate(s);
     let level = Level { mesh, data, integrate: &integrate };
@@ -135,10 +135,11 @@ fn segment_compiled<const M: usize>(
         alternate(&level, first, spent, &asked, observe)?;
 
     let mut warnings = warnings;
-    if data.unknown() > 0 {
+    let area = request.mass.weights(mesh);
+    let unknown = (0..data.len()).filter(|&k| area[k] > 0.0 && !data.is_known(k)).count();
+    if unknown > 0 {
         warnings.push(format!(
-            "nothing is known of {} vertices; they take the labels of their neighbors",
-            data.unknown()
+            "nothing is known of {unknown} vertices; they take the labels of their neighbors"
         ));
     }
     if !settled || estimates == MOST_ESTIMATES {
@@ -257,6 +258,8 @@ struct Asked<'a> {
     alternation: &'a Alternation,
     request: &'a Request,
     stop: Stop,
+    /// Whether regions of one mean become one: not on a coarse mesh, since a finer one may part them.
+    unite: bool,
 }
 
 /// Where it starts: the means of the regions and the problem for them, and U and q, if they are known.
@@ -287,7 +290,7 @@ fn alternate<const M: usize>(
     asked: &Asked<'_>,
     observe: Observer<'_>,
 ) -> Result<Found<M>> {
-    let Asked { alternation, request, stop } = asked;
+    let Asked { alternation, request, stop, unite } = asked;
     let State { mut problem, means, pair } = first;
     let mut model = PiecewiseConstant::new(level.data, means);
     let (start, dual_start) = match pair {
@@ -328,7 +331,10 @@ fn alternate<const M: usize>(
         let change = DataModel::<M>::fit(&mut model, &weights);
         estimates += 1;
         settled = change <= SETTLED * range || estimates == MOST_ESTIMATES;
-        let pairs = unions.unite(&DataModel::<M>::parameters(&model), &weights, settled);
+        let pairs = match unite {
+            true => unions.unite(&DataModel::<M>::parameters(&model), &weights, settled),
+            false => Vec::new(),
+        };
         problem.set_costs(level.costs(&model, &unions.open));
         if pairs.is_empty() {
             solver.restart(&problem);

@@ -173,14 +173,6 @@ fn run_here(arguments: &Arguments) -> Outcome {
         let found =
             lambda::separating(&model, &seen.data, &alternation, &request, largest, &mut observe)?;
         request.lambda = found.unwrap_or(largest);
-        if largest > 0.0 {
-            note(&format!(
-                "lambda {}, chosen for these data; --lambda {:.1e} gives fewer cuts, {:.1e} more",
-                table::number(request.lambda),
-                2.0 * request.lambda,
-                0.5 * request.lambda
-            ));
-        }
     }
     let mut segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
     progress.finish();
@@ -203,6 +195,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
         data_unit_range: seen.unit_range.map(|range| range.map(|h| h / scale)),
         data_sign: seen.sign,
         welded_vertices: weld.as_ref().map_or(0, |weld| weld.merged),
+        lambda_chosen: arguments.lambda.is_none(),
         model: arguments.model.name(),
         init: arguments.init.name(),
         seed: arguments.seed,
@@ -237,9 +230,26 @@ fn run_here(arguments: &Arguments) -> Outcome {
     }
     warn(&solution.summary.warnings);
     let mut lines = summary_lines(&solution.summary);
+    if arguments.lambda.is_none() {
+        let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
+        lambda.expect("it has a line").1 += ", chosen for these data";
+    }
     lines.push(("written to", solving.out.display().to_string()));
-    let printed = print(&(table::pairs(&lines) + "\n" + &regions_table(&regions)));
+    let next = next_step(arguments, request.lambda);
+    let printed = print(&(table::pairs(&lines) + "\n" + &regions_table(&regions) + "\n" + &next));
     exit(solution.summary.status, printed)
+}
+
+/// What to look at, and what to try then.
+fn next_step(arguments: &Arguments, lambda: f64) -> String {
+    let picture = if arguments.solving.no_preview { "segmented.ply" } else { "preview.png" };
+    let picture = arguments.solving.out.join(picture);
+    let try_next = if lambda > 0.0 {
+        format!("--lambda {:.1e} cuts less, {:.1e} more", 2.0 * lambda, 0.5 * lambda)
+    } else {
+        "a --lambda above 0 cuts less".into()
+    };
+    format!("look at {}; {try_next}, --regions as well\n", picture.display())
 }
 
 /// What is told of one region.
@@ -265,6 +275,8 @@ struct SegmentSummary<'a> {
     data_unit_range: Option<[f64; 2]>,
     data_sign: Option<&'static str>,
     welded_vertices: usize,
+    /// Whether lambda was chosen for the data.
+    lambda_chosen: bool,
     model: &'static str,
     init: &'static str,
     seed: u64,

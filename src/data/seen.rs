@@ -511,7 +511,7 @@ fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<Seen> {
     if let Some(weld) = weld {
         values = weld.means(&values, d);
     }
-    let data = Data::new(d, values)?;
+    let data = Data::new(d, values).map_err(|error| error.of_file(path))?;
     let looks = looks::colors(&data, &barycentric_areas(mesh));
     let name = path.display().to_string();
     Ok(Seen {

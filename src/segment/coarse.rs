@@ -46,7 +46,7 @@ pub fn start<const M: usize>(
         let level = Level { mesh, data, integrate: &integrate };
         let spent = begin.elapsed();
         let stop = coarse::stop(request, spent);
-        let asked = Asked { alternation, request, stop };
+        let asked = Asked { alternation, request, stop, unite: false };
         let problem = level.problem(&means, &asked)?;
         let state = State { problem, means: means.clone(), pair };
         let Found { mut solver, run, status, parameters, .. } =

@@ -100,7 +100,7 @@ fn separating_compiled<const M: usize>(
     }
     for i in 0..TRIED {
         let request = Request { lambda: from * 0.5_f64.powi(i), ..request.clone() };
-        let asked = Asked { alternation, request: &request, stop: stop.clone() };
+        let asked = Asked { alternation, request: &request, stop: stop.clone(), unite: false };
         let state =
             State { problem: level.problem(&means, &asked)?, means: means.clone(), pair: None };
         let mut flow = std::ops::ControlFlow::Continue(());

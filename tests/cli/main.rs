@@ -6,6 +6,7 @@ mod experiment;
 mod inputs;
 mod mesh;
 mod operators;
+mod readme;
 mod reference;
 mod refusals;
 mod segment;

@@ -5,6 +5,9 @@ use std::path::PathBuf;
 
 use ndarray::{Array2, s};
 use ndarray_npy::{read_npy, write_npy};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
 use serde_json::Value;
 
 use crate::support::{Answer, Folder, costs, stderr};
@@ -281,4 +284,64 @@ fn evaluate_bounds_an_optimum() {
     // A folder that is written again without q has none.
     folder.solve("m.ply --costs s.npy --lambda 0.05 --no-preview", "o");
     assert!(!folder.path("o/q.npy").exists());
+}
+
+/// Without `--lambda`, data of every kind end in as many regions as were asked for, certified: colors, textures, images on
+/// surfaces, curvature, from flat pieces to noise of twice the contrast.
+#[test]
+fn the_default_lambda_suits_every_kind_of_data() {
+    let folder = Folder::new();
+    let asset = |name: &str| {
+        PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets").join(name).display().to_string()
+    };
+    let (human, cat) = (asset("human/human.ply"), asset("images/chelsea.png"));
+    let (spot, texture) = (asset("spot/spot_triangulated.obj"), asset("spot/spot_texture.png"));
+    for line in [
+        "builtin:spot --regions 2".into(),
+        "builtin:spot --regions 3".into(),
+        format!("{spot} --data texture:{texture} --regions 3"),
+        "builtin:spot --data curvature --regions 2".into(),
+        "builtin:spot --data curvature --regions 3".into(),
+        format!("{human} --regions 4"),
+        format!("{human} --data curvature --regions 2"),
+        "torus:200x125 --data curvature --regions 3".into(),
+        format!("grid:225x150 --data image:{cat} --regions 2"),
+        format!("grid:225x150 --data image:{cat} --regions 4"),
+        format!("sphere:5 --data image:{cat} --project sphere --regions 3"),
+        format!("torus:200x125 --data image:{cat} --project xy --regions 3"),
+    ] {
+        folder.done(&format!("segment {line} --gap 1e-3 --no-preview --out o"));
+        let answer = folder.answer("o");
+        assert_eq!(answer.summary["empty_regions"], serde_json::json!([]), "{line}");
+        assert_eq!(answer.status(), "converged", "{line}");
+        assert!(answer.number("iterations") < 3000.0, "{line}: {}", answer.number("iterations"));
+    }
+
+    let (n, m) = (200, 125);
+    let label = |k: usize| {
+        let u = (k / m) as f64 / n as f64 * std::f64::consts::TAU;
+        let v = (k % m) as f64 / m as f64 * std::f64::consts::TAU;
+        let first = (3.0 * u + (2.0 * v).sin()).sin() > 0.0;
+        let second = (2.0 * v + (3.0 * u).cos()).sin() > 0.0;
+        2 * usize::from(first) + usize::from(second)
+    };
+    let palette = [[0.85, 0.2, 0.2], [0.2, 0.7, 0.3], [0.2, 0.3, 0.85], [0.9, 0.85, 0.2]];
+    let mut rng = Pcg64::seed_from_u64(31);
+    for noise in [0.0, 0.1, 0.3, 0.6, 1.0] {
+        let mut gauss = || -> f64 { StandardNormal.sample(&mut rng) };
+        let color =
+            Array2::from_shape_fn((n * m, 3), |(k, i)| palette[label(k)][i] + noise * gauss());
+        folder.array("c.npy", &color);
+        folder
+            .done("segment torus:200x125 --data c.npy --regions 4 --gap 1e-3 --no-preview --out o");
+        let found = folder.answer("o").labels;
+        let mut seen = [[0; 4]; 4];
+        (0..n * m).for_each(|k| seen[label(k)][found[k] as usize] += 1);
+        // Every region is nearly one of the four, and no two of them the same.
+        let best = seen.map(|counts| (0..4).max_by_key(|&p| counts[p]).unwrap());
+        let right: usize = (0..4).map(|t| seen[t][best[t]]).sum();
+        assert!((0..4).all(|p| best.contains(&p)), "noise {noise}: {seen:?}");
+        let least = if noise < 1.0 { 0.97 } else { 0.93 };
+        assert!(right as f64 > least * (n * m) as f64, "noise {noise}: {seen:?}");
+    }
 }

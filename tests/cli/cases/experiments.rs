@@ -319,7 +319,11 @@ fn what_is_missing_is_named_by_its_line() {
     );
     let text = fs::read_to_string(folder.path("e.toml")).unwrap();
     folder.write("e.toml", text.replace("mesh = \"torus:24x16\"\n", ""));
-    refused(&folder, "experiment run e.toml", &["e.toml, line 9, column 8", "no vertex colors"]);
+    refused(
+        &folder,
+        "experiment run e.toml",
+        &["e.toml, line 9, column 8", "no colors of vertices"],
+    );
     folder.write("broken.obj", "v 0 0\n");
     change("\"torus:20x12\", \"torus:24x16\"", "\"torus:24x16\", \"broken.obj\"");
     refused(&folder, "experiment run e.toml", &["e.toml, line 8, column 24", "broken.obj, line 1"]);

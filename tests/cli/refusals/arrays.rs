@@ -166,7 +166,7 @@ fn data_that_does_not_fit() {
         (npy(Array1::<f64>::zeros(3)), "3 rows, the mesh 4 vertices"),
         (npy(Array2::<u8>::zeros((5, 3))), "5 rows, the mesh 4 vertices"),
         (npy(Array2::<f64>::zeros((4, 0))), "no columns"),
-        (npy(Array1::<i64>::zeros(4)), "plain numbers"),
+        (npy(Array1::from_elem(4, f64::NAN)), "NaN"),
         (npy(array![0.0, 1e300, 0.0, 1.0]), "double precision"),
     ] {
         folder.write("a.npy", bytes);
