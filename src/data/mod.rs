@@ -60,11 +60,6 @@ impl Data {
         !self.values[k * self.dimension].is_nan()
     }
 
-    /// How many vertices nothing is known of.
-    pub fn unknown(&self) -> usize {
-        (0..self.len()).filter(|&k| !self.is_known(k)).count()
-    }
-
     /// `area` where something is known, 0 elsewhere.
     pub fn known_area(&self, area: &[f64]) -> Vec<f64> {
         (area.iter().enumerate()).map(|(k, &a)| if self.is_known(k) { a } else { 0.0 }).collect()
