@@ -8,14 +8,18 @@
 //! ```
 //!
 //! which is the same for every region: the restricted costs, up to a constant that no label changes.
+//!
+//! A level on which regions end empty, or with one mean, has nothing to pass on: they would not part again on finer ones,
+//! where there is more to see. The next one starts as if it were the first.
 
 use std::time::Instant;
 
+use super::unions::are_apart;
 use super::{Asked, Found, Level, State, alternate};
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
 use crate::data::Data;
 use crate::error::Result;
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::coarsen::Coarsening;
 use crate::solve::Observer;
@@ -24,7 +28,7 @@ use crate::solve::Observer;
 pub fn start<const M: usize>(
     finest: &Mesh,
     data: &Data,
-    mut means: Vec<Vec<f64>>,
+    given: Vec<Vec<f64>>,
     asked: &Asked<'_>,
     observe: Observer<'_>,
 ) -> Result<(Vec<Vec<f64>>, Option<Pair<M>>, Record)> {
@@ -40,6 +44,7 @@ pub fn start<const M: usize>(
         weighted.push(next);
     }
     let mut levels = Vec::new();
+    let mut means = given.clone();
     let pair = hierarchy.climb(request.lambda, |l, pair| {
         let (mesh, (weights, data)) = (&hierarchy.levels[l].mesh, &weighted[l]);
         let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
@@ -51,9 +56,17 @@ pub fn start<const M: usize>(
         let state = State { problem, means: means.clone(), pair };
         let Found { mut solver, run, status, parameters, .. } =
             alternate(&level, state, spent, &asked, &mut |_| observe(None))?;
-        means = parameters.into_iter().map(|region| region.mean).collect();
         levels.push(LevelRecord::of(mesh, run.iterations()));
-        Ok(coarse::reached(solver.iterate(), status))
+        let used = |p: usize| run.best_u().iter().any(|u| u.argmax() == p);
+        let deviation = data.variance(weights).sqrt();
+        if are_apart(&parameters, deviation) && (0..parameters.len()).all(used) {
+            means = parameters.into_iter().map(|region| region.mean).collect();
+            return Ok(coarse::reached(solver.iterate(), status));
+        }
+        means = given.clone();
+        let f = level.problem(&means, &asked)?.f;
+        let u = f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+        Ok(Some(Pair { u, q: vec![Tangent::ZERO; mesh.faces.len()] }))
     })?;
     Ok((means, pair, Record { spent: begin.elapsed(), levels }))
 }

@@ -45,10 +45,8 @@ impl Unions {
         let mut united = Vec::new();
         for b in 0..m {
             for a in 0..b {
-                let pairs = parameters[a].mean.iter().zip(&parameters[b].mean);
-                let distance = pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
                 let pair = b * m + a;
-                if distance > self.distance {
+                if distance(parameters, a, b) > self.distance {
                     (self.apart[pair], self.together[pair]) = (true, 0);
                     continue;
                 }
@@ -65,6 +63,18 @@ impl Unions {
         }
         united
     }
+}
+
+/// Whether no two regions have one mean, for data of this standard deviation.
+pub fn are_apart(parameters: &[RegionParameters], deviation: f64) -> bool {
+    let apart = |a: usize, b: usize| distance(parameters, a, b) > SAME * deviation;
+    (0..parameters.len()).all(|b| (0..b).all(|a| apart(a, b)))
+}
+
+/// |mu_a - mu_b|.
+fn distance(parameters: &[RegionParameters], a: usize, b: usize) -> f64 {
+    let pairs = parameters[a].mean.iter().zip(&parameters[b].mean);
+    pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
 /// What region `left` has goes to region `kept`.
