@@ -151,7 +151,7 @@ pub fn stop(request: &Request, spent: Duration) -> Stop {
 /// from coarse levels could then only be worse: where all costs are zero, by rounding.
 pub fn is_certified<const M: usize>(problem: &Problem<Stencil, M>, request: &Request) -> bool {
     let energy = problem.energy(&cheapest(&problem.f));
-    let gap = relative_gap(energy, 0.0, problem.rounding());
+    let gap = relative_gap(energy, 0.0);
     request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
 }
 

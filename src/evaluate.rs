@@ -174,11 +174,12 @@ fn evaluate_compiled<const M: usize>(
     // q = 0 gives B.
     let bound = bound.max(0.0);
 
-    let (baseline, rounding) = (problem.baseline, problem.rounding());
+    let baseline = problem.baseline;
     let data_term = problem.data_term(&u);
     let total_variation = problem.total_variation(&u);
     let energy = data_term + lambda * total_variation;
-    let rounded_energy = problem.energy(&rounded(&u));
+    let rounded_energy = problem.energy(&rounded(&without_closed(&problem, &u)));
+    let bound = problem.settled(energy, bound);
     let largest_row_sum_error =
         given.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs()).fold(0.0, f64::max);
     let smallest_entry =
@@ -200,9 +201,9 @@ fn evaluate_compiled<const M: usize>(
         certificate,
         baseline,
         gap: feasible.then_some(energy - bound),
-        relative_gap: feasible.then(|| relative_gap(energy, bound, rounding)),
+        relative_gap: feasible.then(|| relative_gap(energy, bound)),
         rounded_energy: baseline + rounded_energy,
-        rounded_relative_gap: label_gap(rounded_energy, bound, rounding),
+        rounded_relative_gap: label_gap(rounded_energy, problem.settled(rounded_energy, bound)),
         epsilon: smoothing.map(|smoothing| smoothing.epsilon),
         epsilon_mode: smoothing.map(|smoothing| smoothing.mode.name()),
         feasible,
@@ -229,4 +230,12 @@ fn without_forbidden<const M: usize>(
     }
     let allowed = |v: usize| Row::from_fn(|p| if forbidden(v, p) { 0.0 } else { u[v].0[p] });
     Ok((0..u.len()).map(allowed).collect())
+}
+
+/// U for rounding: no label that is forbidden, or that does not exist, is the largest, even where all others are negative.
+fn without_closed<const M: usize>(problem: &Problem<Stencil, M>, u: &[Row<M>]) -> Vec<Row<M>> {
+    let f = &problem.f;
+    let open = |v: usize, p: usize| f[v].0[p] != NEVER;
+    let row = |v: usize| Row::from_fn(|p| if open(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
+    (0..u.len()).map(row).collect()
 }

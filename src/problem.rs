@@ -120,10 +120,11 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         )
     }
 
-    /// How far apart rounding may put an energy and a bound that are equal: a small multiple of the unit roundoff
-    /// times the sizes of all terms that they sum up.
-    pub fn rounding(&self) -> f64 {
-        64.0 * f64::EPSILON * (self.spread() + self.lambda * self.columns)
+    /// The bound, or the energy where rounding alone puts the bound above it: by no more than a small multiple of the unit
+    /// roundoff times the sizes of all terms that the two sum up. Costs that no one pays are none of these.
+    pub fn settled(&self, energy: f64, bound: f64) -> f64 {
+        let rounding = 64.0 * f64::EPSILON * (energy + self.lambda * self.columns);
+        if bound > energy && bound - energy <= rounding { energy } else { bound }
     }
 }
 
@@ -207,23 +208,21 @@ impl Smoothing {
     }
 }
 
-/// (E - D) / (E - B), for E - B and D - B: the share of what labels cost beyond B that may be saved at the most. None,
-/// where E and D differ by no more than what rounding may put between them, or where the labels cost B.
-pub fn relative_gap(energy: f64, bound: f64, rounding: f64) -> f64 {
-    let gap = energy - bound;
-    if energy == 0.0 || (0.0..=rounding).contains(&gap) { 0.0 } else { gap / energy }
+/// (E - D) / (E - B), for E - B and D - B: the share of what labels cost beyond B that may be saved at the most. Where the
+/// labels cost B, or what is bounded by, nothing can be saved.
+pub fn relative_gap(energy: f64, bound: f64) -> f64 {
+    if energy == 0.0 || energy == bound { 0.0 } else { (energy - bound) / energy }
 }
 
 /// (R - D) / (D - B), for R - B and D - B: labels of energy R are at most this share above any labeling L, since
 /// (R - L) / (L - B) is no larger where L >= D. Infinite where the bound says no more than B does.
-pub fn label_gap(rounded_energy: f64, bound: f64, rounding: f64) -> f64 {
-    let excess = rounded_energy - bound;
-    if rounded_energy == 0.0 || (0.0..=rounding).contains(&excess) {
+pub fn label_gap(rounded_energy: f64, bound: f64) -> f64 {
+    if rounded_energy == 0.0 || rounded_energy == bound {
         0.0
     } else if bound <= 0.0 {
         f64::INFINITY
     } else {
-        excess / bound
+        (rounded_energy - bound) / bound
     }
 }
 

@@ -242,9 +242,8 @@ impl<const M: usize> Run<M> {
     ) -> Status {
         let begin = Instant::now();
         let first = self.iteration;
-        let rounding = problem.rounding();
         if self.best_energy == f64::INFINITY
-            && let Some(status) = self.sample(solver, problem, rounding, None, stop)
+            && let Some(status) = self.sample(solver, problem, None, stop)
         {
             return status;
         }
@@ -283,7 +282,7 @@ impl<const M: usize> Run<M> {
                         |v| (u[v] - previous[v]).max_abs(),
                     )
                 });
-                if let Some(status) = self.sample(solver, problem, rounding, Some(change), stop) {
+                if let Some(status) = self.sample(solver, problem, Some(change), stop) {
                     return status;
                 }
                 sample = self.trace.last();
@@ -344,7 +343,6 @@ impl<const M: usize> Run<M> {
         &mut self,
         solver: &mut dyn Solver<K, M>,
         problem: &Problem<K, M>,
-        rounding: f64,
         change: Option<f64>,
         stop: &Stop,
     ) -> Option<Status> {
@@ -361,7 +359,7 @@ impl<const M: usize> Run<M> {
         }
         let smoothed =
             smoothing.map(|smoothing| problem.baseline + problem.smoothed_energy(u, smoothing));
-        let relative_gap = self.note(problem.baseline, rounding, change, smoothed, None);
+        let relative_gap = self.note(problem, change, smoothed, None);
         if energy.is_nan() || bound.is_nan() {
             Some(Status::Diverged)
         } else if self.is_contradicted() {
@@ -388,7 +386,7 @@ impl<const M: usize> Run<M> {
         self.see(problem, reached.u);
         self.best_bound = self.best_bound.max(reached.dual_bound);
         let certificate = Some(reached.certificate);
-        self.note(problem.baseline, problem.rounding(), None, reached.smoothed_energy, certificate)
+        self.note(problem, None, reached.smoothed_energy, certificate)
     }
 
     /// Keeps what is better than all before, and returns the energy.
@@ -417,19 +415,16 @@ impl<const M: usize> Run<M> {
     }
 
     /// Adds to the trace, and returns the relative gap.
-    fn note(
+    fn note<K: Operator>(
         &mut self,
-        baseline: f64,
-        rounding: f64,
+        problem: &Problem<K, M>,
         change: Option<f64>,
         smoothed_energy: Option<f64>,
         certificate: Option<Certificate>,
     ) -> f64 {
-        let excess = self.best_bound - self.best_energy;
-        if excess > 0.0 && excess <= rounding {
-            self.best_bound = self.best_energy;
-        }
-        let relative_gap = relative_gap(self.best_energy, self.best_bound, rounding);
+        self.best_bound = problem.settled(self.best_energy, self.best_bound);
+        let relative_gap = relative_gap(self.best_energy, self.best_bound);
+        let baseline = problem.baseline;
         // The first sample after the costs changed takes the place of the last one before.
         self.trace.pop_if(|last| last.iteration == self.iteration);
         self.trace.push(Sample {

@@ -150,19 +150,17 @@ fn segment_compiled<const M: usize>(
     }
     let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     solution.summary.coarse_to_fine = record;
-    // Who breaks off does not want to wait for advice.
-    if status != Status::Interrupted {
-        let remark = remark(
-            mesh,
-            data,
-            &solution.summary.empty_regions,
-            &open,
-            alternation,
-            request,
-            observe,
-        )?;
-        solution.summary.warnings.extend(remark);
-    }
+    let empty = &solution.summary.empty_regions;
+    let said = match status {
+        // Who breaks off does not want to wait for advice.
+        Status::Interrupted => None,
+        _ if empty.is_empty() => None,
+        Status::IterationLimit | Status::TimeLimit => {
+            Some(format!("{} so far: the run ended before its gap was reached", named(empty)))
+        }
+        _ => Some(remark(mesh, data, empty, &open, alternation, request, observe)?),
+    };
+    solution.summary.warnings.extend(said);
     Ok(Segmentation { solution, parameters, estimates })
 }
 
@@ -175,30 +173,35 @@ fn remark(
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<Option<String>> {
-    if empty.is_empty() {
-        return Ok(None);
-    }
+) -> Result<String> {
     let area = data.known_area(&request.mass.weights(mesh));
     let size =
         data.values.iter().filter(|x| !x.is_nan()).fold(0.0, |most, x| f64::max(most, x.abs()));
     if data.variance(&area).sqrt() <= SIGNAL * size {
-        return Ok(Some(format!(
+        return Ok(format!(
             "{}: the data are the same everywhere, so that there is nothing to segment; choose other data",
             named(empty)
-        )));
+        ));
     }
     let different = different(data, alternation.regions);
     if different < alternation.regions {
-        return Ok(Some(format!(
+        return Ok(format!(
             "{}: the data have only {different} different values; ask for {different} regions",
             named(empty)
-        )));
+        ));
     }
     let half = 0.5 * request.lambda;
     let fewer = alternation.regions - empty.len();
-    let advice = match lambda::separating(mesh, data, alternation, request, half, observe)? {
-        Some(lambda) => format!("lambda is too large for these data; try --lambda {lambda:.1e}"),
+    let found = match half > 0.0 {
+        true => lambda::separating(mesh, data, alternation, request, half, observe)?,
+        false => None,
+    };
+    let advice = match found {
+        // The coarse mesh may keep a region a little longer than the fine one.
+        Some(lambda) => {
+            let lambda = 0.5 * lambda;
+            format!("lambda is too large for these data; try --lambda {lambda:.1e}")
+        }
         None if fewer > 1 => format!(
             "the data do not separate into {} regions; ask for {fewer}",
             alternation.regions
@@ -207,7 +210,7 @@ fn remark(
     };
     let one = open.iter().any(|open| !open);
     let cause = if one { ", since regions with one mean became one" } else { "" };
-    Ok(Some(format!("{}{cause}: {advice}", named(empty))))
+    Ok(format!("{}{cause}: {advice}", named(empty)))
 }
 
 /// How many different values the data have, counted up to a number.
@@ -225,7 +228,7 @@ fn different(data: &Data, most: usize) -> usize {
 }
 
 /// Data whose standard deviation is below this share of their size vary by rounding alone.
-const SIGNAL: f64 = 1e-9;
+const SIGNAL: f64 = 1e-13;
 
 /// What the alternation works on: the mesh itself, or a coarser one with the means of its data.
 struct Level<'a, const M: usize> {
@@ -302,12 +305,15 @@ fn alternate<const M: usize>(
     };
     let mut run = Run::new(&start);
     run.charge(spent);
+    if request.keep_dual {
+        run.keep_dual();
+    }
     let setup =
         Setup { mesh: level.mesh, problem: &problem, start, dual_start, options: &request.options };
     let mut solver = solver::build(&request.solver, setup)?;
 
     let range = range(level.data);
-    let deviation = level.data.variance(&request.mass.weights(level.mesh)).sqrt();
+    let deviation = level.data.robust_variance(&request.mass.weights(level.mesh)).sqrt();
     let begin = Instant::now();
     // What is left of the iterations and of the time.
     let rest = |used: u64| Stop {

@@ -243,7 +243,9 @@ fn solve_compiled<const M: usize>(
     solution.summary.coarse_to_fine = record;
     // Who breaks off does not want to wait for advice.
     if status != Status::Interrupted {
-        let remark = remark(model, &problem, m, &solution.summary.empty_regions, request, observe)?;
+        let done = !matches!(status, Status::IterationLimit | Status::TimeLimit);
+        let remark =
+            remark(model, &problem, m, &solution.summary.empty_regions, done, request, observe)?;
         solution.summary.warnings.extend(remark);
     }
     Ok(solution)
@@ -256,6 +258,7 @@ fn remark<const M: usize>(
     problem: &Problem<Stencil, M>,
     m: usize,
     empty: &[usize],
+    done: bool,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Option<String>> {
@@ -270,9 +273,13 @@ fn remark<const M: usize>(
     if !hopeless.is_empty() {
         sentences.push(format!("{}: nowhere do they cost the least", named(&hopeless)));
     }
-    if !lost.is_empty() {
+    if !lost.is_empty() && !done {
+        sentences
+            .push(format!("{} so far: the run ended before its gap was reached", named(&lost)));
+    } else if !lost.is_empty() {
         let advice = match coarse::separating(mesh, problem, m, &lost, request, observe)? {
-            Some(lambda) => format!("try --lambda {lambda:.1e}"),
+            // The coarse mesh may keep a region a little longer than the fine one.
+            Some(lambda) => format!("try --lambda {:.1e}", 0.5 * lambda),
             None => "try a much smaller --lambda".into(),
         };
         let few = "lambda is too large for these costs";
@@ -331,7 +338,8 @@ pub(crate) fn problem_of<const M: usize>(
     Ok(problem)
 }
 
-/// Refuses numbers so large that sums of them overflow or that closed regions would look cheap.
+/// Refuses numbers so large that sums of them overflow or that closed regions would look cheap, and so small that they
+/// have lost their digits.
 pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Result<()> {
     let in_range = |x: f64| x.abs() < 1e-10 * NEVER;
     let costs = sweep::all(
@@ -344,6 +352,12 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
         #[inline(always)]
         |j| problem.k.weights()[j].iter().map(|c| c.abs()).sum(),
     );
+    let spread = problem.spread();
+    if spread > 0.0 && spread < SMALLEST {
+        return Err(Error::unsuitable(format!(
+            "the costs times the areas differ by {spread:e} in all, too little for double precision: scale them up"
+        )));
+    }
     if costs && in_range(problem.lambda * length) {
         Ok(())
     } else {
@@ -353,6 +367,9 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
         ))
     }
 }
+
+/// Costs that differ by less are next to the least normal number.
+const SMALLEST: f64 = 1e-290;
 
 /// f = M s; what s forbids, f forbids, also where a vertex has no area.
 pub(crate) fn integrate<const M: usize>(
@@ -382,10 +399,13 @@ pub(crate) fn conclude<const M: usize>(
     warnings: Vec<String>,
 ) -> Solution {
     let u = run.best_u();
-    let (baseline, rounding) = (problem.baseline, problem.rounding());
+    let baseline = problem.baseline;
     let (energy, bound) = (run.energy(), run.bound());
     let rounded_energy = problem.energy(&rounded(u));
     let labels = sweep::collect(u.len(), |v| u[v].argmax() as i32).into();
+    // Labels are a U as well.
+    let below = problem.settled(rounded_energy, bound) > rounded_energy;
+    let status = if below { Status::Contradicted } else { status };
     let summary = Summary {
         solver: request.solver.clone(),
         solver_options: request.options.pairs().clone(),
@@ -397,9 +417,9 @@ pub(crate) fn conclude<const M: usize>(
         dual_bound: baseline + bound,
         baseline,
         gap: energy - bound,
-        relative_gap: relative_gap(energy, bound, rounding),
+        relative_gap: relative_gap(energy, bound),
         rounded_energy: baseline + rounded_energy,
-        rounded_relative_gap: label_gap(rounded_energy, bound, rounding),
+        rounded_relative_gap: label_gap(rounded_energy, problem.settled(rounded_energy, bound)),
         vertices: problem.k.vertices(),
         faces: problem.k.faces(),
         regions: m,

@@ -164,7 +164,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     if arguments.lambda.is_none() {
-        let largest = lambda::largest(seen.data.variance(&cells), cells.iter().sum());
+        let largest = lambda::largest(seen.data.robust_variance(&cells), cells.iter().sum());
         if !largest.is_finite() {
             let message = format!("{}: the data leave the range of double precision", seen.name);
             return Err(Error::unsuitable(message + " when squared; scale them down").into());

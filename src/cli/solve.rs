@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use meshseg::mesh::Weld;
 use meshseg::start::Start;
-use meshseg::{Result, npy, outcome, solve, sweep};
+use meshseg::{Error, Result, npy, outcome, solve, sweep};
 use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
@@ -125,8 +126,9 @@ fn run_here(arguments: &Arguments) -> Outcome {
                 Start::Given(u) => Start::Given(means(&u)),
                 other => other,
             };
-            solve::solve(&weld.mesh, &means(&costs), &start, &request, &mut observe)?
-                .spread(&mesh, weld)
+            let welded = means(&costs);
+            check_merged(&welded, weld)?;
+            solve::solve(&weld.mesh, &welded, &start, &request, &mut observe)?.spread(&mesh, weld)
         }
         None => solve::solve(&mesh, &costs, &start, &request, &mut observe)?,
     };
@@ -150,4 +152,16 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut lines = summary_lines(summary);
     lines.push(("written to", solving.out.display().to_string()));
     exit(summary.status, print(&table::pairs(&lines)))
+}
+
+/// Vertices that become one may forbid every label between them.
+fn check_merged(costs: &Array2<f64>, weld: &Weld) -> Result<()> {
+    let closed = |k: &u32| costs.row(*k as usize).iter().all(|&s| s == f64::INFINITY);
+    match weld.of.iter().position(closed) {
+        None => Ok(()),
+        Some(v) => Err(Error::unsuitable(format!(
+            "row {v} of the costs and those of the vertices at its position forbid every label between them; leave out \
+             --weld, or forbid fewer"
+        ))),
+    }
 }

@@ -125,7 +125,7 @@ pub fn see(
 }
 
 /// Differences below this share of the data are rounding.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-13;
 
 /// Makes data constant that are so up to rounding, in each coordinate and where they are known.
 fn flatten(data: &mut Data) -> bool {
@@ -483,7 +483,7 @@ fn varies(data: &Data) -> bool {
         let column = || data.values[i..].iter().step_by(data.dimension).filter(|x| !x.is_nan());
         let (low, high) = column()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
-        high - low > 1e-9 * low.abs().max(high.abs())
+        high - low > ROUNDING * low.abs().max(high.abs())
     })
 }
 

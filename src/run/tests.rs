@@ -279,7 +279,7 @@ fn the_kept_field_certifies_the_bound() {
         assert!(q.iter().all(|q| q.norm() <= problem.lambda * (1.0 + 1e-14)), "{name}");
         let bound = problem.dual_bound(q);
         assert!(
-            (bound - run.bound()).abs() <= problem.rounding(),
+            (bound - run.bound()).abs() <= 1e-12 * problem.spread(),
             "{name}: {bound} {}",
             run.bound()
         );

@@ -58,7 +58,7 @@ pub fn start<const M: usize>(
             alternate(&level, state, spent, &asked, &mut |_| observe(None))?;
         levels.push(LevelRecord::of(mesh, run.iterations()));
         let used = |p: usize| run.best_u().iter().any(|u| u.argmax() == p);
-        let deviation = data.variance(weights).sqrt();
+        let deviation = data.robust_variance(weights).sqrt();
         if are_apart(&parameters, deviation) && (0..parameters.len()).all(used) {
             means = parameters.into_iter().map(|region| region.mean).collect();
             return Ok(coarse::reached(solver.iterate(), status));

@@ -1,7 +1,7 @@
 //! A lambda for data of any kind, and one that saves a region which a given lambda empties.
 //!
 //! ```text
-//! lambda_i = 0.02 |variance of C| sqrt(area) / 2^i
+//! lambda_i = 0.02 |variance of C| sqrt(area) / 2^i                      the variance without outliers
 //! R(U)     = 1 - sum_p int u_p |C - mu_p|^2 / int |C - mean C|^2        the share of the variance that labels explain
 //! ```
 //!
@@ -162,11 +162,11 @@ impl Explained {
             .collect();
         let squared =
             |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
-        let variance = data.variance(area);
+        let (variance, robust) = (data.variance(area), data.robust_variance(area));
         let explained: f64 = regions.iter().map(|(mu, mass)| mass * squared(mu, &mean)).sum();
         let mut different: Vec<&[f64]> = Vec::new();
         for (mu, mass) in &regions {
-            let new = different.iter().all(|other| squared(mu, other) > CLOSE.powi(2) * variance);
+            let new = different.iter().all(|other| squared(mu, other) > CLOSE.powi(2) * robust);
             if new && *mass > SPECK * total {
                 different.push(mu);
             }

@@ -345,3 +345,75 @@ fn the_default_lambda_suits_every_kind_of_data() {
         assert!(right as f64 > least * (n * m) as f64, "noise {noise}: {seen:?}");
     }
 }
+
+/// Costs that no one pays are no measure of what rounding may do: the gap is that of the numbers that are stated.
+#[test]
+fn a_huge_cost_certifies_nothing() {
+    let folder = torus();
+    let own = costs(VERTICES, 3);
+    for (name, huge) in [("1e9", 1e9), ("1e20", 1e20), ("inf", f64::INFINITY)] {
+        let mut s = own.clone();
+        (0..VERTICES).step_by(37).for_each(|k| s[[k, (k / 37) % 3]] = huge);
+        folder.array(&format!("{name}.npy"), &s);
+    }
+    let solve = |name: &str| {
+        folder
+            .solve(&format!("m.ply --costs {name}.npy --lambda 0.02 --gap 1e-5 --no-preview"), name)
+    };
+    let known = solve("inf");
+    for name in ["1e9", "1e20"] {
+        let found = solve(name);
+        let [e, d, b] = ["energy", "dual_bound", "baseline"].map(|key| found.number(key));
+        assert!((found.number("relative_gap") - (e - d) / (e - b)).abs() <= 1e-9, "{name}");
+        assert!((e - known.number("energy")).abs() <= 1e-5 * (e - b), "{name}");
+        assert_eq!(found.labels, known.labels, "{name}");
+        let line = format!(
+            "evaluate m.ply --costs {name}.npy --lambda 0.02 --u {name}/u.npy --dual-steps 0"
+        );
+        let evaluation: Value = serde_json::from_str(&folder.done(&line)).unwrap();
+        assert_eq!(evaluation["relative_gap"].as_f64(), Some(1.0));
+        assert!(evaluation["rounded_relative_gap"].is_null());
+    }
+}
+
+/// Rows with negative entries alone round to one of the labels that there are, and to none that is forbidden.
+#[test]
+fn evaluate_rounds_to_labels_that_exist() {
+    let folder = torus();
+    let mut s = costs(VERTICES, 3);
+    s[[0, 1]] = f64::INFINITY;
+    folder.array("s.npy", &s);
+    let mut u = Array2::from_elem((VERTICES, 3), -1.0);
+    u[[0, 1]] = 0.0;
+    folder.array("u.npy", &u);
+    let line = "evaluate m.ply --costs s.npy --lambda 0.01 --u u.npy";
+    let evaluation: Value = serde_json::from_str(&folder.done(line)).unwrap();
+    assert_eq!(evaluation["feasible"], false);
+    assert!(evaluation["rounded_energy"].as_f64().unwrap() < 10.0, "{evaluation}");
+}
+
+/// A value that stands for a missing one, and data far from zero, hide no regions.
+#[test]
+fn values_far_away_hide_no_regions() {
+    let folder = torus();
+    let mut rng = Pcg64::seed_from_u64(32);
+    let mut gauss = || -> f64 { StandardNormal.sample(&mut rng) };
+    let half = |k: usize| f64::from(u8::from(k < VERTICES / 2));
+    let own = Array2::from_shape_fn((VERTICES, 1), |(k, _)| half(k) + 0.1 * gauss());
+    folder.array("far.npy", &(&own + 1e10));
+    let mut outlier = own;
+    outlier[[VERTICES / 4, 0]] = -9999.0;
+    folder.array("outlier.npy", &outlier);
+    for (name, regions) in [("far", 2), ("outlier", 3)] {
+        let line =
+            format!("segment m.ply --data {name}.npy --regions {regions} --no-preview --out o");
+        folder.done(&line);
+        let answer = folder.answer("o");
+        assert_eq!(answer.summary["empty_regions"], serde_json::json!([]), "{name}");
+        let [first, second] = [VERTICES / 8, 3 * VERTICES / 4].map(|k| answer.labels[k]);
+        let wrong = (0..VERTICES)
+            .filter(|&k| answer.labels[k] != if half(k) == 1.0 { first } else { second })
+            .count();
+        assert!(first != second && wrong < VERTICES / 50, "{name}: {wrong}");
+    }
+}

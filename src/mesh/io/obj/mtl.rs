@@ -47,7 +47,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
             _ => {}
         }
     }
-    moved.warn(path, "the options -o, -s and -t of map_Kd, which move the image, are ignored");
+    moved.warn(path, "the options -o, -s, -t and -clamp of map_Kd, which move the image or bound it, are ignored");
     all
 }
 
@@ -63,7 +63,7 @@ fn color(text: &mut Text) -> Option<[f64; 3]> {
     Some(color.map(|c| c / full))
 }
 
-/// The name of the file behind the options, and whether these change where the image lies.
+/// The name of the file behind the options, and whether these change where the image lies or ends.
 fn image(mut rest: &[u8]) -> (&[u8], bool) {
     let mut moves = false;
     while rest.starts_with(b"-") {
@@ -84,6 +84,7 @@ fn image(mut rest: &[u8]) -> (&[u8], bool) {
                 break;
             }
             moves |= most == 3 && number.is_some_and(|number| number != neutral);
+            moves |= option.eq_ignore_ascii_case(b"-clamp") && value.eq_ignore_ascii_case(b"on");
             behind = further;
         }
         rest = behind;
