@@ -71,9 +71,9 @@ pub enum Measure {
 /// What a gap is measured to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
-    /// (E - D) / |E|, D the bound of the run.
+    /// (E - D) / (E - B), D the bound of the run.
     Certificate,
-    /// (E - D*) / |D*|, D* the best bound of all runs of the instance.
+    /// (E - D*) / (E* - B), D* the best bound and E* the least energy of all runs of the instance.
     Optimum,
 }
 
