@@ -15,6 +15,7 @@ use rand_pcg::Pcg64;
 use sha2::{Digest, Sha256};
 
 use super::spec::{External, InstanceCell};
+use crate::costs;
 use crate::data::Data;
 use crate::data::kmeans::kmeans;
 use crate::data::seen::{self, DataSource, Manner};
@@ -25,6 +26,7 @@ use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::weld::{coincident, free_cuts};
 use crate::mesh::{Mesh, Source};
 use crate::npy;
+use crate::operator::Mass;
 use crate::regions;
 use crate::render::colormap::categorical;
 use crate::solve::check_mesh;
@@ -219,13 +221,16 @@ impl Places {
                 (distances(&waves.data, &mu), looks)
             }
             DataChoice::Costs(path) => {
-                let costs = npy::read_matrix(path)?;
+                let costs = npy::read_rows(path)?;
                 npy::check_rows(path, &costs, mesh.vertices.len())?;
                 regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
-                let cheapest = |s: ndarray::ArrayView1<f64>| {
-                    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
+                costs::checked(&costs, Mass::Barycentric).map_err(|error| error.of_file(path))?;
+                let look = |s: ndarray::ArrayView1<f64>| {
+                    let cheapest =
+                        (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
+                    if s[cheapest].is_nan() { GRAY } else { categorical(cheapest) }
                 };
-                let looks = costs.outer_iter().map(|s| categorical(cheapest(s))).collect();
+                let looks = costs.outer_iter().map(look).collect();
                 (costs, looks)
             }
             DataChoice::Own | DataChoice::Seen(_) => {
@@ -238,13 +243,17 @@ impl Places {
                 noise(&mut seen.data);
                 let mut rng = Pcg64::seed_from_u64(cell.seed);
                 let (values, d) = (&seen.data.values, seen.data.dimension);
-                let mu = kmeans(values, d, &barycentric_areas(&mesh), cell.regions, &mut rng);
+                let known = seen.data.known_area(&barycentric_areas(&mesh));
+                let mu = kmeans(values, d, &known, cell.regions, &mut rng);
                 (distances(&seen.data, &mu), seen.looks)
             }
         };
         Ok(Instance { mesh, costs, looks })
     }
 }
+
+/// Looks of a vertex of which nothing is known.
+const GRAY: [f64; 3] = [0.5; 3];
 
 /// What every solver gets.
 pub struct Instance {
@@ -255,7 +264,7 @@ pub struct Instance {
     pub looks: Vec<[f64; 3]>,
 }
 
-/// s_p(x_k) = |C(x_k) - mu_p|^2.
+/// s_p(x_k) = |C(x_k) - mu_p|^2; NaN, as the data, where nothing is known.
 fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
     Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| {
         data.at(k).iter().zip(&mu[p]).map(|(c, mu)| (c - mu).powi(2)).sum()
