@@ -516,7 +516,7 @@ fn data_of_one_value_are_nothing_to_segment() {
     io::write(&folder.path("white.ply"), &grid).unwrap();
     folder.array(
         "rounded.npy",
-        &Array2::from_shape_fn((n, 2), |(k, _)| 7.0 + 1e-12 * (k % 3) as f64),
+        &Array2::from_shape_fn((n, 2), |(k, _)| 7.0 + 1e-13 * (k % 3) as f64),
     );
     folder.array(
         "signal.npy",

@@ -151,7 +151,8 @@ mod tests {
         for (line, name, moves) in [
             ("a.png", "a.png", false),
             ("my roof 2.png", "my roof 2.png", false),
-            ("-clamp on a.png", "a.png", false),
+            ("-clamp on a.png", "a.png", true),
+            ("-clamp off a.png", "a.png", false),
             ("-s 1 1 1 -o 0 0 0 -mm 0 1 -bm 1.0 a b.png", "a b.png", false),
             ("-s 2 2 a.png", "a.png", true),
             ("-o 0.5 a.png", "a.png", true),
