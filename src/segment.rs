@@ -135,13 +135,6 @@ fn segment_compiled<const M: usize>(
         alternate(&level, first, spent, &asked, observe)?;
 
     let mut warnings = warnings;
-    let area = request.mass.weights(mesh);
-    let unknown = (0..data.len()).filter(|&k| area[k] > 0.0 && !data.is_known(k)).count();
-    if unknown > 0 {
-        warnings.push(format!(
-            "nothing is known of {unknown} vertices; they take the labels of their neighbors"
-        ));
-    }
     if !settled || estimates == MOST_ESTIMATES {
         warnings.push(format!(
             "the region parameters still moved after {estimates} re-estimations; the certificate holds for the \

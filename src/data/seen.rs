@@ -80,7 +80,7 @@ pub struct Manner {
 /// The data, how it looks, and what to call it.
 pub struct Seen {
     pub data: Data,
-    /// A color per vertex; mid gray where the data are unknown.
+    /// A color per vertex; NaN where the data are unknown.
     pub looks: Vec<[f64; 3]>,
     pub name: String,
     /// What 0 and 1 stand for, if the data was mapped.
@@ -91,9 +91,6 @@ pub struct Seen {
     pub sign: Option<&'static str>,
     pub warnings: Vec<String>,
 }
-
-/// Looks of unknown data.
-const MID_GRAY: [f64; 3] = [0.5; 3];
 
 /// Above so many texels a face, the mesh is said to be too coarse for its texture, and should have at most so many.
 const MANY_TEXELS: f64 = 16.0;
@@ -489,11 +486,9 @@ fn varies(data: &Data) -> bool {
 
 fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<Seen> {
     let data = Data::new(3, colors.as_flattened().to_vec())?;
-    let look = |&color: &[f64; 3]| if color[0].is_nan() { MID_GRAY } else { color };
-    let looks = colors.iter().map(look).collect();
     Ok(Seen {
         data,
-        looks,
+        looks: colors,
         name,
         unit_range: None,
         notes: Vec::new(),
@@ -514,13 +509,12 @@ fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<Seen> {
     let data = Data::new(d, values).map_err(|error| error.of_file(path))?;
     let looks = looks::colors(&data, &barycentric_areas(mesh));
     let name = path.display().to_string();
-    Ok(Seen {
-        data,
-        looks,
-        name,
-        unit_range: None,
-        notes: Vec::new(),
-        sign: None,
-        warnings: Vec::new(),
-    })
+    let unknown = (0..data.len()).filter(|&k| !data.is_known(k)).count();
+    let warnings = match unknown {
+        0 => Vec::new(),
+        _ => vec![format!(
+            "{name}: nothing is known of {unknown} vertices; they take the labels of their neighbors"
+        )],
+    };
+    Ok(Seen { data, looks, name, unit_range: None, notes: Vec::new(), sign: None, warnings })
 }
