@@ -177,7 +177,7 @@ impl Export {
         let instance = places
             .instance(cell)
             .map_err(|missing| spec.misfit(places.blame(cell), Error::from(missing)))?;
-        Exchanged::new(&instance.mesh, &instance.costs, cell.lambda, cell.mass, &Start::Argmin)
+        Exchanged::new(&instance.mesh, &instance.costs, instance.lambda, cell.mass, &Start::Argmin)
     }
 }
 

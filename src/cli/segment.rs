@@ -1,6 +1,6 @@
 //! `meshseg segment`: the data of a mesh into regions.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::seen::{self, DataSource, Manner, Seen};
@@ -12,8 +12,8 @@ use meshseg::outcome::{self, Looks, Shown};
 use meshseg::render;
 use meshseg::render::colormap::categorical;
 use meshseg::segment::{Alternation, Initial, Segmentation, lambda, segment};
-use meshseg::solve::{Summary, check_mesh, model_mesh};
-use meshseg::{Error, sweep};
+use meshseg::solve::{Summary, check_mesh};
+use meshseg::sweep;
 use serde::Serialize;
 
 use super::progress::Progress;
@@ -164,15 +164,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     if arguments.lambda.is_none() {
-        let largest = lambda::largest(seen.data.robust_variance(&cells), cells.iter().sum());
-        if !largest.is_finite() {
-            let message = format!("{}: the data leave the range of double precision", seen.name);
-            return Err(Error::unsuitable(message + " when squared; scale them down").into());
-        }
-        let (model, _) = model_mesh(&scaled)?;
-        let found =
-            lambda::separating(&model, &seen.data, &alternation, &request, largest, &mut observe)?;
-        request.lambda = found.unwrap_or(largest);
+        request.lambda = lambda::of_data(&scaled, &seen.data, &alternation, &request, &mut observe)
+            .map_err(|error| error.of_file(Path::new(&seen.name)))?;
     }
     let mut segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
     progress.finish();

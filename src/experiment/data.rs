@@ -4,6 +4,7 @@
 //! k-means. So every solver has the same convex problem.
 
 use std::fmt;
+use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -14,7 +15,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use sha2::{Digest, Sha256};
 
-use super::spec::{External, InstanceCell};
+use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::costs;
 use crate::data::Data;
 use crate::data::kmeans::kmeans;
@@ -29,7 +30,10 @@ use crate::npy;
 use crate::operator::Mass;
 use crate::regions;
 use crate::render::colormap::categorical;
-use crate::solve::check_mesh;
+use crate::run::Stop;
+use crate::segment::{Alternation, Initial, lambda};
+use crate::solve::{Request, check_mesh};
+use crate::solver::{DEFAULT, Options};
 
 /// The key `data` of an instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -213,12 +217,13 @@ impl Places {
             let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
             data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
         };
-        let (costs, looks) = match &choice {
+        let (data, costs, looks, truth) = match &choice {
             DataChoice::Waves => {
                 let waves = waves(&mesh, cell.regions, cell.noise, cell.seed);
                 let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
                 let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-                (distances(&waves.data, &mu), looks)
+                let costs = distances(&waves.data, &mu);
+                (Some(waves.data), costs, looks, Some(waves.labels))
             }
             DataChoice::Costs(path) => {
                 let costs = npy::read_rows(path)?;
@@ -231,7 +236,7 @@ impl Places {
                     if s[cheapest].is_nan() { GRAY } else { categorical(cheapest) }
                 };
                 let looks = costs.outer_iter().map(look).collect();
-                (costs, looks)
+                (None, costs, looks, None)
             }
             DataChoice::Own | DataChoice::Seen(_) => {
                 let choice = match &choice {
@@ -245,10 +250,18 @@ impl Places {
                 let (values, d) = (&seen.data.values, seen.data.dimension);
                 let known = seen.data.known_area(&barycentric_areas(&mesh));
                 let mu = kmeans(values, d, &known, cell.regions, &mut rng);
-                (distances(&seen.data, &mu), seen.looks)
+                let costs = distances(&seen.data, &mu);
+                (Some(seen.data), costs, seen.looks, None)
             }
         };
-        Ok(Instance { mesh, costs, looks })
+        let lambda = match (cell.lambda, &data) {
+            (LambdaChoice::Given(lambda), _) => lambda,
+            (LambdaChoice::Auto(factor), Some(data)) => {
+                factor * default_lambda(&mesh, data, cell).map_err(named)?
+            }
+            (LambdaChoice::Auto(_), None) => unreachable!("the file was read without complaint"),
+        };
+        Ok(Instance { mesh, costs, lambda, looks, truth })
     }
 }
 
@@ -260,8 +273,28 @@ pub struct Instance {
     pub mesh: Mesh,
     /// V x m.
     pub costs: Array2<f64>,
+    pub lambda: f64,
     /// The data as a color per vertex.
     pub looks: Vec<[f64; 3]>,
+    /// The region of each vertex that synthetic data were made of.
+    pub truth: Option<Vec<usize>>,
+}
+
+/// What `segment` takes where no lambda is given.
+fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
+    let InstanceCell { regions, seed, mass, .. } = *cell;
+    let alternation = Alternation { regions, initial: Initial::KMeans, seed, every: 10 };
+    let request = Request {
+        // The one that is looked for.
+        lambda: 0.0,
+        mass,
+        solver: DEFAULT.into(),
+        options: Options::default(),
+        stop: Stop::default(),
+        coarse_to_fine: false,
+        keep_dual: false,
+    };
+    lambda::of_data(mesh, data, &alternation, &request, &mut |_| ControlFlow::Continue(()))
 }
 
 /// s_p(x_k) = |C(x_k) - mu_p|^2; NaN, as the data, where nothing is known.

@@ -68,7 +68,7 @@ impl Attempt<'_> {
         let problem = Exchanged::new(
             &instance.mesh,
             &instance.costs,
-            cell.lambda,
+            instance.lambda,
             cell.mass,
             &Start::Argmin,
         )?;
@@ -88,7 +88,7 @@ impl Attempt<'_> {
                 .map_err(|error| io(Path::new(&self.external.command), error))?,
         };
         let request = Request {
-            lambda: cell.lambda,
+            lambda: instance.lambda,
             mass: cell.mass,
             solver: "external".into(),
             options: Options::parse(

@@ -95,7 +95,7 @@ pub enum TableKind {
 }
 
 /// What a relation or a table may show besides the keys of the cells.
-pub const QUANTITIES: [&str; 15] = [
+pub const QUANTITIES: [&str; 17] = [
     "vertices",
     "faces",
     "iterations",
@@ -110,6 +110,8 @@ pub const QUANTITIES: [&str; 15] = [
     "rounding-error",
     "labels-changed",
     "rounded-gap",
+    "regions-used",
+    "mislabeled",
     "status",
 ];
 

@@ -42,6 +42,7 @@ pub struct Recorded {
     pub vertices: usize,
     pub faces: usize,
     pub regions: usize,
+    pub empty_regions: Vec<usize>,
     pub lambda: f64,
     pub mass: String,
 }

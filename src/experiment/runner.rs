@@ -14,7 +14,6 @@ use super::external::Attempt;
 use super::machine::{LOADED, LoadWatch, Machine, Program};
 use super::plan::{Plan, Planned};
 use super::results::Origin;
-use super::spec::InstanceCell;
 use super::store::Store;
 use crate::error::{Error, Result};
 use crate::mesh::io;
@@ -48,6 +47,9 @@ pub struct Manifest {
     /// UTC.
     pub start: String,
     pub end: String,
+    /// The share of the vertices whose label is not the one that synthetic data were made of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mislabeled: Option<f64>,
     /// From the mesh in memory to the last label, the certificates included; `seconds` of the summary is the steps
     /// alone.
     pub wall_seconds: f64,
@@ -184,6 +186,7 @@ pub fn run(
             generator: "rand_pcg::Pcg64".into(),
             start: humantime::format_rfc3339_millis(start).to_string(),
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+            mislabeled: instance.truth.as_ref().map(|truth| mislabeled(&solution, truth)),
             wall_seconds,
             exit: match (solution.summary.status, &solution.summary.warnings[..]) {
                 (Status::Failed, [why, ..]) => why.clone(),
@@ -200,16 +203,20 @@ pub fn run(
     Ok(tally)
 }
 
+fn mislabeled(solution: &Solution, truth: &[usize]) -> f64 {
+    let labels = solution.labels.iter().zip(truth);
+    labels.filter(|(label, truth)| **label as usize != **truth).count() as f64 / truth.len() as f64
+}
+
 fn attempt(
     run: &Planned<'_>,
     instance: &Instance,
     stop: Stop,
     observe: &mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send),
 ) -> Result<Solution> {
-    let InstanceCell { lambda, mass, .. } = *run.instance;
     let request = Request {
-        lambda,
-        mass,
+        lambda: instance.lambda,
+        mass: run.instance.mass,
         solver: run.solver.name.clone(),
         options: run.solver.options.clone(),
         stop,

@@ -21,13 +21,14 @@ use super::{Alternation, Asked, Level, State, alternate};
 use crate::coarse::Hierarchy;
 use crate::data::kmeans::kmeans;
 use crate::data::{Data, DataModel, PiecewiseConstant};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
+use crate::mesh::geometry::barycentric_areas;
 use crate::problem::rounded;
 use crate::regions::with_regions;
 use crate::run::Stop;
-use crate::solve::{Observer, Request};
+use crate::solve::{Observer, Request, model_mesh};
 
 /// Of the mesh that lambdas are tried on.
 const MOST_VERTICES: usize = 4000;
@@ -42,8 +43,30 @@ const TRIED: i32 = 14;
 /// Of what k-means explains.
 const KEPT: f64 = 2.0 / 3.0;
 
+/// lambda for data of any kind: the first of lambda_0, lambda_1, ... that loses no region, or lambda_0 if all do.
+///
+/// # Errors
+/// Data whose variance leaves the range of double precision.
+pub fn of_data(
+    mesh: &Mesh,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<f64> {
+    let cells = barycentric_areas(mesh);
+    let largest = largest(data.robust_variance(&cells), cells.iter().sum());
+    if !largest.is_finite() {
+        return Err(Error::unsuitable(
+            "the data leave the range of double precision when squared; scale them down",
+        ));
+    }
+    let (model, _) = model_mesh(mesh)?;
+    Ok(separating(&model, data, alternation, request, largest, observe)?.unwrap_or(largest))
+}
+
 /// Where lambdas start, for data of this variance on a surface of this area.
-pub fn largest(variance: f64, area: f64) -> f64 {
+fn largest(variance: f64, area: f64) -> f64 {
     0.02 * variance * area.sqrt()
 }
 
@@ -52,7 +75,7 @@ pub fn largest(variance: f64, area: f64) -> f64 {
 ///
 /// # Errors
 /// Numbers that leave the range of double precision.
-pub fn separating(
+pub(super) fn separating(
     mesh: &Mesh,
     data: &Data,
     alternation: &Alternation,

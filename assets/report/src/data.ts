@@ -82,8 +82,10 @@ export interface ViewData {
 }
 
 export interface SceneData {
-  positions: string;
-  faces: string;
+  /** The scene whose positions and faces it has, if they are not its own. */
+  mesh?: string;
+  positions?: string;
+  faces?: string;
   data: string;
   palette: [number, number, number][];
   solutions: Record<string, Solution>;

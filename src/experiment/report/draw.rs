@@ -3,7 +3,7 @@
 use super::super::figures::{Clock, FigureKind, FigureSpec, Measure, Target};
 use super::super::results::{Done, Point};
 use super::pool::{Cell, Pool, given, value};
-use super::quantity::{plain, quantity};
+use super::quantity::quantity;
 use crate::figure::{Axis, Figure, Panel, Scale, Series, Shape, Width};
 
 /// A figure and the runs that its numbers are of.
@@ -151,13 +151,12 @@ fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], kind: &FigureKind) -> Vec<
             label += &format!(", {key} {}", value.text());
         }
         for key in &varying {
-            label += &format!(
-                ", {}",
-                match *key {
-                    "mesh" | "data" => plain(value(&instance.keys, key)),
-                    key => format!("{key} {}", plain(value(&instance.keys, key))),
-                }
-            );
+            // Not every instance has every key.
+            let Some(value) = value(&instance.keys, key) else { continue };
+            label += &match *key {
+                "mesh" | "data" => format!(", {}", value.text()),
+                key => format!(", {key} {}", value.text()),
+            };
         }
         label
     };
@@ -264,6 +263,8 @@ fn words(name: &str, gap: Option<f64>) -> String {
         "optimization-error" => "optimization error",
         "rounding-error" => "rounding error",
         "labels-changed" => "share of labels changed",
+        "regions-used" => "regions that are used",
+        "mislabeled" => "share of vertices that are mislabeled",
         "rounded-gap" => "certified gap of the labels",
         "gap" => "certified gap",
         "bound" => "lower bound",

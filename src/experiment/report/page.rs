@@ -56,10 +56,11 @@ pub fn page(pool: &Pool<'_>, store: &Store, shown: &Shown<'_>) -> Result<String>
         instances.push(json!({
             "id": format!("i{i}"), "label": instance.label, "mesh": instance.mesh,
             "vertices": run.summary.vertices, "faces": run.summary.faces, "regions": run.summary.regions,
-            "lambda": instance.lambda, "mass": run.summary.mass,
+            "lambda": run.summary.lambda, "mass": run.summary.mass,
             "best_bound": pool.bound(i), "best_energy": pool.energy(i), "scene": scene.is_some().then_some(&id),
         }));
-        if let Some(scene) = scene {
+        if let Some(mut scene) = scene {
+            share_mesh(&mut scene, &scenes);
             scenes.insert(id, scene);
         }
     }
@@ -142,6 +143,18 @@ fn flat(run: &Done) -> Value {
         }
     }
     Value::Object(all)
+}
+
+/// Instances on one mesh have its positions and faces once on the page.
+fn share_mesh(scene: &mut Value, scenes: &BTreeMap<String, Value>) {
+    let same = |other: &Value| ["positions", "faces"].iter().all(|key| other[key] == scene[key]);
+    let Some(first) = scenes.iter().find_map(|(id, other)| same(other).then(|| id.clone())) else {
+        return;
+    };
+    let scene = scene.as_object_mut().expect("a scene is a table of keys");
+    scene.remove("positions");
+    scene.remove("faces");
+    scene.insert("mesh".into(), first.into());
 }
 
 /// The surface of an instance, its data, and the labels of its solvers, where they were kept.

@@ -1,6 +1,5 @@
 //! What can be shown of a cell: its keys, and what its runs reached.
 
-use super::super::document::Scalar;
 use super::super::figures::{Clock, Target};
 use super::super::results::Done;
 use super::pool::{Cell, Pool, Spread, number, value};
@@ -34,6 +33,12 @@ impl Shown {
 /// `name` is a key of the cells or one of [`super::super::figures::QUANTITIES`]; a gap makes times those until it.
 pub fn quantity<'a>(pool: &Pool<'a>, cell: &Cell<'a>, name: &str, gap: Option<f64>) -> Shown {
     let (instance, solver) = (pool.instance(cell), pool.solver(cell));
+    // In the file it may be a word.
+    if name == "lambda"
+        && let Some(run) = cell.runs.first()
+    {
+        return Shown::Number(Spread::of(vec![run.summary.lambda]));
+    }
     let own = value(&instance.keys, name).or_else(|| value(&solver.keys, name));
     if let Some(own) = own {
         return match own.number() {
@@ -107,15 +112,14 @@ pub fn quantity<'a>(pool: &Pool<'a>, cell: &Cell<'a>, name: &str, gap: Option<f6
                 Some(changed as f64 / own.len() as f64)
             })
         }
+        "regions-used" => {
+            all(&|run| Some((run.summary.regions - run.summary.empty_regions.len()) as f64))
+        }
+        "mislabeled" => all(&|run| run.manifest.mislabeled),
         "status" => cell.runs.first().map_or(Shown::Nothing, |run| {
             let status = serde_json::to_value(run.summary.status).expect("a plain name");
             Shown::Text(status.as_str().expect("a plain name").to_owned())
         }),
         _ => Shown::Nothing,
     }
-}
-
-/// As a scalar of a file reads.
-pub fn plain(value: Option<Scalar>) -> String {
-    value.map_or_else(String::new, |value| value.text())
 }

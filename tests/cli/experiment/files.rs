@@ -48,6 +48,14 @@ fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
     refuse("regions = 4", "regions = 2.5", &["whole number"]);
     refuse("regions = 4", "mass = \"lumped\"\nregions = 4", &["barycentric", "consistent"]);
     refuse("lambda = 0.01", "lambda = \"0.01\"", &["line 12, column 10", "number"]);
+    refuse("lambda = 0.01", "lambda = -0.01", &["line 12, column 10", "from 0"]);
+    refuse("lambda = 0.01", "lambda = \"1.0.1 auto\"", &["line 12, column 10", "0.5 auto"]);
+    refuse("lambda = 0.01", "lambda = [0.01, \"-1 auto\"]", &["line 12, column 17", "from 0"]);
+    refuse(
+        "data = \"waves\"\nnoise = 0.3\nregions = 4\nlambda = 0.01",
+        "data = \"costs:S.npy\"\nlambda = \"auto\"",
+        &["line 10, column 10", "these are costs"],
+    );
     refuse("lambda = 0.01\n", "", &["[[instance]] needs lambda"]);
     refuse("name = \"chambolle-pock\"", "name = \"chambolle\"", &["line 15", "fista"]);
     refuse("rho = [1.9, 1.5]", "rho = [1.9, 2.5]", &["line 16, column 25", "rho=2.5", "below 2"]);

@@ -64,6 +64,48 @@ fn a_run_tells_everything_about_itself() {
     }
 }
 
+/// "auto" is the lambda that `segment` takes for the same data, and a factor multiplies it; synthetic data have a truth.
+#[test]
+fn lambda_may_be_left_to_the_program() {
+    let folder = Folder::new();
+    let file = |data: &str, lambda: &str| {
+        format!(
+            "stop = {{ gap = 1e-3 }}\n[[instance]]\nmesh = \"torus:60x40\"\n{data}\nregions = 2\nlambda = {lambda}\n\
+             [[solver]]\nname = \"chambolle-pock\"\n[[table]]\nname = \"all\"\nkind = \"cells\"\n\
+             columns = [\"lambda\", \"regions-used\", \"mislabeled\"]\n"
+        )
+    };
+    folder.write("a.toml", file("data = \"curvature\"", "[\"auto\", \"0.5 auto\", \"1e6auto\"]"));
+    folder.done("segment torus:60x40 --data curvature --regions 2 --no-preview --out o");
+    let taken = folder.answer("o").number("lambda");
+    folder.write("b.toml", file("data = \"waves\"\nnoise = 0.1", "[\"auto\", 1e3]"));
+    let rows = |name: &str| -> Vec<Vec<f64>> {
+        folder.done(&format!("experiment run {name}.toml"));
+        folder.done(&format!("experiment report results/{name}"));
+        let table = folder.path(&format!("results/{name}/tables/all.csv"));
+        let text = std::fs::read_to_string(table).unwrap();
+        let row = |line: &str| {
+            let entries = line.rsplit(',').take(3).map(|entry| entry.parse().unwrap_or(f64::NAN));
+            entries.collect::<Vec<f64>>().into_iter().rev().collect()
+        };
+        text.lines().skip(1).map(row).collect()
+    };
+    let found = rows("a");
+    for (row, factor) in found.iter().zip([1.0, 0.5, 1e6]) {
+        assert!((row[0] - factor * taken).abs() <= 1e-12 * row[0], "{found:?} {taken}");
+        assert!(row[2].is_nan(), "{found:?}");
+    }
+    assert_eq!([found[0][1], found[1][1], found[2][1]], [2.0, 2.0, 1.0]);
+    let found = rows("b");
+    assert_eq!([found[0][1], found[1][1]], [2.0, 1.0]);
+    assert!(found[0][2] < 0.02 && found[1][2] > 0.3, "{found:?}");
+
+    // Instances on one mesh have it once on the page.
+    let page = std::fs::read_to_string(folder.path("results/a/report.html")).unwrap();
+    assert_eq!(page.matches("\"positions\":\"").count(), 1);
+    assert_eq!(page.matches("\"mesh\":\"g0\"").count(), 2);
+}
+
 /// Shards, and processes that run at the same time, make the same runs as one process.
 #[test]
 fn shards_and_rivals_make_the_same_runs() {

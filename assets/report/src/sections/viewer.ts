@@ -59,7 +59,7 @@ export function viewer(report: Report): Node {
     const id = instance?.scene ?? "";
     const scene = scenes[id];
     if (!scene) return;
-    surface = surfaces.get(id) ?? surfaceOf(scene);
+    surface = surfaces.get(id) ?? surfaceOf(scene, scenes);
     surfaces.set(id, surface);
     view?.show(surface);
 

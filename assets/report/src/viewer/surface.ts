@@ -30,12 +30,13 @@ function bytes(text: string): Uint8Array<ArrayBuffer> {
   return result;
 }
 
-export function surfaceOf(scene: SceneData): Surface {
-  const positions = new Float32Array(bytes(scene.positions).buffer);
+export function surfaceOf(scene: SceneData, scenes: Record<string, SceneData>): Surface {
+  const mesh = (scene.mesh !== undefined && scenes[scene.mesh]) || scene;
+  const positions = new Float32Array(bytes(mesh.positions ?? "").buffer);
   const answers = new Map<string, Answer>();
   return {
     positions,
-    faces: new Uint32Array(bytes(scene.faces).buffer),
+    faces: new Uint32Array(bytes(mesh.faces ?? "").buffer),
     data: bytes(scene.data),
     palette: scene.palette,
     vertices: positions.length / 3,

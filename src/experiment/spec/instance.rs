@@ -1,0 +1,138 @@
+//! `[[instance]]`: what is to be segmented.
+
+use std::ops::Range;
+use std::path::Path;
+
+use super::super::data::DataChoice;
+use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::super::grid::{Group, Keys};
+use super::super::nearest::did_you_mean;
+use super::cell::{Cell, label_of};
+use crate::mesh::Source;
+use crate::operator::Mass;
+use crate::regions;
+
+/// What is to be segmented.
+#[derive(Clone, Debug)]
+pub struct InstanceCell {
+    pub label: String,
+    pub keys: Keys,
+    pub mesh: String,
+    pub data: DataChoice,
+    /// Standard deviation of what is added to every entry of the data.
+    pub noise: f64,
+    pub seed: u64,
+    pub regions: usize,
+    pub lambda: LambdaChoice,
+    pub mass: Mass,
+    /// Whether the mesh is scaled to area 1.
+    pub normalize: bool,
+    /// Where its mesh and its data stand in the file.
+    pub mesh_place: Range<usize>,
+    pub data_place: Range<usize>,
+}
+
+/// The key `lambda` of an instance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LambdaChoice {
+    Given(f64),
+    /// So many times what `segment` takes for these data: "auto", "0.5 auto".
+    Auto(f64),
+}
+
+impl LambdaChoice {
+    fn of(Placed { value, place }: &Placed<Scalar>, data: &DataChoice) -> Fits<Self> {
+        let wrong = |message: &str| Err(Wrong::at(place, message));
+        let valid = |x: f64| x >= 0.0 && x.is_finite();
+        let factor = match value {
+            Scalar::Text(text) => text.strip_suffix("auto").map(str::trim_end),
+            _ => None,
+        };
+        match (value.number(), factor) {
+            (Some(lambda), _) if valid(lambda) => Ok(LambdaChoice::Given(lambda)),
+            (_, Some(_)) if matches!(data, DataChoice::Costs(_)) => {
+                wrong("lambda is chosen for data, and these are costs: give a number")
+            }
+            (_, Some("")) => Ok(LambdaChoice::Auto(1.0)),
+            (_, Some(factor)) => match factor.parse() {
+                Ok(factor) if valid(factor) => Ok(LambdaChoice::Auto(factor)),
+                _ => wrong("lambda before \"auto\" needs a number from 0, as in \"0.5 auto\""),
+            },
+            _ => wrong(
+                "lambda must be a number from 0, \"auto\", or a multiple such as \"0.5 auto\"",
+            ),
+        }
+    }
+}
+
+pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Vec<InstanceCell>> {
+    let label = section.text("label")?.map(|label| label.value);
+    let mut group = Group { keys: Vec::new(), zip: Vec::new() };
+    for key in ["mesh", "data", "noise", "seed", "regions", "lambda", "mass", "normalize"] {
+        match section.list(key)? {
+            Some(values) => group.keys.push((key.to_owned(), values)),
+            None if ["mesh", "data", "lambda"].contains(&key) => {
+                return Err(Wrong::at(&section.place, format!("{} needs {key}", section.name)));
+            }
+            None => {}
+        }
+    }
+    group.zipped(&mut section)?;
+    section.end()?;
+    let instance = |cell: &[(String, Placed<Scalar>)]| {
+        let cell = Cell(cell);
+        let (mesh, place) = cell.text("mesh")?.expect("it is needed");
+        let mesh_place = place.clone();
+        if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
+            Source::parse(mesh).map_err(|error| Wrong::at(place, error.to_string()))?;
+        }
+        let (data, place) = cell.text("data")?.expect("it is needed");
+        let data_place = place.clone();
+        let data: DataChoice = data.parse().map_err(|message: String| {
+            let known = ["waves", "own", "colors", "curvature"];
+            Wrong::at(place, message + &did_you_mean(data, known))
+        })?;
+        let lambda = cell.get("lambda").expect("it is needed");
+        let lambda_text = lambda.value.text();
+        let lambda = LambdaChoice::of(lambda, &data)?;
+        let regions = match (cell.get("regions"), &data) {
+            (Some(given), DataChoice::Costs(_)) => {
+                let message = "costs have one column per region: leave regions out";
+                return Err(Wrong::at(&given.place, message));
+            }
+            (None, DataChoice::Costs(_)) => 0,
+            (None, _) => {
+                return Err(Wrong::at(place, "regions is needed beside this data"));
+            }
+            (Some(_), _) => {
+                let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
+                cell.count("regions", 0, range)? as usize
+            }
+        };
+        let plain = {
+            let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
+            let mass =
+                cell.get("mass").map_or(String::new(), |mass| format!(", {}", mass.value.text()));
+            let extra = ["noise", "seed"].iter().filter(|key| group.varies(key));
+            let extra: String = extra
+                .map(|key| format!(", {key} {}", cell.get(key).expect("it varies").value.text()))
+                .collect();
+            format!("{mesh}, {data}{regions}, lambda {lambda_text}{mass}{extra}")
+        };
+        Ok(InstanceCell {
+            label: label_of(label.as_deref(), plain, &cell, &group),
+            keys: cell.keys(),
+            mesh: mesh.to_owned(),
+            data,
+            noise: cell.number("noise", 0.0, 0.0)?,
+            seed: cell.count("seed", 0, 0..=u64::MAX)?,
+            regions,
+            lambda,
+            mass: cell.named("mass", &Mass::NAMES)?,
+            normalize: cell.named("normalize", &[("area", true), ("none", false)])?,
+            mesh_place,
+            data_place,
+        })
+    };
+    group.cells().iter().map(|cell| instance(cell)).collect()
+}

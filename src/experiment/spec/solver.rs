@@ -1,0 +1,183 @@
+//! `[[solver]]`: how instances are solved, by a solver of ours or by a command.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::super::grid::{Group, Keys};
+use super::super::nearest::did_you_mean;
+use super::cell::{Cell, label_of};
+use crate::error::Result;
+use crate::mesh::Source;
+use crate::problem::Problem;
+use crate::run::Stop;
+use crate::solver::{self, DESCRIPTIONS, Options, Setup};
+
+/// How it is solved.
+#[derive(Clone, Debug)]
+pub struct SolverCell {
+    pub label: String,
+    /// The label without the values by which it differs from others of its table, and those values.
+    pub base: String,
+    pub varied: Keys,
+    pub keys: Keys,
+    pub name: String,
+    pub options: Options,
+    pub threads: Option<usize>,
+    pub coarse_to_fine: bool,
+    /// If it is a command and not one of ours.
+    pub external: Option<External>,
+}
+
+/// The name of solvers outside the program.
+const EXTERNAL: &str = "external";
+
+/// A solver outside the program.
+#[derive(Clone, Debug)]
+pub struct External {
+    /// Words between blanks, run in the folder of the file.
+    pub command: String,
+    /// When it is ended, whatever it does: wall time, reading and compiling included.
+    pub limit: Duration,
+}
+
+pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> {
+    let label = section.text("label")?.map(|label| label.value);
+    let mut group = Group { keys: Vec::new(), zip: Vec::new() };
+    match section.list("name")? {
+        Some(names) => group.keys.push(("solver".into(), names)),
+        None => return Err(Wrong::at(&section.place, "[[solver]] needs name")),
+    }
+    for key in ["command", "limit", "threads", "coarse-to-fine"] {
+        if let Some(values) = section.list(key)? {
+            group.keys.push((key.to_owned(), values));
+        }
+    }
+    if let Some(mut options) = section.section("options")? {
+        for (key, values) in options.rest()? {
+            group.keys.push((format!("options.{}", key.value), values));
+        }
+    }
+    group.zipped(&mut section)?;
+    section.end()?;
+    let solver = |cell: &[(String, Placed<Scalar>)]| {
+        let cell = Cell(cell);
+        let (name, place) = cell.text("solver")?.expect("it is needed");
+        let external = match name {
+            EXTERNAL => Some(read_external(&cell, place, stop)?),
+            _ => None,
+        };
+        if external.is_none()
+            && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
+        {
+            let message = format!("belongs to name = \"{EXTERNAL}\" only");
+            return Err(Wrong::at(&given.place, message));
+        }
+        let description = match &external {
+            Some(_) => None,
+            None => Some(solver::describe(name).map_err(|error| {
+                let known = DESCRIPTIONS.iter().map(|description| description.name);
+                let meant = did_you_mean(name, known.chain([EXTERNAL]));
+                Wrong::at(place, format!("{error}, {EXTERNAL}{meant}"))
+            })?),
+        };
+        let mut options = Vec::new();
+        for (key, value) in cell.0 {
+            let Some(key) = key.strip_prefix("options.") else { continue };
+            if external.is_some() && key == "command" {
+                let message = "command is no option; it stands beside name";
+                return Err(Wrong::at(&value.place, message));
+            }
+            let option = format!("{key}={}", value.value.text());
+            Options::parse(&[&option])
+                .and_then(|alone| description.map_or(Ok(()), |known| alone.check(known)))
+                .map_err(|error| {
+                    let known = description.iter().flat_map(|known| known.options);
+                    let meant = did_you_mean(key, known.map(|option| option.key));
+                    let meant = if option_is_known(description, key) { "" } else { &meant };
+                    Wrong::at(&value.place, format!("{error}{meant}"))
+                })?;
+            options.push((option, &value.place));
+        }
+        let texts: Vec<&str> = options.iter().map(|(option, _)| option.as_str()).collect();
+        let all = Options::parse(&texts).map_err(|error| Wrong::at(place, error.to_string()))?;
+        if external.is_none()
+            && let Err(error) = try_out(name, &all)
+        {
+            let names = |option: &str| error.to_string().contains(option);
+            let blamed = options.iter().find(|(option, _)| names(option));
+            return Err(Wrong::at(blamed.map_or(place, |(_, place)| place), error.to_string()));
+        }
+        let threads = match cell.get("threads") {
+            None => None,
+            Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
+        };
+        let coarse_to_fine = match cell.get("coarse-to-fine") {
+            None => false,
+            Some(Placed { value: Scalar::Truth(truth), .. }) => *truth,
+            Some(Placed { place, .. }) => {
+                return Err(Wrong::at(place, "coarse-to-fine must be true or false"));
+            }
+        };
+        let plain = {
+            let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
+            let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
+            let options: String = texts.iter().map(|option| format!(", {option}")).collect();
+            let name = external.as_ref().map_or(name, |external| &external.command);
+            format!("{name}{options}{threads}{coarse}")
+        };
+        let varied = cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect();
+        let base = match &label {
+            Some(label) => label.clone(),
+            None => external.as_ref().map_or(name, |external| &external.command).to_owned(),
+        };
+        Ok(SolverCell {
+            label: label_of(label.as_deref(), plain, &cell, &group),
+            base,
+            varied,
+            keys: cell.keys(),
+            name: name.to_owned(),
+            options: all,
+            threads,
+            coarse_to_fine,
+            external,
+        })
+    };
+    group.cells().iter().map(|cell| solver(cell)).collect()
+}
+
+fn option_is_known(description: Option<&solver::Description>, key: &str) -> bool {
+    description.is_some_and(|known| known.options.iter().any(|option| option.key == key))
+}
+
+/// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
+fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<External> {
+    if let Some(given) = cell.get("coarse-to-fine") {
+        return Err(Wrong::at(&given.place, "a solver outside the program starts where it likes"));
+    }
+    let Some((command, command_place)) = cell.text("command")? else {
+        return Err(Wrong::at(place, "an external solver needs command = \"PROGRAM [WORDS]\""));
+    };
+    if command.trim().is_empty() {
+        return Err(Wrong::at(command_place, "command is empty"));
+    }
+    let limit = match (cell.get("limit"), stop.time) {
+        (None, Some(time)) => time.saturating_mul(3).saturating_add(Duration::from_secs(60)),
+        (None, None) => {
+            let message = "an external solver needs limit = SECONDS, or stop a time-limit";
+            return Err(Wrong::at(place, message));
+        }
+        (Some(given), _) => Duration::try_from_secs_f64(cell.number("limit", 0.0, 0.0)?)
+            .map_err(|error| Wrong::at(&given.place, format!("limit: {error}")))?,
+    };
+    Ok(External { command: command.to_owned(), limit })
+}
+
+/// Builds the solver for a tiny problem, which finds every value that it refuses.
+fn try_out(name: &str, options: &Options) -> Result<()> {
+    let mesh = Source::parse("torus:5x4")?.mesh()?;
+    let start = vec![crate::field::Row([0.5; 2]); mesh.vertices.len()];
+    let problem = Problem::new(crate::operator::Stencil::new(&mesh), start.clone(), 1.0);
+    let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options };
+    solver::build(name, setup).map(drop)
+}
