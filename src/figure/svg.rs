@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use super::curve::Curve;
-use super::layout::{Frame, Layout, Placed, TICK, TICK_GAP};
+use super::layout::{Frame, Layout, Placed, TICK, TICK_GAP, label_width};
 use super::legend::Entry;
 use super::style::{self, Mark, Outline, Style};
-use super::text::{DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL};
+use super::text::{DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL, width};
 use super::ticks::{Decimal, Label};
 use super::{Series, Shape};
 use crate::font;
@@ -53,7 +53,13 @@ impl Page {
         for (i, line) in placed.y_label.iter().enumerate() {
             let x = placed.y_label_at + LINE * LABEL * i as f64;
             let turn = format!(" transform=\"rotate(-90 {} {})\"", number(x), number(center));
-            self.text(&escaped(line), LABEL, [x, center], Anchor::Middle, &turn);
+            self.text(
+                &escaped(line),
+                LABEL,
+                [x, center],
+                Anchor::Middle,
+                &(turn + &room(width(line, LABEL))),
+            );
         }
         if !placed.has_data {
             let at = [middle, center + DIGITS * LABEL / 2.0];
@@ -205,18 +211,18 @@ impl Page {
                 "<tspan dy=\"-{RAISE}\" font-size=\"{EXPONENT}\">{exponent}</tspan>"
             );
         }
-        self.text(&content, SMALL, at, anchor, "");
+        self.text(&content, SMALL, at, anchor, &room(label_width(label)));
     }
 
     fn lines(&mut self, lines: &[String], size: f64, [x, y]: [f64; 2], anchor: Anchor) {
         for (i, line) in lines.iter().enumerate() {
             let at = [x, y + LINE * size * i as f64];
-            self.text(&escaped(line), size, at, anchor, "");
+            self.text(&escaped(line), size, at, anchor, &room(width(line, size)));
         }
     }
 
-    /// `content` is XML.
-    fn text(&mut self, content: &str, size: f64, [x, y]: [f64; 2], anchor: Anchor, turn: &str) {
+    /// `content` is XML, `more` are attributes.
+    fn text(&mut self, content: &str, size: f64, [x, y]: [f64; 2], anchor: Anchor, more: &str) {
         let anchor = match anchor {
             Anchor::Start => "",
             Anchor::Middle => " text-anchor=\"middle\"",
@@ -225,9 +231,15 @@ impl Page {
         let (x, y) = (number(x), number(y));
         let _ = writeln!(
             self.0,
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{turn}>{content}</text>"
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{more}>{content}</text>"
         );
     }
+}
+
+/// Where the font is missing, another one takes as much room.
+fn room(width: f64) -> String {
+    let length = number(width);
+    format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"")
 }
 
 /// With two decimals, as many as a printer can use.

@@ -291,9 +291,17 @@ fn texts(group: &Group, shown: &mut Vec<Shown>) {
     }
 }
 
-/// The figure as read, and its texts.
+/// Around the length that a text is told to have.
+const FITTED: &str = " textLength=\"";
+const ADJUSTED: &str = "\" lengthAdjust=\"spacingAndGlyphs\"";
+
+/// The figure as read, and its texts, as wide as the font makes them and not as they are told to be.
 fn read(figure: &Figure) -> (Tree, Vec<Shown>) {
-    let tree = convert::tree(&svg(figure).unwrap()).unwrap();
+    let svg = svg(figure).unwrap();
+    let (first, rest) = svg.split_once(FITTED).expect("there is a text");
+    let rest = rest.split(FITTED).map(|part| part.split_once(ADJUSTED).unwrap().1);
+    let natural: String = std::iter::once(first).chain(rest).collect();
+    let tree = convert::tree(&natural).unwrap();
     let mut shown = Vec::new();
     texts(tree.root(), &mut shown);
     (tree, shown)
@@ -415,6 +423,12 @@ fn text_is_measured_as_it_is_drawn() {
             (f64::from(right - left) - measured).abs() < 1e-3,
             "{text}: {left} {right} {measured}"
         );
+        // Another font has to take as much room.
+        let svg = svg(&figure).unwrap();
+        let line = svg.lines().find(|line| line.contains(&format!(">{text}</text>"))).unwrap();
+        let (_, rest) = line.split_once(FITTED).unwrap();
+        let (length, _) = rest.split_once(ADJUSTED).unwrap();
+        assert!((length.parse::<f64>().unwrap() - measured).abs() <= 0.005, "{line}");
     }
 }
 

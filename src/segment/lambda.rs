@@ -161,8 +161,9 @@ struct Explained {
 /// Of the area: a speck.
 const SPECK: f64 = 1e-3;
 
-/// Of the standard deviation of the data: means that are closer do not differ.
-const CLOSE: f64 = 0.1;
+/// Of the standard deviation of the data: means that are closer do not differ. With 0.1 two regions of a photograph, and
+/// two of six on Spot, that the fine mesh united passed as different; 0.2 and 0.3 part the same ones on all data tried.
+const CLOSE: f64 = 0.25;
 
 impl Explained {
     fn of<const M: usize>(labels: &[Row<M>], data: &Data, area: &[f64], m: usize) -> Self {

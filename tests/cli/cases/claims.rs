@@ -299,6 +299,7 @@ fn the_default_lambda_suits_every_kind_of_data() {
     for line in [
         "builtin:spot --regions 2".into(),
         "builtin:spot --regions 3".into(),
+        "builtin:spot --regions 6".into(),
         format!("{spot} --data texture:{texture} --regions 3"),
         "builtin:spot --data curvature --regions 2".into(),
         "builtin:spot --data curvature --regions 3".into(),
