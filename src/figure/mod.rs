@@ -32,6 +32,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::file;
 use layout::Layout;
+use svg::Font;
 
 /// Panels under one legend.
 #[derive(Clone, Debug)]
@@ -104,8 +105,8 @@ pub enum Shape {
 /// Writes `stem.svg`, `stem.png` (300 dots an inch), `stem.pdf`, `stem.tex` and `stem.dat`.
 pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
     let layout = Layout::new(figure)?;
-    let svg = svg::draw(&layout);
-    let tree = convert::tree(&svg)?;
+    let svg = svg::draw(&layout, Font::Readers);
+    let tree = convert::tree(&svg::draw(&layout, Font::Bundled))?;
     let (tex, dat) = pgfplots::draw(&layout, stem);
     let contents = [
         ("svg", svg.into_bytes()),
@@ -123,7 +124,7 @@ pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
 
 /// The figure as text, with its size in points.
 pub fn svg(figure: &Figure) -> Result<String> {
-    Ok(svg::draw(&Layout::new(figure)?))
+    Ok(svg::draw(&Layout::new(figure)?, Font::Readers))
 }
 
 /// Figures are plain data; what stops one is said without a file name.

@@ -13,15 +13,25 @@ use crate::font;
 
 const MINOR_TICK: f64 = 1.5;
 
-pub fn draw(layout: &Layout) -> String {
+/// Whose font shows the text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Font {
+    /// The one that everything is measured by.
+    Bundled,
+    /// Any, such as that of a browser, which is told how much room each line has.
+    Readers,
+}
+
+pub fn draw(layout: &Layout, font: Font) -> String {
     let (width, height) = (number(layout.width), number(layout.height));
-    let mut page = Page(format!(
+    let text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}pt\" height=\"{height}pt\" \
          viewBox=\"0 0 {width} {height}\" font-family=\"'{}', 'Source Sans Pro', sans-serif\" \
          fill=\"#{}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
         font::FAMILY,
         style::INK
-    ));
+    );
+    let mut page = Page { text, font };
     for panel in &layout.panels {
         page.panel(panel);
     }
@@ -29,8 +39,8 @@ pub fn draw(layout: &Layout) -> String {
         page.entry(entry);
     }
     page.lines(&layout.note, SMALL, layout.note_at, Anchor::Start);
-    page.0.push_str("</svg>\n");
-    page.0
+    page.text.push_str("</svg>\n");
+    page.text
 }
 
 #[derive(Clone, Copy)]
@@ -40,7 +50,10 @@ enum Anchor {
     End,
 }
 
-struct Page(String);
+struct Page {
+    text: String,
+    font: Font,
+}
 
 impl Page {
     fn panel(&mut self, placed: &Placed) {
@@ -53,17 +66,12 @@ impl Page {
         for (i, line) in placed.y_label.iter().enumerate() {
             let x = placed.y_label_at + LINE * LABEL * i as f64;
             let turn = format!(" transform=\"rotate(-90 {} {})\"", number(x), number(center));
-            self.text(
-                &escaped(line),
-                LABEL,
-                [x, center],
-                Anchor::Middle,
-                &(turn + &room(width(line, LABEL))),
-            );
+            let more = turn + &self.room(width(line, LABEL));
+            self.put(&escaped(line), LABEL, [x, center], Anchor::Middle, &more);
         }
         if !placed.has_data {
             let at = [middle, center + DIGITS * LABEL / 2.0];
-            self.text("no data", LABEL, at, Anchor::Middle, "");
+            self.put("no data", LABEL, at, Anchor::Middle, "");
             return;
         }
         let series = &placed.panel.series;
@@ -120,7 +128,7 @@ impl Page {
             let outline = path(area.iter().map(|&point| frame.at(point)));
             let (color, cover) = (style.color, style::COVER);
             let _ = writeln!(
-                self.0,
+                self.text,
                 "<path d=\"{outline}Z\" fill=\"#{color}\" fill-opacity=\"{cover}\"/>"
             );
         }
@@ -164,15 +172,15 @@ impl Page {
             return;
         }
         let _ = write!(
-            self.0,
+            self.text,
             "<path d=\"{path}\" fill=\"none\" stroke=\"#{color}\" stroke-width=\"{width}\" \
              stroke-linejoin=\"round\""
         );
         if !dashes.is_empty() {
             let dashes: Vec<String> = dashes.iter().map(|&dash| number(dash)).collect();
-            let _ = write!(self.0, " stroke-dasharray=\"{}\"", dashes.join(" "));
+            let _ = write!(self.text, " stroke-dasharray=\"{}\"", dashes.join(" "));
         }
-        self.0.push_str("/>\n");
+        self.text.push_str("/>\n");
     }
 
     fn mark(&mut self, mark: Mark, color: &str, [x, y]: [f64; 2]) {
@@ -198,7 +206,7 @@ impl Page {
         };
         let ([fill, edge], pen) = (mark.colors(color), mark.pen());
         let _ = writeln!(
-            self.0,
+            self.text,
             "<path d=\"{d}\" fill=\"#{fill}\" stroke=\"#{edge}\" stroke-width=\"{pen}\"/>"
         );
     }
@@ -211,18 +219,28 @@ impl Page {
                 "<tspan dy=\"-{RAISE}\" font-size=\"{EXPONENT}\">{exponent}</tspan>"
             );
         }
-        self.text(&content, SMALL, at, anchor, &room(label_width(label)));
+        self.put(&content, SMALL, at, anchor, &self.room(label_width(label)));
     }
 
     fn lines(&mut self, lines: &[String], size: f64, [x, y]: [f64; 2], anchor: Anchor) {
         for (i, line) in lines.iter().enumerate() {
             let at = [x, y + LINE * size * i as f64];
-            self.text(&escaped(line), size, at, anchor, &room(width(line, size)));
+            self.put(&escaped(line), size, at, anchor, &self.room(width(line, size)));
+        }
+    }
+
+    fn room(&self, width: f64) -> String {
+        match self.font {
+            Font::Bundled => String::new(),
+            Font::Readers => {
+                let length = number(width);
+                format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"")
+            }
         }
     }
 
     /// `content` is XML, `more` are attributes.
-    fn text(&mut self, content: &str, size: f64, [x, y]: [f64; 2], anchor: Anchor, more: &str) {
+    fn put(&mut self, content: &str, size: f64, [x, y]: [f64; 2], anchor: Anchor, more: &str) {
         let anchor = match anchor {
             Anchor::Start => "",
             Anchor::Middle => " text-anchor=\"middle\"",
@@ -230,16 +248,10 @@ impl Page {
         };
         let (x, y) = (number(x), number(y));
         let _ = writeln!(
-            self.0,
+            self.text,
             "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{more}>{content}</text>"
         );
     }
-}
-
-/// Where the font is missing, another one takes as much room.
-fn room(width: f64) -> String {
-    let length = number(width);
-    format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"")
 }
 
 /// With two decimals, as many as a printer can use.
