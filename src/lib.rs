@@ -53,6 +53,7 @@ pub mod solve;
 pub mod solver;
 pub mod start;
 pub mod sweep;
+mod unreached;
 
 pub use error::{Error, Result};
 pub use mesh::Mesh;

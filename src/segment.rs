@@ -34,6 +34,7 @@ use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request, Solution, check_range, check_rows, conclude, model_mesh};
 use crate::solver::{self, Iterate, Setup, Solver};
 use crate::sweep::collect;
+use crate::unreached::unreached;
 
 use unions::{Unions, united, without};
 
@@ -96,7 +97,8 @@ pub fn segment(
     regions::check(alternation.regions)?;
     assert!(alternation.every > 0);
     check_rows("data", data.len(), mesh)?;
-    let (model, warnings) = model_mesh(mesh)?;
+    let (model, mut warnings) = model_mesh(mesh)?;
+    warnings.extend(unreached(&model, |k| data.is_known(k)));
     let initial = initial_means(&model, data, alternation, request);
     let order = Order::of(&model);
     let (model, data) = (order.mesh(model), data.in_order(&order));

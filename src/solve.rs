@@ -22,6 +22,7 @@ use crate::run::{Run, Sample, Status, Stop};
 use crate::solver::{self, Options, Setup};
 use crate::start::Start;
 use crate::sweep;
+use crate::unreached::unreached;
 
 /// What is asked of a solver, apart from the problem itself.
 #[derive(Clone, Debug)]
@@ -51,7 +52,7 @@ pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
     if lambda >= 0.0 && lambda.is_finite() {
         Ok(())
     } else {
-        Err(Error::unsuitable(format!("lambda = {lambda}: must be a finite number from 0")))
+        Err(Error::unsuitable(format!("lambda = {lambda:?}: must be a finite number from 0")))
     }
 }
 
@@ -195,14 +196,15 @@ pub fn solve(
     regions::check(s.ncols())?;
     check_rows("costs", s.nrows(), mesh)?;
     start.check(s.dim())?;
-    let (s, mut warnings) = costs::checked(s, request.mass)?;
+    let (known, mut warnings) = costs::checked(s, request.mass)?;
     let (model, left_out) = model_mesh(mesh)?;
     warnings.extend(left_out);
+    warnings.extend(unreached(&model, |k| !s[[k, 0]].is_nan()));
     let order = Order::of(&model);
     let model = order.mesh(model);
     let solved = with_regions!(
         s.ncols(),
-        solve_compiled(&model, &order, warnings, &s, start, request, observe)
+        solve_compiled(&model, &order, warnings, &known, start, request, observe)
     );
     solved.map(|solution| solution.of(mesh, &order))
 }

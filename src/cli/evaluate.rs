@@ -7,10 +7,11 @@ use meshseg::evaluate::{Question, evaluate};
 use meshseg::operator::Mass;
 use meshseg::problem::{Smoothing, SmoothingMode};
 use meshseg::{Error, npy};
+use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
-use super::{Outcome, named, print_json, warn, welding};
+use super::{Outcome, named, note, print_json, warn, welding};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
 ///
@@ -20,7 +21,9 @@ use super::{Outcome, named, print_json, warn, welding};
 #[command(after_help = "Examples:
   meshseg solve mesh.ply --costs S.npy --lambda 0.005 --save q --out results/mesh
   meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --q results/mesh/q.npy
-  meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --epsilon 0.01")]
+  meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --epsilon 0.01
+
+What `solve --weld` wrote is evaluated with the same --weld: U and q have rows of the vertices and faces of the file.")]
 pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
@@ -56,6 +59,11 @@ pub struct Arguments {
     /// Quadrature of the data term
     #[arg(long, value_parser = named(&Mass::NAMES), default_value = "barycentric")]
     mass: Mass,
+
+    /// Merge vertices as `solve --weld` does, within this length of each other [default: 0, those at equal positions];
+    /// merged vertices take the means of their costs and of their rows of U. Without it the mesh stays as it is
+    #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
+    weld: Option<f64>,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -93,11 +101,43 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     let mut progress = Progress::new(0.0);
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let mut evaluation = evaluate(&mesh, &costs, &u, question, &mut observe)?;
+    let weld = match arguments.weld {
+        Some(tolerance) => welding::weld(&mesh, tolerance)?.map(|weld| (weld, tolerance)),
+        None => None,
+    };
+    let mut evaluation = match &weld {
+        Some((weld, _)) => {
+            let weights = arguments.mass.weights(&mesh);
+            let costs = welding::costs(weld, &costs, &weights)?;
+            let means = welding::means(weld, &u, &weights);
+            let mut evaluation = evaluate(&weld.mesh, &costs, &means, question, &mut observe)?;
+            evaluation.vertices = mesh.vertices.len();
+            evaluation.warnings.extend(apart(&u, &means, &weld.of));
+            evaluation
+        }
+        None => evaluate(&mesh, &costs, &u, question, &mut observe)?,
+    };
     progress.finish();
-    let seams = welding::seams(&mesh, welding::CONVERT);
-    evaluation.warnings.extend(seams);
+    if let Some((weld, tolerance)) = &weld {
+        note(&welding::note(weld, *tolerance));
+    }
+    evaluation.warnings.extend(match (&weld, arguments.weld) {
+        (Some((weld, _)), _) => {
+            welding::side_effect(weld, "leave out --weld to keep them apart").into_iter().collect()
+        }
+        (None, Some(_)) => Vec::new(),
+        (None, None) => welding::seams(&mesh, "--weld"),
+    });
     warn(&evaluation.warnings);
     print_json(&evaluation)?;
     Ok(())
+}
+
+/// That merged vertices do not agree on their rows of U.
+fn apart(u: &Array2<f64>, means: &Array2<f64>, of: &[u32]) -> Option<String> {
+    let differs = |(v, &k): (usize, &u32)| u.row(v) != means.row(k as usize);
+    let count = of.iter().enumerate().filter(|&it| differs(it)).count();
+    (count > 0).then(|| {
+        format!("{count} rows of U differ from those of vertices that they are merged with: the means are evaluated")
+    })
 }

@@ -137,13 +137,14 @@ fn info(path: &Path, json: bool) -> Outcome {
         _ => format!("{materials}, {materials_with_images} with an image"),
     };
     let corners = bounding_box.map_or_else(String::new, |corners| {
-        let point = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
+        let number = table::together(table::largest(corners.min.iter().chain(&corners.max)), 6);
+        let point = |x: [f64; 3]| format!("({})", x.map(&number).join(", "));
         format!("{} to {}", point(corners.min), point(corners.max))
     });
     print(&table::pairs(&[
         ("vertices", vertices.to_string()),
         ("faces", faces.to_string()),
-        ("area", format!("{area:.9}")),
+        ("area", table::together(area, 9)(area)),
         ("edges", edges.to_string()),
         ("boundary edges", boundary_edges.to_string()),
         ("boundary loops", boundary_loops.to_string()),

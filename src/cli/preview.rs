@@ -32,14 +32,18 @@ pub fn means(
 }
 
 /// A line of the legend. Of many means the first three are told.
-pub fn legend(p: usize, share: f64, mean: &[f64]) -> String {
-    let mut text = format!("{p}   {:.1} %", 100.0 * share);
+pub fn legend(p: usize, share: f64, mean: &[f64], number: impl Fn(f64) -> String) -> String {
+    let mut text = share_of(p, share);
     if !mean.is_empty() {
-        let told: Vec<String> = mean.iter().take(3).map(|mu| format!("{mu:.3}")).collect();
+        let told: Vec<String> = mean.iter().take(3).map(|&mu| number(mu)).collect();
         let more = if mean.len() > 3 { " …" } else { "" };
         text += &format!("   mean {}{more}", told.join(" "));
     }
     text
+}
+
+fn share_of(p: usize, share: f64) -> String {
+    format!("{p}   {:.1} %", 100.0 * share)
 }
 
 /// Of costs alone: each vertex shows its cheapest region.
@@ -59,7 +63,7 @@ pub fn of_costs(
     let region = |(p, &share): (usize, &f64)| Region {
         color: categorical(p),
         mean: None,
-        text: legend(p, share, &[]),
+        text: share_of(p, share),
     };
     // Nothing is known of a vertex whose costs are NaN.
     let look = |s: ArrayView1<f64>| {

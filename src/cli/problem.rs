@@ -10,10 +10,10 @@ use meshseg::operator::Mass;
 use meshseg::outcome;
 use meshseg::render::View;
 use meshseg::run::{Status, Stop};
-use meshseg::solve::Request;
+use meshseg::solve::{Request, model_mesh};
 use meshseg::solver::Options;
 use meshseg::start::Start;
-use meshseg::{Error, Result};
+use meshseg::{Error, Result, costs};
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
@@ -31,7 +31,7 @@ pub enum Verb {
 /// Write one problem as a NumPy archive that any language reads.
 ///
 /// K in compressed rows, masses, integrated costs, lambda, mesh and initial U; experiments/reference/README.md has
-/// the names and shapes.
+/// the names and shapes. Vertices are those of the file: `meshseg mesh convert --weld` merges coincident ones first.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   meshseg problem export mesh.ply --costs S.npy --lambda 0.005 --out problem.npz
@@ -133,12 +133,15 @@ impl Export {
                 "--instance and --data-dir belong to an experiment file",
             ));
         }
-        let (mesh, costs) = mesh_with_costs(&self.input, costs)?;
-        warn(&welding::seams(&mesh, welding::CONVERT));
+        let (mesh, s) = mesh_with_costs(&self.input, costs)?;
         let init = self.init.as_ref().unwrap_or(&Init::Argmin);
-        let start = init.start(&costs, self.seed.unwrap_or(0))?;
+        let start = init.start(&s, self.seed.unwrap_or(0))?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
-        Exchanged::new(&mesh, &costs, lambda, mass, &start)
+        let problem = Exchanged::new(&mesh, &s, lambda, mass, &start)?;
+        warn(&welding::seams(&mesh, welding::CONVERT));
+        warn(&costs::checked(&s, mass)?.1);
+        warn(&model_mesh(&mesh)?.1);
+        Ok(problem)
     }
 
     fn of_experiment(&self) -> Result<Exchanged> {

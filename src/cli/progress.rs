@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use meshseg::run::Sample;
 
-use super::note;
+use super::{note, table};
 
 /// Between renewals of the line on a terminal.
 const RENEWAL: Duration = Duration::from_millis(100);
@@ -117,8 +117,11 @@ impl Progress {
             String::new()
         };
         format!(
-            "{}iteration {}, energy {:.6}, gap {gap:.1e} (to {:.0e}), {elapsed:.0} s{left}",
-            self.title, sample.iteration, sample.energy, self.tolerance
+            "{}iteration {}, energy {}, gap {gap:.1e} (to {:.0e}), {elapsed:.0} s{left}",
+            self.title,
+            sample.iteration,
+            table::number(sample.energy),
+            self.tolerance
         )
     }
 }

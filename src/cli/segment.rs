@@ -30,7 +30,8 @@ pub struct Arguments {
     mesh: PathBuf,
 
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
-    /// texture:IMAGE (PNG or JPEG, at the texture coordinates), image:IMAGE (laid on the surface, see --project),
+    /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as it is stored), image:IMAGE (laid on the surface, see
+    /// --project; a JPEG photo upright, as its EXIF orientation says),
     /// curvature (mean curvature, positive where the surface is convex as seen from outside, its middle 96 % mapped to
     /// [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
     /// by 255) [default: the textures or colors that come with the mesh]
@@ -198,10 +199,11 @@ fn run_here(arguments: &Arguments) -> Outcome {
         scale,
         region_parameters: &regions,
     };
+    let mean = mean_format(&regions);
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
         mean: region.color,
-        text: preview::legend(p, region.share, &region.parameters.mean),
+        text: preview::legend(p, region.share, &region.parameters.mean, &mean),
     };
     let looks = Looks {
         regions: regions.iter().enumerate().map(drawn).collect(),
@@ -304,12 +306,18 @@ fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> V
         .collect()
 }
 
+/// How the means of the regions are written.
+fn mean_format(regions: &[Region]) -> impl Fn(f64) -> String {
+    table::together(table::largest(regions.iter().flat_map(|r| &r.parameters.mean)), 3)
+}
+
 fn regions_table(regions: &[Region]) -> String {
     let mut rows: Vec<Vec<String>> =
         vec![["region", "drawn", "color", "mean", "area", "share"].map(String::from).to_vec()];
+    let mean = mean_format(regions);
+    let area = table::together(table::largest(regions.iter().map(|region| &region.area)), 4);
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
-        let mean: Vec<String> =
-            region.parameters.mean.iter().map(|mu| format!("{mu:.3}")).collect();
+        let mean: Vec<String> = region.parameters.mean.iter().map(|&mu| mean(mu)).collect();
         let hex = |color: [f64; 3]| {
             let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
             format!("#{r:02x}{g:02x}{b:02x}")
@@ -319,7 +327,7 @@ fn regions_table(regions: &[Region]) -> String {
             hex(region.palette),
             region.color.map_or_else(String::new, hex),
             mean.join(" "),
-            format!("{:.4}", region.area),
+            area(region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]
     }));

@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use meshseg::mesh::Weld;
 use meshseg::start::Start;
-use meshseg::{Error, Result, npy, outcome, solve, sweep};
+use meshseg::{Result, npy, outcome, solve, sweep};
 use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
@@ -43,8 +42,9 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
-    /// Merge vertices within this length of each other [default: 0, those at equal positions]; the costs of merged
-    /// vertices are added up, and results stay in the vertices of the file. Without it the mesh stays as it is
+    /// Merge vertices within this length of each other [default: 0, those at equal positions]; merged vertices take the
+    /// mean of their costs by their areas, and results stay in the vertices and faces of the file. Without it the mesh
+    /// stays as it is
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
     weld: Option<f64>,
 
@@ -113,21 +113,12 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     let mut solution = match &weld {
         Some(weld) => {
-            // Added up, integrated costs are those of means by the weights of the integration.
             let weights = request.mass.weights(&mesh);
-            let means = |rows: &Array2<f64>| {
-                let rows = rows.as_standard_layout();
-                let d = rows.ncols();
-                let means =
-                    weld.means_by(rows.as_slice().expect("in standard layout"), d, &weights);
-                Array2::from_shape_vec((means.len() / d, d), means).expect("rows of d numbers")
-            };
             let start = match start {
-                Start::Given(u) => Start::Given(means(&u)),
+                Start::Given(u) => Start::Given(welding::means(weld, &u, &weights)),
                 other => other,
             };
-            let welded = means(&costs);
-            check_merged(&welded, weld)?;
+            let welded = welding::costs(weld, &costs, &weights)?;
             solve::solve(&weld.mesh, &welded, &start, &request, &mut observe)?.spread(&mesh, weld)
         }
         None => solve::solve(&mesh, &costs, &start, &request, &mut observe)?,
@@ -152,16 +143,4 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut lines = summary_lines(summary);
     lines.push(("written to", solving.out.display().to_string()));
     exit(summary.status, print(&table::pairs(&lines)))
-}
-
-/// Vertices that become one may forbid every label between them.
-fn check_merged(costs: &Array2<f64>, weld: &Weld) -> Result<()> {
-    let closed = |k: &u32| costs.row(*k as usize).iter().all(|&s| s == f64::INFINITY);
-    match weld.of.iter().position(closed) {
-        None => Ok(()),
-        Some(v) => Err(Error::unsuitable(format!(
-            "row {v} of the costs and those of the vertices at its position forbid every label between them; leave out \
-             --weld, or forbid fewer"
-        ))),
-    }
 }

@@ -21,6 +21,19 @@ pub fn columns(rows: &[Vec<String>]) -> String {
         .collect()
 }
 
+/// How numbers are written that are read together, `largest` among them: so many digits behind the point, or that many
+/// significant ones where half of those would be zeros, or there are too many before the point.
+pub fn together(largest: f64, digits: usize) -> impl Fn(f64) -> String {
+    let least = 0.1_f64.powf(0.5 * digits as f64);
+    let plain = largest == 0.0 || (least..1e7).contains(&largest);
+    move |x| if plain { format!("{x:.digits$}") } else { format!("{x:.*e}", digits - 1) }
+}
+
+/// The largest size of numbers.
+pub fn largest<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> f64 {
+    numbers.into_iter().fold(0.0, |largest, x| f64::max(largest, x.abs()))
+}
+
 /// Nine significant digits, plain where that reads well.
 pub fn number(x: f64) -> String {
     if x == 0.0 || !(1e-3..1e7).contains(&x.abs()) {
@@ -28,4 +41,24 @@ pub fn number(x: f64) -> String {
     }
     let before_point = x.abs().log10().floor() as i32 + 1;
     format!("{x:.*}", (9 - before_point).max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_any_size_are_short() {
+        let text = |x: f64, digits| together(x, digits)(x);
+        assert_eq!(text(1.0, 9), "1.000000000");
+        assert_eq!(text(0.0, 3), "0.000");
+        assert_eq!(text(0.25, 3), "0.250");
+        assert_eq!(text(3.5e-4, 3), "3.50e-4");
+        assert_eq!(text(6.25e60, 9), "6.25000000e60");
+        assert_eq!(text(5_411_900.5, 6), "5411900.500000");
+        // What stands beside a large one is written in the same way.
+        assert_eq!(together(1e30, 3)(-2.5e-3), "-2.50e-3");
+        assert_eq!(together(largest(&[-4.0, 1.0]), 3)(1e-9), "0.000");
+        assert_eq!(number(1e300), "1.00000000e300");
+    }
 }

@@ -3,6 +3,7 @@
 use meshseg::mesh::Mesh;
 use meshseg::mesh::weld::{Weld, coincident, free_cuts, is_shattered, mending_tolerance};
 use meshseg::{Error, Result};
+use ndarray::Array2;
 
 /// What welds a mesh for the verbs that take it as it is.
 pub const CONVERT: &str = "`meshseg mesh convert --weld`";
@@ -30,12 +31,37 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Result<Option<Weld>> {
     Ok(weld)
 }
 
+/// Rows at the vertices of the file as means at the welded ones. With the weights of an integration, integrals stay: the
+/// integrated costs of lumped masses are added up.
+pub fn means(weld: &Weld, rows: &Array2<f64>, weights: &[f64]) -> Array2<f64> {
+    let rows = rows.as_standard_layout();
+    let d = rows.ncols();
+    let means = weld.means_by(rows.as_slice().expect("in standard layout"), d, weights);
+    Array2::from_shape_vec((means.len() / d, d), means).expect("rows of d numbers")
+}
+
+/// The same of costs.
+///
+/// # Errors
+/// Vertices that become one and forbid every label between them.
+pub fn costs(weld: &Weld, costs: &Array2<f64>, weights: &[f64]) -> Result<Array2<f64>> {
+    let means = means(weld, costs, weights);
+    let closed = |k: &u32| means.row(*k as usize).iter().all(|&s| s == f64::INFINITY);
+    match weld.of.iter().position(closed) {
+        None => Ok(means),
+        Some(v) => Err(Error::unsuitable(format!(
+            "row {v} of the costs and those of the vertices at its position forbid every label between them; leave out \
+             --weld, or forbid fewer"
+        ))),
+    }
+}
+
 /// What was merged, in a sentence.
 pub fn note(weld: &Weld, tolerance: f64) -> String {
     let Weld { merged, onto, .. } = weld;
     let place = match tolerance {
         0.0 => "at the same positions".to_owned(),
-        _ => format!("within {tolerance} of them"),
+        _ => format!("within {tolerance:?} of them"),
     };
     format!("welded {merged} vertices onto {onto} others {place}")
 }

@@ -9,7 +9,7 @@ use std::str::FromStr;
 use super::curved::{Curved, SIGN, curved};
 use super::projection::{Fit, Projection};
 use super::texture::{
-    Content, Painted, Paints, Sums, Texel, Texture, color_of_face, images, is_same_image,
+    Content, Painted, Paints, Sums, Texel, Texture, Turn, color_of_face, images, is_same_image,
     texels_a_face,
 };
 use super::{Data, looks};
@@ -143,6 +143,44 @@ fn flatten(data: &mut Data) -> bool {
         row.copy_from_slice(&first);
     }
     true
+}
+
+/// The image files that these data are taken from, those of materials and tiles among them; none where there are none.
+pub fn image_files(
+    source: &Source,
+    mesh: &Mesh,
+    choice: Option<&DataSource>,
+    manner: &Manner,
+) -> Vec<PathBuf> {
+    let view = View { source, mesh, manner };
+    let Some(uv) = view.uv() else {
+        return match choice {
+            Some(DataSource::Image(image)) => vec![image.clone()],
+            _ => Vec::new(),
+        };
+    };
+    let paints = match choice {
+        Some(DataSource::Image(image)) if view.projection().is_some() => {
+            return vec![image.clone()];
+        }
+        Some(DataSource::Image(image)) => {
+            Paints::of_image(Content::File(image.clone(), Turn::Upright), &uv)
+        }
+        Some(DataSource::Texture(_)) | None => {
+            let given = match choice {
+                Some(DataSource::Texture(given)) => given.as_deref(),
+                _ => None,
+            };
+            match view.paints(given, &uv) {
+                Ok((paints, _)) => paints,
+                Err(_) => return Vec::new(),
+            }
+        }
+        Some(DataSource::Colors | DataSource::Curvature | DataSource::File(_)) => {
+            return Vec::new();
+        }
+    };
+    paints.files().into_iter().map(Path::to_owned).collect()
 }
 
 fn look(
@@ -315,39 +353,8 @@ impl View<'_> {
         let Some(uv) = self.uv() else {
             return Err(self.lacks("has no texture coordinates"));
         };
-        let named = self.mesh.materials.as_ref().map_or(Vec::new(), images);
-        let mut notes = Vec::new();
-        let paints = match (given, self.source.texture(), &self.mesh.materials) {
-            (None, Some(bytes), _) => Paints::of_image(Content::Embedded(bytes), &uv),
-            (None, None, Some(materials)) if !named.is_empty() => {
-                Paints::of_materials(self.mesh, materials, &uv, None)
-            }
-            (None, ..) => return Err(self.lacks("has no materials that name an image")),
-            (Some(image), _, Some(materials))
-                if named.iter().any(|named| is_same_image(named, image)) =>
-            {
-                if named.len() > 1 {
-                    notes.push(format!(
-                        "{} is one of {} images that the materials name: each face takes that of its material",
-                        image.display(),
-                        named.len()
-                    ));
-                }
-                Paints::of_materials(self.mesh, materials, &uv, Some(image))
-            }
-            (Some(image), ..) => {
-                if named.len() > 1 {
-                    notes.push(format!(
-                        "{} is none of the {} images that the materials name and is taken for all faces; --data \
-                         texture takes theirs",
-                        image.display(),
-                        named.len()
-                    ));
-                }
-                Paints::of_image(Content::File(image.to_owned()), &uv)
-            }
-        };
-        let painted = paints.colors(self.mesh, &uv, self.manner.texel, all);
+        let (paints, notes) = self.paints(given, &uv)?;
+        let painted = paints.colors(self.mesh, self.manner.texel, all);
         let painted = painted.map_err(|error| error.of_file(&self.name()))?;
         let name = match (given, painted.images.as_slice()) {
             (None, _) if self.source.texture().is_some() => "texture".into(),
@@ -361,16 +368,53 @@ impl View<'_> {
         self.painted(painted, name, notes)
     }
 
+    /// Which face has which image, and what is to be said about the one that was given.
+    fn paints<'b>(
+        &self,
+        given: Option<&Path>,
+        uv: &'b [[[f64; 2]; 3]],
+    ) -> Result<(Paints<'b>, Vec<String>)> {
+        let named = self.mesh.materials.as_ref().map_or(Vec::new(), images);
+        let mut notes = Vec::new();
+        let paints = match (given, self.source.texture(), &self.mesh.materials) {
+            (None, Some(bytes), _) => Paints::of_image(Content::Embedded(bytes), uv),
+            (None, None, Some(materials)) if !named.is_empty() => {
+                Paints::of_materials(self.mesh, materials, uv, None)
+            }
+            (None, ..) => return Err(self.lacks("has no materials that name an image")),
+            (Some(image), _, Some(materials))
+                if named.iter().any(|named| is_same_image(named, image)) =>
+            {
+                if named.len() > 1 {
+                    notes.push(format!(
+                        "{} is one of {} images that the materials name: each face takes that of its material",
+                        image.display(),
+                        named.len()
+                    ));
+                }
+                Paints::of_materials(self.mesh, materials, uv, Some(image))
+            }
+            (Some(image), ..) => {
+                if named.len() > 1 {
+                    notes.push(format!(
+                        "{} is none of the {} images that the materials name and is taken for all faces; --data \
+                         texture takes theirs",
+                        image.display(),
+                        named.len()
+                    ));
+                }
+                Paints::of_image(Content::File(image.to_owned(), Turn::AsStored), uv)
+            }
+        };
+        Ok((paints, notes))
+    }
+
     /// An image by the projection that was asked for, or at the texture coordinates.
     fn image(&self, image: &Path) -> Result<Seen> {
         let name = format!("image {}", image.display());
-        let projection = match (self.manner.project, self.source) {
-            (None, Source::Shape(Shape::Grid { .. })) => Some(Projection::XY),
-            (project, _) => project,
-        };
         let Manner { texel, fit, .. } = *self.manner;
-        if let Some(projection) = projection {
-            let mut texture = Texture::open(image)?;
+        if let Some(projection) = self.projection() {
+            let mut texture = Texture::open(image, Turn::Upright)?;
             let size = [texture.width, texture.height];
             let laid = projection.lay(self.mesh, size, fit);
             let laid = laid.map_err(|error| error.of_file(&self.name()))?;
@@ -390,11 +434,19 @@ impl View<'_> {
                 Projection::SYNTAX
             )));
         };
-        let paints = Paints::of_image(Content::File(image.to_owned()), &uv);
-        let painted = paints.colors(self.mesh, &uv, texel, true);
+        let paints = Paints::of_image(Content::File(image.to_owned(), Turn::Upright), &uv);
+        let painted = paints.colors(self.mesh, texel, true);
         let painted = painted.map_err(|error| error.of_file(&self.name()))?;
         let note = "the image lies at the texture coordinates of the mesh; --project xy lays it over its front";
         self.painted(painted, name, vec![note.into()])
+    }
+
+    /// How `image:` is laid on the surface, if not at its texture coordinates.
+    fn projection(&self) -> Option<Projection> {
+        match (self.manner.project, self.source) {
+            (None, Source::Shape(Shape::Grid { .. })) => Some(Projection::XY),
+            (project, _) => project,
+        }
     }
 
     fn painted(&self, painted: Painted, name: String, mut notes: Vec<String>) -> Result<Seen> {

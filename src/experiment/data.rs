@@ -14,6 +14,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 use sha2::{Digest, Sha256};
+use tracing::subscriber::{self, NoSubscriber};
 
 use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::costs;
@@ -153,15 +154,17 @@ impl Places {
     /// A file that is missing or cannot be read.
     pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, Missing> {
         let mut hash = Sha256::new();
-        if let Source::File(path) = self.mesh(&cell.mesh)? {
-            hash.update(file::read(&path)?);
+        let source = self.mesh(&cell.mesh)?;
+        if let Source::File(path) = &source {
+            hash.update(file::read(path)?);
         }
-        if let DataChoice::Costs(path)
-        | DataChoice::Seen(
-            DataSource::Texture(Some(path)) | DataSource::Image(path) | DataSource::File(path),
-        ) = self.data(&cell.data)?
-        {
-            hash.update(file::read(&path)?);
+        match &self.data(&cell.data)? {
+            DataChoice::Costs(path) | DataChoice::Seen(DataSource::File(path)) => {
+                hash.update(file::read(path)?);
+            }
+            DataChoice::Own => paint(&mut hash, &source, None)?,
+            DataChoice::Seen(choice) => paint(&mut hash, &source, Some(choice))?,
+            DataChoice::Waves => {}
         }
         Ok(hex(&hash.finalize()))
     }
@@ -263,6 +266,39 @@ impl Places {
         };
         Ok(Instance { mesh, costs, lambda, looks, truth })
     }
+}
+
+/// Adds to the content of an instance what paints its mesh from outside of its file: what libraries say of its
+/// materials, and images. A mesh that cannot be read is left to who makes the instance.
+fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Result<()> {
+    let given = match choice {
+        Some(DataSource::Curvature) => return Ok(()),
+        Some(DataSource::Texture(given)) => given.is_some(),
+        Some(DataSource::Image(_)) => true,
+        _ => false,
+    };
+    if !given && !matches!(source, Source::File(_)) {
+        return Ok(());
+    }
+    // Who makes the instance reads the mesh again, and says then what is to be said of it.
+    let mesh = subscriber::with_default(NoSubscriber::default(), || source.mesh());
+    let Ok(mesh) = mesh else { return Ok(()) };
+    for material in mesh.materials.iter().flat_map(|materials| &materials.all) {
+        let color = material.color.map(|color| color.map(f64::to_bits));
+        hash.update(format!("{color:?} {:?}", material.placement.bits()));
+    }
+    for path in seen::image_files(source, &mesh, choice, &Manner::default()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let bytes = match (file::read(&path), choice) {
+            (Ok(bytes), _) => bytes,
+            // What comes with a mesh may be missing.
+            (Err(_), None) => Vec::new(),
+            (Err(error), Some(_)) => return Err(error),
+        };
+        hash.update(format!("{name} {} ", bytes.len()));
+        hash.update(bytes);
+    }
+    Ok(())
 }
 
 /// Looks of a vertex of which nothing is known.

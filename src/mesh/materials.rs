@@ -3,6 +3,14 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+/// Beyond this a texture coordinate has no digits left for a place in an image.
+const LARGEST: f64 = 1e9;
+
+/// Whether texture coordinates are a place in an image.
+pub fn is_place(t: [f64; 2]) -> bool {
+    t.iter().all(|t| t.abs() <= LARGEST)
+}
+
 /// The materials of a mesh, and which face has which.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Materials {
@@ -19,6 +27,41 @@ pub struct Material {
     pub color: Option<[f64; 3]>,
     /// The image of its texture, as found from where the program runs.
     pub image: Option<PathBuf>,
+    pub placement: Placement,
+}
+
+/// Where an image lies in the plane of texture coordinates: they are scaled, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    pub scale: [f64; 2],
+    pub offset: [f64; 2],
+    /// Whether there is one copy of the image, whose edges go on, instead of many.
+    pub clamp: bool,
+}
+
+impl Default for Placement {
+    fn default() -> Self {
+        Placement { scale: [1.0; 2], offset: [0.0; 2], clamp: false }
+    }
+}
+
+impl Placement {
+    /// Whether texture coordinates stay what they are.
+    pub fn moves_nothing(&self) -> bool {
+        let Placement { scale, offset, .. } = Placement::default();
+        self.scale == scale && self.offset == offset
+    }
+
+    /// What tells it from others.
+    pub fn bits(&self) -> [u64; 5] {
+        let [[a, b], [c, d]] = [self.scale, self.offset];
+        [a.to_bits(), b.to_bits(), c.to_bits(), d.to_bits(), u64::from(self.clamp)]
+    }
+
+    /// The coordinates of a face in the image.
+    pub fn of(&self, uv: &[[f64; 2]; 3]) -> [[f64; 2]; 3] {
+        uv.map(|t| [0, 1].map(|axis| self.scale[axis] * t[axis] + self.offset[axis]))
+    }
 }
 
 impl Materials {

@@ -27,7 +27,7 @@ use nalgebra::{Point3, Vector3};
 use crate::sweep;
 
 pub use incidence::Incidence;
-pub use materials::{Material, Materials};
+pub use materials::{Material, Materials, Placement, is_place};
 pub use resolution::resolution;
 pub use shapes::Shape;
 pub use source::{Source, source};

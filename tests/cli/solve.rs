@@ -228,3 +228,50 @@ fn the_folder_gets_the_permissions_of_any_new_folder() {
     assert_eq!(mode("out"), mode("any"));
     assert_eq!(mode("out/u.npy"), mode("any/file"));
 }
+
+/// A component of which nothing is known has no neighbors to take labels of.
+#[test]
+fn labels_that_mean_nothing_are_counted() {
+    let folder = Folder::new();
+    let two = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 5 0 0\nv 7 0 0\nv 5 3 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 1 2 2\n";
+    folder.write("two.obj", two);
+    let rows = |unknown: &[usize]| {
+        Array2::from_shape_fn((7, 2), |(k, p)| {
+            if unknown.contains(&k) { f64::NAN } else { f64::from((k % 2 + p) as u8) }
+        })
+    };
+    let solve = "solve two.obj --costs S.npy --lambda 0.01 --no-preview --out solved";
+    let segment = "segment two.obj --data d.npy --regions 2 --no-preview --out segmented";
+    let experiment = "# ?\nstop = { gap = 1e-2, max-iterations = 50 }\n[[instance]]\nmesh = \"two.obj\"\n\
+        data = \"costs:S.npy\"\nlambda = 0.01\n[[solver]]\nname = \"chambolle-pock\"\n[[figure]]\n\
+        name = \"f\"\nkind = \"decay\"\n";
+    folder.write("e.toml", experiment);
+    for (unknown, count) in [(vec![4, 5, 6], Some(3)), (vec![4, 6], None), (vec![], None)] {
+        folder.array("S.npy", &rows(&unknown));
+        folder.array("d.npy", &rows(&unknown).slice_move(ndarray::s![.., ..1]));
+        for line in [solve, segment] {
+            let output = folder.run(line);
+            let said = stderr(&output);
+            assert_eq!(output.status.code(), Some(0), "{said}");
+            let expected =
+                count.map(|n| format!("nothing is known of {n} vertices (75.00 % of the area)"));
+            match expected {
+                Some(text) => assert!(said.contains(&text), "{line}: {said}"),
+                None => assert!(!said.contains("mean nothing"), "{line}: {said}"),
+            }
+        }
+        // A problem for others says what it is without, too.
+        let export = "problem export two.obj --costs S.npy --lambda 0.01 --out problem.npz";
+        let said = stderr(&folder.run(export));
+        assert_eq!(said.contains("nothing is known of these"), !unknown.is_empty(), "{said}");
+        assert!(said.contains("1 faces without area were left out"), "{said}");
+        folder.done("experiment run e.toml");
+        let runs = folder.path("results/e/runs");
+        let told = crate::support::names(&runs).iter().any(|id| {
+            let summary = std::fs::read_to_string(runs.join(id).join("summary.json")).unwrap();
+            summary.contains("their labels mean nothing")
+        });
+        // Runs stay.
+        assert!(told, "{unknown:?}");
+    }
+}

@@ -2,6 +2,8 @@
 //!
 //! A PNG image comes row by row and is shrunk on the way by the least 2^k that brings it to at most
 //! [`MOST_BYTES`]; a JPEG image is decoded whole. Gray and palettes are widened, alpha is dropped, 16 bits stay.
+//! The EXIF orientation of a JPEG image is followed where a photo is asked for, and left out of a texture, whose
+//! coordinates are made for the pixels as they are stored (so glTF has it, and viewers of meshes).
 //! A header is believed as far as the file can hold what it promises: deflate compresses 1032 : 1 at best,
 //! and JPEG spends at least one bit on a block.
 
@@ -9,10 +11,12 @@ use std::io::{BufRead, Cursor};
 use std::path::Path;
 
 use image::codecs::jpeg::JpegDecoder;
+use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder};
 use png::{BitDepth, Transformations};
 
 use super::shrink::{Channel, Shrink};
+use super::upright::Upright;
 use crate::error::{Error, Result};
 
 /// Memory for the texels of an image: 2^26 pixels of 8 bits.
@@ -36,8 +40,17 @@ pub enum Texels {
     Sixteen(Vec<[u16; 3]>),
 }
 
+/// How an image lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Whatever its EXIF orientation says.
+    AsStored,
+    /// As its EXIF orientation says.
+    Upright,
+}
+
 pub struct Decoded {
-    /// Of the image in the file.
+    /// Of the image in the file, once it is turned.
     pub width: u32,
     pub height: u32,
     /// The texels are means of 2^k x 2^k pixels.
@@ -85,9 +98,9 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
 }
 
 /// The content of a JPEG file; `name` is for the errors.
-pub fn jpeg(bytes: &[u8], name: &Path) -> Result<Decoded> {
+pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
     let failed = |error: image::ImageError| cannot_decode(name, &error);
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(failed)?;
+    let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(failed)?;
     let (width, height) = decoder.dimensions();
     let pixels = check_size(width, height, name)?;
     if pixels > MOST_PIXELS_A_BYTE.saturating_mul(bytes.len() as u64) {
@@ -104,13 +117,25 @@ pub fn jpeg(bytes: &[u8], name: &Path) -> Result<Decoded> {
         ColorType::Rgba8 => 4,
         _ => 3,
     };
+    let orientation = match (decoder.orientation().map_err(failed)?, turn) {
+        (Orientation::NoTransforms, _) => Orientation::NoTransforms,
+        (orientation, Turn::Upright) => orientation,
+        (_, Turn::AsStored) => {
+            tracing::warn!(
+                "{}: its EXIF orientation is left out, since a texture is taken as it is stored; --data image:FILE lays \
+                 photos upright",
+                name.display()
+            );
+            Orientation::NoTransforms
+        }
+    };
     let mut whole = vec![0; decoder.total_bytes() as usize];
     decoder.read_image(&mut whole).map_err(failed)?;
+    let upright = Upright { width, height, orientation };
+    let (width, height) = upright.size();
     let k = shrinking(3 * pixels);
     let mut rows = Rows::new(width, height, k, false, channels);
-    for row in whole.chunks(width as usize * channels) {
-        rows.push(row);
-    }
+    upright.rows(&whole, channels, |row| rows.push(row));
     Ok(Decoded { width, height, k, texels: rows.finish() })
 }
 

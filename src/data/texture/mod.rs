@@ -2,7 +2,7 @@
 //!
 //! Colors are the stored sRGB values divided by their maximum, without any transfer function; alpha is ignored,
 //! since what an atlas stores below it is the color that was meant. An image is read in `decode` (`shrink`: too
-//! large ones), a face finds its colors in `sample`, which image it has says `paint`, and `vertices` adds up.
+//! large ones; `upright`: photos that were stored turned), a face finds its colors in `sample`, which image it has says `paint`, and `vertices` adds up.
 
 mod decode;
 mod paint;
@@ -10,6 +10,7 @@ mod sample;
 mod shrink;
 #[cfg(test)]
 mod tests;
+mod upright;
 mod vertices;
 
 use std::io::{Cursor, Read};
@@ -21,6 +22,7 @@ use decode::{Decoded, Texels};
 use sample::Level;
 use shrink::{Channel, Shrink};
 
+pub use decode::Turn;
 pub use paint::{Content, Painted, Paints, color_of_face, images, is_same_image};
 use sample::Place;
 pub use vertices::{Sums, Texel, texels_a_face};
@@ -36,6 +38,8 @@ pub struct Texture {
     /// The texels of level 0 are means of 2^k x 2^k pixels.
     k: u32,
     levels: Levels,
+    /// Whether its edges go on beyond [0, 1], instead of further copies of it.
+    clamp: bool,
 }
 
 enum Levels {
@@ -45,7 +49,7 @@ enum Levels {
 
 impl Texture {
     /// Reads a PNG or JPEG file; its content decides which, not its name.
-    pub fn open(path: &Path) -> Result<Self> {
+    pub fn open(path: &Path, turn: Turn) -> Result<Self> {
         let (mut file, length) = file::open(path)?;
         let mut magic = Vec::new();
         let io = |source| Error::io(path, source);
@@ -63,7 +67,7 @@ impl Texture {
             ));
         }
         file.read_to_end(&mut magic).map_err(io)?;
-        Texture::new(decode::jpeg(&magic, path)?, path)
+        Texture::new(decode::jpeg(&magic, path, turn)?, path)
     }
 
     /// Decodes the content of a PNG or JPEG file; `name` is for the errors.
@@ -71,7 +75,7 @@ impl Texture {
         let decoded = if bytes.starts_with(PNG) {
             decode::png(bytes, bytes.len() as u64, name)
         } else if bytes.starts_with(JPEG) {
-            decode::jpeg(bytes, name)
+            decode::jpeg(bytes, name, Turn::AsStored)
         } else {
             Err(Error::malformed(name, NEITHER))
         };
@@ -90,7 +94,7 @@ impl Texture {
             Texels::Eight(texels) => Levels::Eight(vec![level(width, height, k, texels)]),
             Texels::Sixteen(texels) => Levels::Sixteen(vec![level(width, height, k, texels)]),
         };
-        Ok(Texture { width, height, k, levels })
+        Ok(Texture { width, height, k, levels, clamp: false })
     }
 
     /// The length of [0, 1] in texels of level 0, along both axes.

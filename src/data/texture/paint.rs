@@ -3,36 +3,42 @@
 //! **Materials.** A face takes the image of its material; if that has none, the color of the face or of the
 //! material (`Kd`). **Tiles.** Images whose names have a UDIM number, `skin.1001.png`, `skin_1001.png` or
 //! `skin.<UDIM>.png`, are tiles where coordinates leave [0, 1]: tile (i, j) is the image 1001 + i + 10 j,
-//! 0 <= i <= 9, of the same folder. **Unknown** is a face without texture coordinates in its image, without
+//! 0 <= i <= 9, of the same folder. **Placements** move the coordinates of a face before all that; of an image that a
+//! material clamps there is one copy and no tiles. **Unknown** is a face without texture coordinates in its image, without
 //! image and color, or on a tile without an image.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::Texture;
+use super::decode::Turn;
 use super::sample::tile;
 use super::vertices::{Sums, Texel, is_placed, texels_a_face};
 use crate::error::{Error, Result};
-use crate::mesh::{Materials, Mesh};
+use crate::mesh::{Material, Materials, Mesh, Placement};
 
 /// An image that faces may have.
 struct Picture {
     content: Content,
     /// The name of its material.
     material: Option<String>,
+    placement: Placement,
     /// F at most, ascending.
     faces: Vec<u32>,
 }
 
 #[derive(Clone)]
 pub enum Content {
-    File(PathBuf),
+    File(PathBuf, Turn),
     Embedded(&'static [u8]),
 }
 
 /// Images and colors of all faces.
-pub struct Paints {
+pub struct Paints<'a> {
+    /// In the images of the faces.
+    uv: Cow<'a, [[[f64; 2]; 3]]>,
     pictures: Vec<Picture>,
     colored: Vec<(u32, [f64; 3])>,
     without_coordinates: usize,
@@ -86,9 +92,10 @@ pub fn is_same_image(a: &Path, b: &Path) -> bool {
     }
 }
 
-impl Paints {
-    fn new(pictures: Vec<Picture>) -> Self {
+impl<'a> Paints<'a> {
+    fn new(uv: &'a [[[f64; 2]; 3]], pictures: Vec<Picture>) -> Self {
         Paints {
+            uv: Cow::Borrowed(uv),
             pictures,
             colored: Vec::new(),
             without_coordinates: 0,
@@ -99,12 +106,14 @@ impl Paints {
     }
 
     /// One image for all faces.
-    pub fn of_image(content: Content, uv: &[[[f64; 2]; 3]]) -> Self {
-        let mut paints = Paints::new(vec![Picture { content, material: None, faces: Vec::new() }]);
-        for (j, uv) in uv.iter().enumerate() {
-            paints.place(j, 0, uv);
+    pub fn of_image(content: Content, uv: &'a [[[f64; 2]; 3]]) -> Self {
+        let placement = Placement::default();
+        let picture = Picture { content, material: None, placement, faces: Vec::new() };
+        let mut paints = Paints::new(uv, vec![picture]);
+        for j in 0..uv.len() {
+            paints.place(j, 0);
         }
-        paints.tiles(uv);
+        paints.tiles();
         paints
     }
 
@@ -113,41 +122,58 @@ impl Paints {
     pub fn of_materials(
         mesh: &Mesh,
         materials: &Materials,
-        uv: &[[[f64; 2]; 3]],
+        uv: &'a [[[f64; 2]; 3]],
         given: Option<&Path>,
     ) -> Self {
-        let mut paints = Paints::new(Vec::new());
+        let mut paints = Paints::new(uv, Vec::new());
         let mut known = HashMap::new();
-        let mut place_of = |image: &PathBuf, material: &str| {
-            *known.entry(image.clone()).or_insert_with(|| {
+        let mut place_of = |image: &PathBuf, placement: Placement, material: &str| {
+            *known.entry((image.clone(), placement.bits())).or_insert_with(|| {
                 paints.pictures.push(Picture {
-                    content: Content::File(whereabouts(image, given)),
+                    content: Content::File(whereabouts(image, given), Turn::AsStored),
                     material: Some(material.to_owned()),
+                    placement,
                     faces: Vec::new(),
                 });
                 paints.pictures.len() - 1
             })
         };
-        let of_materials: Vec<Option<usize>> = materials
-            .all
-            .iter()
-            .map(|material| Some(place_of(material.image.as_ref()?, &material.name)))
-            .collect();
-        for (j, (uv, material)) in uv.iter().zip(&materials.of_faces).enumerate() {
+        let place_of = |material: &Material| {
+            Some(place_of(material.image.as_ref()?, material.placement, &material.name))
+        };
+        let of_materials: Vec<Option<usize>> = materials.all.iter().map(place_of).collect();
+        for (j, material) in materials.of_faces.iter().enumerate() {
             match material.and_then(|m| of_materials[m as usize]) {
-                Some(picture) => paints.place(j, picture, uv),
+                Some(picture) => {
+                    let placement = paints.pictures[picture].placement;
+                    if !placement.moves_nothing() {
+                        paints.uv.to_mut()[j] = placement.of(&uv[j]);
+                    }
+                    paints.place(j, picture);
+                }
                 None => match color_of_face(mesh, j) {
                     Some(color) => paints.colored.push((j as u32, color)),
                     None => paints.without_image_and_color += 1,
                 },
             }
         }
-        paints.tiles(uv);
+        paints.tiles();
         paints
     }
 
-    fn place(&mut self, j: usize, picture: usize, uv: &[[f64; 2]; 3]) {
-        if is_placed(uv) {
+    /// The files whose content the colors depend on.
+    pub fn files(&self) -> Vec<&Path> {
+        let mut files = Vec::new();
+        for picture in self.pictures.iter().filter(|picture| !picture.faces.is_empty()) {
+            if let Content::File(path, _) = &picture.content {
+                files.push(path.as_path());
+            }
+        }
+        files
+    }
+
+    fn place(&mut self, j: usize, picture: usize) {
+        if is_placed(&self.uv[j]) {
             self.pictures[picture].faces.push(j as u32);
         } else {
             self.without_coordinates += 1;
@@ -155,9 +181,10 @@ impl Paints {
     }
 
     /// Parts images into their tiles.
-    fn tiles(&mut self, uv: &[[[f64; 2]; 3]]) {
+    fn tiles(&mut self) {
+        let uv = &self.uv;
         for picture in std::mem::take(&mut self.pictures) {
-            let Some(tiled) = Tiled::in_use(&picture, uv) else {
+            let Some((tiled, turn)) = Tiled::in_use(&picture, uv) else {
                 self.pictures.push(picture);
                 continue;
             };
@@ -171,8 +198,9 @@ impl Paints {
                         return None;
                     }
                     let material = picture.material.clone();
-                    let content = Content::File(path);
-                    self.pictures.push(Picture { content, material, faces: Vec::new() });
+                    let content = Content::File(path, turn);
+                    let placement = Placement { clamp: false, ..picture.placement };
+                    self.pictures.push(Picture { content, material, placement, faces: Vec::new() });
                     Some(self.pictures.len() - 1)
                 });
                 match place {
@@ -188,13 +216,8 @@ impl Paints {
     /// # Errors
     /// An image that cannot be read, if `all` are needed or none can; faces that have neither image nor color, all
     /// of them.
-    pub fn colors(
-        self,
-        mesh: &Mesh,
-        uv: &[[[f64; 2]; 3]],
-        texel: Texel,
-        all: bool,
-    ) -> Result<Painted> {
+    pub fn colors(self, mesh: &Mesh, texel: Texel, all: bool) -> Result<Painted> {
+        let uv = &*self.uv;
         let mut sums = Sums::new(mesh);
         let mut known = self.colored.len();
         let mut sizes = vec![None; uv.len()];
@@ -204,23 +227,27 @@ impl Paints {
         for (j, color) in self.colored {
             sums.add_color(mesh, j as usize, color);
         }
-        for Picture { content, material, faces } in self.pictures {
+        for Picture { content, material, placement, faces } in self.pictures {
             if faces.is_empty() {
                 continue;
             }
             let (name, texture) = match &content {
-                Content::File(path) => (name_of(path), Texture::open(path)),
+                Content::File(path, turn) => (name_of(path), Texture::open(path, *turn)),
                 Content::Embedded(bytes) => {
                     ("the embedded image".into(), Texture::decode(bytes, Path::new("image")))
                 }
             };
             match texture {
-                Ok(mut texture) => {
+                Ok(texture) => {
+                    let mut texture = Texture { clamp: placement.clamp, ..texture };
                     for &j in &faces {
                         sizes[j as usize] = Some([texture.width, texture.height].map(f64::from));
                     }
                     known += faces.len();
-                    images.push(name);
+                    // Materials may place one image in several ways.
+                    if !images.contains(&name) {
+                        images.push(name);
+                    }
                     let face = |i: usize| faces[i] as usize;
                     sums.add_texture(mesh, uv, &mut texture, texel, faces.len(), face);
                 }
@@ -341,10 +368,13 @@ impl Tiled {
 
     /// Whether tiles are meant: the name leaves the number open, or coordinates leave [0, 1] and the number is the
     /// first one or another of the tiles exists. (`brick_1024.png` may be as large as that, and repeated.)
-    fn in_use(picture: &Picture, uv: &[[[f64; 2]; 3]]) -> Option<Self> {
-        let Content::File(path) = &picture.content else { return None };
+    fn in_use(picture: &Picture, uv: &[[[f64; 2]; 3]]) -> Option<(Self, Turn)> {
+        let Content::File(path, turn) = &picture.content else { return None };
         let tiled = Tiled::of(path)?;
-        let Some(number) = tiled.number else { return Some(tiled) };
+        let Some(number) = tiled.number else { return Some((tiled, *turn)) };
+        if picture.placement.clamp {
+            return None;
+        }
         let mut numbers: Vec<_> =
             picture.faces.iter().map(|&j| number_of(tile(&uv[j as usize]))).collect();
         numbers.sort_unstable();
@@ -352,7 +382,7 @@ impl Tiled {
         let leaves = numbers.iter().any(|&other| other != Some(1001));
         let other =
             || numbers.iter().flatten().any(|&other| other != number && tiled.path(other).exists());
-        (leaves && (number == 1001 || other())).then_some(tiled)
+        (leaves && (number == 1001 || other())).then_some((tiled, *turn))
     }
 
     fn path(&self, number: u32) -> PathBuf {

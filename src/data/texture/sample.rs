@@ -6,7 +6,7 @@
 //!
 //! **Edges.** A face whose coordinates lie in one tile [i, i + 1] x [j, j + 1], up to one texel, never sees the
 //! opposite edge of the image: coordinates clamp. A face that crosses the border of a tile sees the image
-//! repeated there, as viewers show it.
+//! repeated there, as viewers show it. Of a clamped image there is one copy, on [0, 1]^2, and its edges go on.
 //!
 //! **Shares.** The medians divide a face into six triangles of equal area, two at each corner. Each is sampled
 //! at the centroids of k^2 equal triangles, k the least for which no side is longer than 1.5 texels (a bilinear
@@ -61,8 +61,8 @@ impl Place {
     /// The place of a face with coordinates `uv` in an image whose [0, 1]^2 is `extent` texels long; at most
     /// 6 `most`^2 samples.
     #[inline(always)]
-    pub fn new(uv: &[[f64; 2]; 3], extent: [f64; 2], most: u32) -> Self {
-        let tile = tile(uv);
+    pub fn new(uv: &[[f64; 2]; 3], extent: [f64; 2], clamp: bool, most: u32) -> Self {
+        let tile = if clamp { [0.0; 2] } else { tile(uv) };
         let mut corners = *uv;
         for [u, v] in &mut corners {
             *u -= tile[0];
@@ -71,7 +71,7 @@ impl Place {
         let edges = [0, 1].map(|axis| {
             let texel = 1.0 / extent[axis];
             let inside = |corner: &[f64; 2]| (-texel..=1.0 + texel).contains(&corner[axis]);
-            if corners.iter().all(inside) { Edge::Clamp } else { Edge::Repeat }
+            if clamp || corners.iter().all(inside) { Edge::Clamp } else { Edge::Repeat }
         });
         let length = longest(&corners, extent) / SPACING;
         let k = (length.ceil() as u32).clamp(1, most);

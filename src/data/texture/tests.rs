@@ -9,7 +9,7 @@ use image::{
 use nalgebra::Point3;
 
 use super::*;
-use crate::mesh::{Material, Materials, Mesh};
+use crate::mesh::{Material, Materials, Mesh, Placement};
 
 const FACE: [[f64; 2]; 3] = [[0.1, 0.2], [0.3, 0.2], [0.1, 0.4]];
 
@@ -35,7 +35,7 @@ fn ramp(n: u32) -> RgbImage {
 }
 
 fn corners(texture: &mut Texture, uv: [[f64; 2]; 3], texel: Texel) -> [[f64; 3]; 3] {
-    let place = Place::new(&uv, texture.extent(), 64);
+    let place = Place::new(&uv, texture.extent(), texture.clamp, 64);
     texture.reach(place.level);
     texture.of_corners(&place, texel)
 }
@@ -148,14 +148,14 @@ fn means_of_fine_stripes_are_gray() {
     let mut texture = texture(stripes);
     let uv = [[0.02, 0.02], [0.95, 0.02], [0.02, 0.95]];
     for most in [4, 16, 200] {
-        let place = Place::new(&uv, texture.extent(), most);
+        let place = Place::new(&uv, texture.extent(), texture.clamp, most);
         texture.reach(place.level);
         for color in texture.of_corners(&place, Texel::Mean) {
             assert_near(color, [0.5; 3], 0.02);
         }
     }
-    assert_eq!(Place::new(&uv, texture.extent(), 200).level, 0);
-    assert!(Place::new(&uv, texture.extent(), 4).level >= 5);
+    assert_eq!(Place::new(&uv, texture.extent(), texture.clamp, 200).level, 0);
+    assert!(Place::new(&uv, texture.extent(), texture.clamp, 4).level >= 5);
 }
 
 #[test]
@@ -169,9 +169,9 @@ fn what_is_no_image_is_one_clear_line() {
         assert!(error(&png[..cut]).contains("cannot decode"), "{cut}");
     }
     assert!(error(&jpeg[..20]).contains("cannot decode"));
-    let folder = Texture::open(Path::new(".")).err().unwrap().to_string();
+    let folder = Texture::open(Path::new("."), Turn::AsStored).err().unwrap().to_string();
     assert!(folder.contains("is a folder") && !folder.contains('\n'));
-    let missing = Texture::open(Path::new("no-such.png")).err().unwrap();
+    let missing = Texture::open(Path::new("no-such.png"), Turn::AsStored).err().unwrap();
     assert!(missing.to_string().starts_with("no-such.png: "));
 }
 
@@ -246,8 +246,8 @@ fn folder(images: &[(&str, [u8; 3])]) -> tempfile::TempDir {
     folder
 }
 
-fn paint(mesh: &Mesh, uv: &[[[f64; 2]; 3]], paints: Paints) -> Result<Painted> {
-    paints.colors(mesh, uv, Texel::Mean, true)
+fn paint(mesh: &Mesh, paints: Paints) -> Result<Painted> {
+    paints.colors(mesh, Texel::Mean, true)
 }
 
 #[test]
@@ -257,20 +257,21 @@ fn a_seam_averages_its_sides_by_area() {
     let path = folder.path().join("four.png");
     four().save(&path).unwrap();
     let uv = [[[0.25, 0.75]; 3], [[0.75, 0.75]; 3]];
-    let paints = Paints::of_image(Content::File(path.clone()), &uv);
-    let colors = paint(&mesh, &uv, paints).unwrap().colors;
+    let paints = Paints::of_image(Content::File(path.clone(), Turn::AsStored), &uv);
+    let colors = paint(&mesh, paints).unwrap().colors;
     assert_eq!(colors[2], [1.0, 0.0, 0.0]);
     assert_eq!(colors[3], [0.0, 1.0, 0.0]);
     assert_eq!(colors[0], [0.25, 0.75, 0.0]);
     assert_eq!(colors[4], [0.5; 3]);
     // A face without coordinates is unknown, what it shares with others is not.
     let uv = [[[0.25, 0.75]; 3], [[f64::NAN; 2]; 3]];
-    let paints = Paints::of_image(Content::File(path.clone()), &uv);
-    let colors = paint(&mesh, &uv, paints).unwrap().colors;
+    let paints = Paints::of_image(Content::File(path.clone(), Turn::AsStored), &uv);
+    let colors = paint(&mesh, paints).unwrap().colors;
     assert_eq!((colors[0], colors[4]), ([1.0, 0.0, 0.0], [0.5; 3]));
     assert!(colors[3].iter().all(|c| c.is_nan()));
     let uv = [[[f64::NAN; 2]; 3]; 2];
-    let error = paint(&mesh, &uv, Paints::of_image(Content::File(path), &uv)).err().unwrap();
+    let error =
+        paint(&mesh, Paints::of_image(Content::File(path, Turn::AsStored), &uv)).err().unwrap();
     assert!(error.to_string().contains("2 without texture coordinates"), "{error}");
 }
 
@@ -279,6 +280,7 @@ fn materials(folder: &Path, of_faces: [Option<u32>; 2]) -> Materials {
         name: name.into(),
         color,
         image: image.map(|image| folder.join(image)),
+        placement: Placement::default(),
     };
     Materials {
         all: vec![
@@ -300,7 +302,7 @@ fn each_face_takes_the_image_or_the_color_of_its_material() {
         mesh.materials = Some(materials.clone());
         let given = given.map(|name| folder.path().join(name));
         let paints = Paints::of_materials(&mesh, &materials, &uv, given.as_deref());
-        paint(&mesh, &uv, paints).map(|painted| (painted.colors[2], painted.colors[3]))
+        paint(&mesh, paints).map(|painted| (painted.colors[2], painted.colors[3]))
     };
     let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     assert_eq!(colors([Some(0), Some(1)], None).unwrap(), (red, blue));
@@ -321,15 +323,15 @@ fn a_missing_image_is_named_with_its_material() {
     mesh.materials = Some(materials.clone());
     let uv = [FACE; 2];
     let paints = || Paints::of_materials(&mesh, &materials, &uv, None);
-    let error = paints().colors(&mesh, &uv, Texel::Mean, true).err().unwrap().to_string();
+    let error = paints().colors(&mesh, Texel::Mean, true).err().unwrap().to_string();
     assert!(error.contains("material wall") && error.contains("wall.png"), "{error}");
-    let colors = paints().colors(&mesh, &uv, Texel::Mean, false).unwrap().colors;
+    let colors = paints().colors(&mesh, Texel::Mean, false).unwrap().colors;
     assert!(colors[2] == [1.0, 0.0, 0.0] && colors[3][0].is_nan());
     // Images lie beside the one that is given, wherever the materials say.
     let moved = super::tests::materials(Path::new("elsewhere"), [Some(0), Some(0)]);
     let given = folder.path().join("wall.png");
     let paints = Paints::of_materials(&mesh, &moved, &uv, Some(&given));
-    assert_eq!(paint(&mesh, &uv, paints).unwrap().colors[3], [1.0, 0.0, 0.0]);
+    assert_eq!(paint(&mesh, paints).unwrap().colors[3], [1.0, 0.0, 0.0]);
 }
 
 #[test]
@@ -343,7 +345,8 @@ fn tiles_are_images_of_their_own() {
     let moved = |du: f64, dv: f64| FACE.map(|[u, v]| [u + du, v + dv]);
     let colors = |name: &str, uv: [[[f64; 2]; 3]; 2]| {
         let path: PathBuf = folder.path().join(name);
-        let colors = paint(&mesh, &uv, Paints::of_image(Content::File(path), &uv))?.colors;
+        let colors =
+            paint(&mesh, Paints::of_image(Content::File(path, Turn::AsStored), &uv))?.colors;
         Ok::<_, Error>((colors[2], colors[3]))
     };
     let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
@@ -359,6 +362,42 @@ fn tiles_are_images_of_their_own() {
     assert_eq!(colors("skin.1012.png", [FACE; 2]).unwrap(), (blue, blue));
     let green = [0.0, 1.0, 0.0];
     assert_eq!(colors("brick_1024.png", [FACE, moved(3.0, 2.0)]).unwrap(), (green, green));
+}
+
+/// Red at the left, blue at the right, in one image that two materials place in different ways.
+#[test]
+fn placements_scale_and_move_coordinates_and_clamp() {
+    let mesh = pair();
+    let folder = tempfile::tempdir().unwrap();
+    let half = |i: u32, _: u32| Rgb(if i < 2 { [255, 0, 0] } else { [0, 0, 255] });
+    for name in ["half.png", "half.1001.png"] {
+        RgbImage::from_fn(4, 4, half).save(folder.path().join(name)).unwrap();
+    }
+    let colors = |name: &str, placements: [Placement; 2], uv: [[[f64; 2]; 3]; 2]| {
+        let mut materials = materials(folder.path(), [Some(0), Some(1)]);
+        for (material, placement) in materials.all.iter_mut().zip(placements) {
+            material.image = Some(folder.path().join(name));
+            material.placement = placement;
+        }
+        let painted = paint(&mesh, Paints::of_materials(&mesh, &materials, &uv, None)).unwrap();
+        (painted.colors[2], painted.colors[3])
+    };
+    let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let plain = Placement::default();
+    let at = |u: f64| [[[u, 0.5]; 3]; 2];
+    let moved = Placement { offset: [0.5, 0.0], ..plain };
+    assert_eq!(colors("half.png", [plain, moved], at(0.2)), (red, blue));
+    let scaled = Placement { scale: [3.0, 1.0], ..plain };
+    assert_eq!(colors("half.png", [plain, scaled], at(0.3)), (red, blue));
+    let both = Placement { scale: [3.0, 1.0], offset: [-0.7, 0.0], ..plain };
+    assert_eq!(colors("half.png", [scaled, both], at(0.3)), (blue, red));
+    let clamped = Placement { clamp: true, ..plain };
+    assert_eq!(colors("half.png", [plain, clamped], at(1.3)), (red, blue));
+    assert_eq!(colors("half.png", [plain, clamped], at(-0.3)), (blue, red));
+    // A clamped image has no tiles, and its edges go on as far as a face reaches.
+    assert_eq!(colors("half.1001.png", [clamped; 2], at(7.3)), (blue, blue));
+    let wide = [[[1.2, 0.5], [9.4, 0.5], [5.0, 0.5]]; 2];
+    assert_eq!(colors("half.png", [clamped; 2], wide), (blue, blue));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::Texture;
 use super::sample::{self, Place};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, is_place};
 use crate::sweep;
 
 /// The color of what has no area.
@@ -14,9 +14,6 @@ const SAMPLES: f64 = (1_u64 << 24) as f64;
 
 /// As many faces are sampled before their colors are added.
 const FACES_AT_ONCE: usize = 1 << 16;
-
-/// Beyond this a coordinate has no digits left for a place in the image.
-const LARGEST_COORDINATE: f64 = 1e9;
 
 /// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,7 +30,7 @@ impl Texel {
 
 /// Whether a face lies somewhere in a texture.
 pub fn is_placed(uv: &[[f64; 2]; 3]) -> bool {
-    uv.as_flattened().iter().all(|t| t.abs() <= LARGEST_COORDINATE)
+    uv.iter().all(|&t| is_place(t))
 }
 
 /// Colors times areas and areas, added up at V vertices.
@@ -62,11 +59,12 @@ impl Sums {
         n: usize,
         faces: impl Fn(usize) -> usize + Sync,
     ) {
-        let extent = texture.extent();
+        let (extent, clamp) = (texture.extent(), texture.clamp);
         let most = (SAMPLES / (6 * mesh.faces.len()) as f64).sqrt().max(4.0) as u32;
         for first in (0..n).step_by(FACES_AT_ONCE) {
             let count = FACES_AT_ONCE.min(n - first);
-            let places = sweep::collect(count, |i| Place::new(&uv[faces(first + i)], extent, most));
+            let place = |i: usize| Place::new(&uv[faces(first + i)], extent, clamp, most);
+            let places = sweep::collect(count, place);
             if texel == Texel::Mean {
                 texture.reach(places.iter().map(|place| place.level).max().unwrap_or(0));
             }

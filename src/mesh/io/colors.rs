@@ -8,6 +8,7 @@
 //! | up to 255, and all are whole numbers or one is above 2 | over 255 |
 //! | up to 2 | too bright by a little: cut off at 1, with a warning |
 //!
+//! Where all that is above 1 is whole and some of the rest is not, a file seems to mix both: over 255, with a warning.
 //! Colors with a negative component, or one above 255, are of another kind and left out with a warning. Rows
 //! without a color are NaN: unknown.
 
@@ -30,6 +31,9 @@ pub struct Colors {
     full: Option<f64>,
     largest: f64,
     fractions: bool,
+    /// Whether there are any in colors above 1, and the colors up to 1 that have some.
+    bright_fractions: bool,
+    dim_fractions: Places,
     bright: Places,
     outside: Places,
 }
@@ -41,6 +45,8 @@ impl Colors {
             full,
             largest: 0.0,
             fractions: false,
+            bright_fractions: false,
+            dim_fractions: Places::default(),
             bright: Places::default(),
             outside: Places::default(),
         }
@@ -66,11 +72,15 @@ impl Colors {
         let [r, g, b] = color;
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
         self.largest = self.largest.max(high);
-        self.fractions |= color.iter().any(|c| c.fract() != 0.0);
+        let fractions = color.iter().any(|c| c.fract() != 0.0);
+        self.fractions |= fractions;
         if low < -ROUNDING || high > self.full.unwrap_or(BYTE) {
             self.outside.add(place);
         } else if high > 1.0 + ROUNDING {
+            self.bright_fractions |= fractions;
             self.bright.add(place);
+        } else if fractions {
+            self.dim_fractions.add(place);
         }
         self.rows.push(color);
     }
@@ -108,6 +118,14 @@ impl Colors {
             if self.largest <= 1.0 + ROUNDING {
                 1.0
             } else if !self.fractions || self.largest > TOO_BRIGHT {
+                if !self.bright_fractions {
+                    let of_both = format!(
+                        "colors of {what} go up to {}, so that all count as over 255, but some look like fractions of 1; \
+                         write them in one range",
+                        self.largest
+                    );
+                    self.dim_fractions.warn(path, &of_both);
+                }
                 BYTE
             } else {
                 self.bright.warn(path, &format!("colors of {what} are cut off at 1"));

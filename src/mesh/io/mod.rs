@@ -35,9 +35,9 @@ use nalgebra::Point3;
 
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Placement, is_place};
 
-use self::places::warn;
+use self::places::{Places, warn};
 
 pub use ply::write_labeled;
 
@@ -184,7 +184,11 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
             lost.extend(face_colors.then_some("colors of faces (PLY and OFF hold them)"))
         }
         Format::Ply if materials && images => {
-            lost.push("names and colors of materials (OBJ holds them)")
+            lost.push("names and colors of materials (OBJ holds them)");
+            let placed = mesh.materials.iter().flat_map(|m| &m.all);
+            if placed.into_iter().any(|m| m.placement != Placement::default()) {
+                lost.push("how materials scale, move or clamp their images (OBJ holds it)");
+            }
         }
         Format::Ply => lost.extend(materials.then_some("materials (OBJ holds them)")),
         Format::Off | Format::Stl => {
@@ -198,6 +202,16 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
     }
     if !lost.is_empty() {
         warn(path, &format!("left out: {}", lost.join(", ")));
+    }
+    if format == Format::Ply {
+        let known = |face: &&[[f64; 2]; 3]| face.iter().filter(|t| !t[0].is_nan()).count();
+        let partly = mesh.uv.iter().flatten().filter(|face| (1..3).contains(&known(face))).count();
+        if partly > 0 {
+            let message = format!(
+                "left out: the texture coordinates of {partly} faces that have them at some corners only (OBJ holds them)"
+            );
+            warn(path, &message);
+        }
     }
     if matches!(format, Format::Ply | Format::Off) {
         let unknown = mesh.colors.iter().flatten().filter(|color| color[0].is_nan()).count();
@@ -223,6 +237,19 @@ fn known(color: [f64; 3]) -> [f64; 3] {
 
 /// What becomes of points and lines among the faces.
 const TOO_FEW_CORNERS: &str = "faces with fewer than 3 corners are left out";
+
+/// What becomes of texture coordinates that are NaN, infinite, text, or beyond [`is_place`].
+const NO_NUMBERS: &str =
+    "texture coordinates that are not finite numbers, or are beyond 1e9, count as unknown";
+
+/// Texture coordinates, both NaN if they are no place in an image.
+fn place_in_image(t: [f64; 2], odd: &mut Places, place: impl FnOnce() -> String) -> [f64; 2] {
+    if is_place(t) {
+        return t;
+    }
+    odd.add(place);
+    [f64::NAN; 2]
+}
 
 /// What is wrong with a coordinate, if anything.
 fn check_coordinate(x: f64) -> std::result::Result<f64, String> {

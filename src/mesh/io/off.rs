@@ -7,7 +7,8 @@
 //! n i_1 ... i_n [r g b [a]]                        # F polygons; indices from 0
 //! ```
 //!
-//! Colors are floats in [0, 1] or up to 255. Many programs write colors of vertices without saying so in the keyword:
+//! Colors are floats in [0, 1] or up to 255. (That of a face may be one number, its place in a color map that is another
+//! file: left out with a warning.) Many programs write colors of vertices without saying so in the keyword:
 //! 3 or 4 numbers behind a position are a color there. A position and a list of indices may go on on the next line;
 //! what else there is ends with its line. Positions and indices must be right, the rest is left out if it is not.
 //!
@@ -23,8 +24,8 @@ use super::places::Places;
 use super::polygon::Polygons;
 use super::text::{Text, parse_float, quote};
 use super::{
-    TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known, uv_of_vertices,
-    warn_untextured,
+    NO_NUMBERS, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
+    place_in_image, uv_of_vertices, warn_untextured,
 };
 use crate::error::Result;
 use crate::mesh::Mesh;
@@ -91,6 +92,15 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     }
     check_faces(path, &faces.corners)?;
     faces.too_few.warn(path, TOO_FEW_CORNERS);
+    faces.indexed.warn(
+        path,
+        "colors of faces that are places in a color map, a file of its own, are left out; write them as r g b",
+    );
+    faces.odd.warn(
+        path,
+        "what follows the corners of faces is left out where it is no color of 3 or 4 numbers",
+    );
+    vertices.no_numbers.warn(path, NO_NUMBERS);
     vertices.odd.warn(
         path,
         "what follows positions is left out where it is not what the keyword says or a color of 3 or 4 numbers",
@@ -111,8 +121,9 @@ struct Vertices {
     positions: Vec<Point3<f64>>,
     colors: Colors,
     uv: Vec<[f64; 2]>,
-    /// Vertices with other values than they should have.
+    /// Vertices with other values than they should have, and with texture coordinates that are no places.
     odd: Places,
+    no_numbers: Places,
 }
 
 impl Vertices {
@@ -122,6 +133,7 @@ impl Vertices {
             colors: Colors::new(None),
             uv: Vec::new(),
             odd: Places::default(),
+            no_numbers: Places::default(),
         };
         let mut values = Vec::new();
         for k in 0..count {
@@ -153,11 +165,12 @@ impl Vertices {
         }
         if layout.texture {
             let (before, t) = match rest.split_last_chunk() {
-                Some((before, &[s, t])) if s.is_finite() && t.is_finite() => (before, [s, t]),
-                Some((before, _)) => (before, [f64::NAN; 2]),
-                None => (rest, [f64::NAN; 2]),
+                Some((before, &t)) => (before, place_in_image(t, &mut self.no_numbers, place)),
+                None => {
+                    complete = false;
+                    (rest, [f64::NAN; 2])
+                }
             };
-            complete &= !t[0].is_nan();
             self.uv.push(t);
             rest = before;
         }
@@ -181,6 +194,9 @@ struct Faces {
     polygons: Polygons,
     colors: Colors,
     too_few: Places,
+    /// Faces whose color is a place in a color map, and those with something else behind their corners.
+    indexed: Places,
+    odd: Places,
 }
 
 impl Faces {
@@ -190,6 +206,8 @@ impl Faces {
             polygons: Polygons::default(),
             colors: Colors::new(None),
             too_few: Places::default(),
+            indexed: Places::default(),
+            odd: Places::default(),
         };
         let mut polygon = Vec::new();
         for j in 0..count {
@@ -213,7 +231,6 @@ impl Faces {
                 }
                 polygon.push(k as u32);
             }
-            // A single number is a place in a color map of another file.
             let mut values = [f64::NAN; 5];
             let mut given = 0;
             while let Some(token) = text.token() {
@@ -227,10 +244,16 @@ impl Faces {
             let first = faces.corners.len();
             faces.polygons.add(first, polygon.len());
             faces.corners.extend(fan(&polygon));
-            if let (3 | 4, [r, g, b, ..]) = (given, values) {
-                for triangle in first..faces.corners.len() {
-                    faces.colors.set(triangle, [r, g, b], || format!("line {}", text.line()));
+            let place = || format!("line {}", text.line());
+            match (given, values) {
+                (0, _) => {}
+                (1, [index, ..]) if index.fract() == 0.0 => faces.indexed.add(place),
+                (3 | 4, [r, g, b, ..]) => {
+                    for triangle in first..faces.corners.len() {
+                        faces.colors.set(triangle, [r, g, b], place);
+                    }
                 }
+                _ => faces.odd.add(place),
             }
         }
         Ok(faces)

@@ -301,3 +301,133 @@ fn refusals_name_what_there_is_to_choose() {
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("x,-z"), "{}", stderr(&output));
 }
+
+/// Whatever an image changes, a run of an experiment is another one: images that materials name, tiles, and what a
+/// library says of a color.
+#[test]
+fn a_run_is_known_by_its_images() {
+    for (name, mesh, data, image) in [
+        ("02-obj-two-materials", "house.obj", "own", "wall.png"),
+        ("02-obj-two-materials", "house.obj", "texture", "wall.png"),
+        ("02-obj-two-materials", "house.obj", "texture:roof.png", "wall.png"),
+        ("13-ply-texnumber", "model.ply", "own", "page1.png"),
+        ("16-udim", "model.obj", "texture:tex.1001.png", "tex.1002.png"),
+        ("16-udim", "model.obj", "texture:tex.<UDIM>.png", "tex.1002.png"),
+        ("26-wrap-u1", "terrain.obj", "image:ortho.png", "ortho.png"),
+    ] {
+        let folder = case(name);
+        folder.write("e.toml", experiment(mesh, data));
+        let made = || folder.done("experiment run e.toml");
+        assert!(made().contains("made          1"), "{name} {data}");
+        assert!(made().contains("made          0"), "{name} {data}");
+        // One pixel, so that it is still an image that can be segmented.
+        let mut changed = image::open(folder.path(image)).unwrap().into_rgb8();
+        changed.put_pixel(1, 1, Rgb([1, 2, 3]));
+        changed.save(folder.path(image)).unwrap();
+        assert!(made().contains("made          1"), "{name} {data}: {image}");
+        assert!(made().contains("made          0"), "{name} {data}");
+    }
+    for (name, mesh, library, from, to) in [
+        ("40-materials-kd", "toy.obj", "toy.mtl", "Kd ", "Kd 0.125 "),
+        ("02-obj-two-materials", "house.obj", "house.mtl", "map_Kd roof", "map_Kd -o 0.1 roof"),
+    ] {
+        let folder = case(name);
+        folder.write("e.toml", experiment(mesh, "own"));
+        let made = || folder.done("experiment run e.toml");
+        made();
+        let text = fs::read_to_string(folder.path(library)).unwrap();
+        folder.write(library, format!("{text}\n# A remark.\n"));
+        assert!(made().contains("made          0"), "{name}");
+        folder.write(library, text.replacen(from, to, 1));
+        assert!(made().contains("made          1"), "{name}");
+    }
+    // What is not there is missed where it is asked for.
+    let folder = case("02-obj-two-materials");
+    fs::remove_file(folder.path("wall.png")).unwrap();
+    folder.write("e.toml", experiment("house.obj", "texture"));
+    let output = folder.run("experiment run e.toml");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("wall.png: No such file"), "{}", stderr(&output));
+    folder.write("e.toml", experiment("house.obj", "own"));
+    assert!(folder.done("experiment run e.toml").contains("made          1"));
+}
+
+fn experiment(mesh: &str, data: &str) -> String {
+    format!(
+        "# ?\nstop = {{ gap = 1e-2, max-iterations = 50 }}\n[[instance]]\nmesh = {mesh:?}\ndata = {data:?}\nregions = 2\n\
+         lambda = 0.01\n[[solver]]\nname = \"chambolle-pock\"\n[[figure]]\nname = \"f\"\nkind = \"decay\"\n"
+    )
+}
+
+/// A JPEG file as a phone writes it: the pixels as the sensor lies, and how they are to be turned.
+fn turned_photo(folder: &Folder, name: &str, orientation: u8) {
+    let mut jpeg = Vec::new();
+    let image = RgbImage::from_fn(64, 48, |i, _| Rgb([if i < 32 { 0 } else { 255 }; 3]));
+    image.write_to(&mut std::io::Cursor::new(&mut jpeg), image::ImageFormat::Jpeg).unwrap();
+    // One entry of a TIFF directory: tag 0x112, a short, once.
+    let mut exif =
+        b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".to_vec();
+    exif.extend([orientation, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(exif.len(), 2 + 0x22);
+    jpeg.splice(2..2, exif);
+    folder.write(name, jpeg);
+}
+
+/// Photos that are laid on a surface are upright; textures are made for the pixels as they are stored.
+#[test]
+fn photos_are_turned_as_they_say() {
+    let folder = Folder::new();
+    type Dark = fn([f64; 3]) -> bool;
+    for (orientation, mesh, dark) in [
+        (1, "grid:64x48", (|[x, ..]| x < 0.5) as Dark),
+        (2, "grid:64x48", |[x, ..]| x > 0.5),
+        (3, "grid:64x48", |[x, ..]| x > 0.5),
+        (6, "grid:48x64", |[_, y, _]| y > 0.5 * 64.0 / 48.0),
+        (8, "grid:48x64", |[_, y, _]| y < 0.5 * 64.0 / 48.0),
+    ] {
+        turned_photo(&folder, "photo.jpg", orientation);
+        let (answer, said) =
+            segment(&folder, &format!("{mesh} --data image:photo.jpg --regions 2"));
+        assert!(!said.contains("EXIF") && !said.contains("cut off"), "{said}");
+        let right = agreement(&answer, mesh, dark);
+        assert!(right > 0.97, "{orientation}: {right}");
+        let (answer, said) = segment(&folder, "grid:64x48 --data texture:photo.jpg --regions 2");
+        assert_eq!(said.contains("EXIF orientation is left out"), orientation != 1, "{said}");
+        assert!(agreement(&answer, "grid:64x48", |[x, ..]| x < 0.5) > 0.97, "{orientation}");
+    }
+}
+
+/// The image is red at the left and blue at the right, on [0, 1]^2.
+#[test]
+fn materials_place_their_images() {
+    let folder = case("26-wrap-u1");
+    let terrain = fs::read_to_string(folder.path("terrain.obj")).unwrap();
+    folder.write("placed.obj", format!("mtllib placed.mtl\nusemtl ground\n{terrain}"));
+    let mesh = source(folder.path("placed.obj")).unwrap();
+    type Left = fn(f64) -> bool;
+    for (options, left, warned) in [
+        ("", (|x| x < 0.5) as Left, false),
+        ("-o 0.5 0 0", |x| x > 0.5, false),
+        ("-s -1 1 1", |x| x > 0.5, false),
+        ("-s 2 1 1", |x| (2.0 * x) % 1.0 < 0.5, false),
+        ("-s 2 1 1 -clamp on", |x| x < 0.25, false),
+        ("-s 2 1 1 -o -0.5 -clamp on", |x| x < 0.5, false),
+        ("-t 0.1 0 0", |x| x < 0.5, true),
+        ("-mm 0.1 1", |x| x < 0.5, true),
+    ] {
+        folder.write("placed.mtl", format!("newmtl ground\nmap_Kd {options} ortho.png\n"));
+        let (answer, said) =
+            segment(&folder, "placed.obj --regions 2 --lambda 1e-4 --texel vertex");
+        // Away from the borders of the image and of its halves.
+        let at: Vec<_> = (mesh.vertices.iter().zip(&answer.labels))
+            .filter(|(v, _)| {
+                (8.0 * v.x - (8.0 * v.x).round()).abs() > 0.1 || v.x * 8.0 % 2.0 == 1.0
+            })
+            .filter(|(v, _)| [0.0, 0.25, 0.5, 0.75, 1.0].iter().all(|b| (v.x - b).abs() > 0.03))
+            .map(|(v, &label)| (left(v.x), label))
+            .collect();
+        let of_left = at.iter().find(|(left, _)| *left).unwrap().1;
+        assert!(at.iter().all(|&(left, label)| left == (label == of_left)), "{options}: {at:?}");
+        assert_eq!(said.contains("options of map_Kd"), warned, "{options}: {said}");
+    }
+}

@@ -241,3 +241,156 @@ fn stl_on_a_map_has_an_origin() {
 fn read_in(folder: &Folder, name: &str) -> Mesh {
     io::read(&folder.path(name)).unwrap()
 }
+
+/// What is said of a mesh in a file of that name.
+fn said_of(name: &str, text: &str) -> String {
+    let folder = Folder::new();
+    folder.write(name, text);
+    let output = folder.run(&format!("mesh info {name}"));
+    assert_eq!(output.status.code(), Some(0), "{text}: {}", stderr(&output));
+    stderr(&output)
+}
+
+/// Two triangles of an OFF file, with something behind the corners of each.
+fn off(faces: [&str; 2]) -> String {
+    let [a, b] = faces;
+    format!("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 {a}\n3 0 2 3 {b}\n")
+}
+
+#[test]
+fn colors_of_off_faces_that_are_no_colors() {
+    let indexed = said_of("a.off", &off(["7", "12"]));
+    assert!(
+        indexed.contains("places in a color map") && indexed.contains("(2, the first: line 7)"),
+        "{indexed}"
+    );
+    assert_eq!(indexed.lines().count(), 1, "{indexed}");
+    let odd = said_of("a.off", &off(["1 2", "0.5"]));
+    assert!(odd.contains("behind") || odd.contains("what follows the corners of faces"), "{odd}");
+    assert!(odd.contains("(2, the first: line 7)"), "{odd}");
+    assert_eq!(said_of("a.off", &off(["255 0 0", "0 0 255 128"])), "");
+}
+
+/// One range for a whole file; where it seems to have both, that is said.
+#[test]
+fn colors_of_two_ranges_in_one_file() {
+    let vertices = |colors: [&str; 4]| {
+        let lines = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"].iter().zip(colors);
+        lines.map(|(x, color)| format!("v {x} {color}\n")).collect::<String>() + "f 1 2 3 4\n"
+    };
+    let ply = |colors: [&str; 4]| {
+        let lines = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"].iter().zip(colors);
+        let body: String = lines.map(|(x, color)| format!("{x} {color}\n")).collect();
+        let properties =
+            ["x", "y", "z", "red", "green", "blue"].map(|name| format!("property float {name}\n"));
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\n{}element face 1\nproperty list uchar int vertex_indices\n\
+             end_header\n{body}4 0 1 2 3\n",
+            properties.concat()
+        )
+    };
+    let mixed = ["200 0 0", "0 255 0", "0.5 0.25 1", "0 0 0"];
+    for (said, place) in [
+        (said_of("a.obj", &vertices(mixed)), "line 3"),
+        (said_of("a.ply", &ply(mixed)), "vertex 2"),
+        (said_of("a.off", &off(["255 0 0", "0.5 0.25 1.0"])), "line 8"),
+    ] {
+        assert!(
+            said.contains("go up to 2") && said.contains("some look like fractions of 1"),
+            "{said}"
+        );
+        assert!(said.contains(&format!("(1, the first: {place})")), "{said}");
+    }
+    // Fractions on both sides of 1 are one range, as are whole numbers.
+    for colors in [
+        ["200.5 0 0", "0 254.9 0", "0.5 0.25 1", "0 0 0"],
+        ["200 0 0", "0 255 0", "1 0 1", "0 0 0"],
+        ["0.25 0 0", "0 1 0", "0.5 0.25 1", "0 0 0"],
+    ] {
+        assert_eq!(said_of("a.obj", &vertices(colors)), "");
+        assert_eq!(said_of("a.ply", &ply(colors)), "");
+    }
+}
+
+/// Texture coordinates that are numbers, and no place in an image.
+#[test]
+fn texture_coordinates_beyond_all_images() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1e30 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        property double s\nproperty double t\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0 0 0\n1 0 0 1e30 0\n0 1 0 0 1\n3 0 1 2\n";
+    let off = "STOFF\n3 1 0\n0 0 0 0 0\n1 0 0 1e30 0\n0 1 0 0 1\n3 0 1 2\n";
+    for (name, text, place) in
+        [("a.obj", obj, "line 5"), ("a.ply", ply, "vertex 1"), ("a.off", off, "line 4")]
+    {
+        let said = said_of(name, text);
+        let expected = format!("or are beyond 1e9, count as unknown (1, the first: {place})");
+        assert!(said.contains(&expected), "{said}");
+        assert!(said.contains("1 of 1 faces have corners without texture coordinates"), "{said}");
+        assert_eq!(said.lines().count(), 2, "{said}");
+    }
+}
+
+#[test]
+fn texture_coordinates_at_some_corners() {
+    let folder = Folder::new();
+    folder.write(
+        "a.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4\n",
+    );
+    let convert = |out: &str| stderr(&folder.run(&format!("mesh convert a.obj --out {out}")));
+    let said = convert("a.ply");
+    assert!(said.contains("left out: the texture coordinates of 1 faces"), "{said}");
+    let said = convert("b.obj");
+    assert!(
+        said.contains("1 of 2 faces have corners without") && !said.contains("left out"),
+        "{said}"
+    );
+    let uv = |name: &str| io::read(&folder.path(name)).unwrap().uv.unwrap();
+    let known = |uv: Vec<[[f64; 2]; 3]>| uv.concat().iter().filter(|t| !t[0].is_nan()).count();
+    assert_eq!((known(uv("a.obj")), known(uv("b.obj")), known(uv("a.ply"))), (5, 5, 3));
+    // A list of a single number is none.
+    let said = said_of(
+        "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+         property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n\
+         3 0 1 2 1 0.5\n",
+    );
+    assert!(said.contains("texcoord is not a pair for each corner"), "{said}");
+}
+
+/// Numbers have as many digits as tell something, whatever the unit of a mesh.
+#[test]
+fn meshes_of_any_scale_are_told_in_short() {
+    for scale in ["1e-30", "1e-6", "1e6", "1e30"] {
+        let folder = Folder::new();
+        let mesh = "grid:8x8".parse::<meshseg::mesh::Shape>().unwrap().mesh();
+        io::write(&folder.path("m.off"), &mesh.scaled(scale.parse().unwrap())).unwrap();
+        let data =
+            ndarray::Array2::from_shape_fn((81, 1), |(k, _)| if k < 40 { 2e-9 } else { 5e20 });
+        folder.array("d.npy", &data);
+        folder.array("S.npy", &crate::support::costs(81, 2));
+        let mut told = vec![folder.done("mesh info m.off")];
+        let lambda = format!("--lambda {scale}");
+        for line in [
+            "segment m.off --data d.npy --regions 2 --out a".to_owned(),
+            "segment m.off --data d.npy --regions 2 --normalize none --out b".to_owned(),
+            format!("solve m.off --costs S.npy {lambda} --out c"),
+            format!("evaluate m.off --costs S.npy {lambda} --u c/u.npy"),
+        ] {
+            let output = folder.run(&line);
+            assert_eq!(output.status.code(), Some(0), "{line}: {}", stderr(&output));
+            told.push(String::from_utf8(output.stdout.clone()).unwrap() + &stderr(&output));
+        }
+        for word in told.iter().flat_map(|text| text.split_whitespace()) {
+            let digits = word.bytes().filter(u8::is_ascii_digit).count();
+            assert!(digits < 25, "{scale}: {word}");
+        }
+        assert!(
+            !told[0].contains(" 0.000000000\n") && !told[0].contains("(-0.000000, "),
+            "{}",
+            told[0]
+        );
+        assert!(told[2].contains("5.00e20"), "{}", told[2]);
+    }
+}

@@ -187,7 +187,7 @@ fn nearly_equal_corners_are_counted_and_welded_when_asked() {
     assert!(stderr(&output).contains(said), "{}", stderr(&output));
     let output = folder.run(&format!("{segment} --weld 5.3e-5"));
     // Two corners of the grid are in one face only.
-    let said = "welded 1959 vertices onto 439 others within 0.000053 of them";
+    let said = "welded 1959 vertices onto 439 others within 5.3e-5 of them";
     assert!(
         stderr(&output).contains(said) && !stderr(&output).contains("hardly"),
         "{}",
@@ -340,10 +340,11 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
         let output = folder.run(line);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(0), "{line}: {message}");
-        assert!(
-            message.contains(&said) && message.contains("`meshseg mesh convert --weld`"),
-            "{message}"
-        );
+        let remedy = match line.starts_with("evaluate") {
+            true => "weld them with --weld",
+            false => "weld them with `meshseg mesh convert --weld`",
+        };
+        assert!(message.contains(&said) && message.contains(remedy), "{message}");
         let whole = folder.run(&line.replace("cut.", "shared.").replace("shared.npy", "S.npy"));
         assert!(!stderr(&whole).contains("positions"), "{}", stderr(&whole));
     }
@@ -353,6 +354,94 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
         (back.vertices.len(), back.faces.len()),
         (shared.vertices.len(), shared.faces.len())
     );
+}
+
+/// What `solve --weld` writes has the rows of the file, and `evaluate --weld` finds the same numbers from it; also where
+/// faces collapse, and where the copies of a vertex have costs of their own.
+#[test]
+fn a_welded_solution_is_evaluated_as_it_was_certified() {
+    let folder = Folder::new();
+    let (mut soup, _) = cut(&shape("torus:20x13"), |j| j / 50);
+    // Near copies, and a face that a weld leaves without an area.
+    soup.vertices.iter_mut().step_by(3).for_each(|x| x.x += 1e-7);
+    let [a, b, _] = soup.faces[0];
+    let copy = soup.vertices[b as usize];
+    soup.vertices.push(copy + nalgebra::Vector3::repeat(1e-7));
+    soup.faces.insert(7, [a, b, soup.vertices.len() as u32 - 1]);
+    io::write(&folder.path("cut.ply"), &soup).unwrap();
+    folder.array("S.npy", &costs(soup.vertices.len(), 3));
+    for mass in ["barycentric", "voronoi", "consistent"] {
+        let problem = format!("cut.ply --costs S.npy --lambda 0.02 --mass {mass} --weld 1e-6");
+        let answer = folder.solve(&format!("{problem} --save q --no-preview"), mass);
+        let q: Array2<f64> = ndarray_npy::read_npy(folder.path(mass).join("q.npy")).unwrap();
+        assert_eq!(q.dim(), (2 * soup.faces.len(), 3));
+        assert!(q.slice(ndarray::s![14..16, ..]).iter().all(|&q| q == 0.0));
+        let output = folder.run(&format!("evaluate {problem} --u {mass}/u.npy --q {mass}/q.npy"));
+        let said = stderr(&output);
+        assert!(output.status.success() && said.contains("welded "), "{said}");
+        assert!(!said.contains("rows of U differ"), "{said}");
+        let evaluation: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        for key in ["energy", "dual_bound", "rounded_energy", "area", "vertices", "faces"] {
+            let (x, y) = (evaluation[key].as_f64().unwrap(), answer.number(key));
+            assert!((x - y).abs() <= 1e-12 * y.abs(), "{mass}: {key} {x} {y}");
+        }
+        let gap = evaluation["relative_gap"].as_f64().unwrap();
+        assert!((gap - answer.number("relative_gap")).abs() < 1e-10, "{mass}: {gap}");
+    }
+    // A U of the mesh as it is has several rows at one place.
+    folder.array(
+        "U.npy",
+        &Array2::from_shape_fn((soup.vertices.len(), 3), |(k, p)| f64::from(k % 3 == p)),
+    );
+    let line = "evaluate cut.ply --costs S.npy --lambda 0.02 --u U.npy --weld 1e-6";
+    let said = stderr(&folder.run(line));
+    assert!(
+        said.contains("rows of U differ from those of vertices that they are merged with"),
+        "{said}"
+    );
+    for tolerance in ["nan", "-1", "1e9"] {
+        let output = folder.run(&line.replace("1e-6", tolerance));
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).starts_with("error: --weld "), "{}", stderr(&output));
+    }
+}
+
+/// f = M S on the welded mesh, S the means by areas: every mass keeps the integral of the costs, also where the copies of
+/// a vertex have costs of their own.
+#[test]
+fn welded_costs_are_integrated_on_the_welded_mesh() {
+    let folder = Folder::new();
+    let (soup, _) = cut(&shape("torus:20x13"), |j| j / 50);
+    let weld = Weld::exact(&soup).unwrap();
+    io::write(&folder.path("cut.ply"), &soup).unwrap();
+    io::write(&folder.path("whole.ply"), &weld.mesh).unwrap();
+    let s = costs(soup.vertices.len(), 2);
+    folder.array("S.npy", &s);
+    let means = weld.means(s.as_slice().unwrap(), 2);
+    folder.array("means.npy", &Array2::from_shape_vec((means.len() / 2, 2), means).unwrap());
+    let u = |n: usize, one: &dyn Fn(usize) -> bool| {
+        Array2::from_shape_fn((n, 2), |(k, p)| f64::from(one(k) == (p == 0)))
+    };
+    let ring = |v: &nalgebra::Point3<f64>| v.x > 0.01;
+    folder.array("all.npy", &u(soup.vertices.len(), &|_| true));
+    folder.array("cut_u.npy", &u(soup.vertices.len(), &|k| ring(&soup.vertices[k])));
+    folder.array("whole_u.npy", &u(weld.mesh.vertices.len(), &|k| ring(&weld.mesh.vertices[k])));
+    let number = |line: &str, key: &str| {
+        let text = folder.done(&format!("evaluate {line} --lambda 0.02 --dual-steps 0"));
+        serde_json::from_str::<serde_json::Value>(&text).unwrap()[key].as_f64().unwrap()
+    };
+    let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} {b}");
+    for mass in ["barycentric", "voronoi", "consistent"] {
+        let of_cut = format!("cut.ply --costs S.npy --mass {mass} --u");
+        let integral = |weld: &str| number(&format!("{of_cut} all.npy {weld}"), "data_term");
+        near(integral("--weld"), integral(""));
+        if mass != "voronoi" {
+            let whole = format!("whole.ply --costs means.npy --mass {mass} --u whole_u.npy");
+            for key in ["data_term", "energy"] {
+                near(number(&format!("{of_cut} cut_u.npy --weld"), key), number(&whole, key));
+            }
+        }
+    }
 }
 
 #[test]

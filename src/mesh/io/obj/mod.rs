@@ -32,6 +32,7 @@ use self::painting::Painting;
 use super::colors::Colors;
 use super::places::Places;
 use super::text::{Text, parse_float, quote};
+use super::{NO_NUMBERS, place_in_image};
 use crate::error::Result;
 use crate::mesh::Mesh;
 
@@ -72,10 +73,8 @@ pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
             }
             Some(b"vt") => {
                 let t = texture(&mut text);
-                if t[0].is_nan() {
-                    no_numbers.add(|| format!("line {}", text.line()));
-                }
-                textures.push(t);
+                let place = || format!("line {}", text.line());
+                textures.push(place_in_image(t, &mut no_numbers, place));
             }
             Some(b"f" | b"fo") => faces.read(&mut text, vertices.len(), textures.len())?,
             Some(b"mtllib") => painting.library(text.rest_of_line()),
@@ -96,7 +95,7 @@ pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
     }
     let (faces, uv) = faces.finish(path, &vertices, &textures)?;
     odd.warn(path, "what follows positions is neither a weight nor a color and is left out");
-    no_numbers.warn(path, "texture coordinates that are not finite numbers count as unknown");
+    no_numbers.warn(path, NO_NUMBERS);
     let colors = match colors.is_empty() {
         true => sculpted.finish(path, vertices.len()),
         false => colors.finish(path, vertices.len(), "vertices"),
@@ -133,9 +132,8 @@ fn behind_position(text: &mut Text) -> Behind {
     }
 }
 
-/// u and v; both NaN unless both are finite.
+/// u and v; what is no number is NaN.
 fn texture(text: &mut Text) -> [f64; 2] {
     let u = text.token().and_then(parse_float).unwrap_or(f64::NAN);
-    let v = text.token().map_or(Some(0.0), parse_float).unwrap_or(f64::NAN);
-    if u.is_finite() && v.is_finite() { [u, v] } else { [f64::NAN; 2] }
+    [u, text.token().map_or(Some(0.0), parse_float).unwrap_or(f64::NAN)]
 }

@@ -6,7 +6,18 @@
 //! map_Kd [-option values ...] FILE     the image of its diffuse color
 //! ```
 //!
-//! Everything else is skipped. Names may contain blanks, stand in quotes, and separate folders by backslashes.
+//! Of the options, these are kept:
+//!
+//! ```text
+//! -s u [v [w]]                         the image is seen at s t + o instead of t, both 1 and 0 where they are not said;
+//! -o u [v [w]]                         w is of no image
+//! -clamp on|off                        on: one copy of the image instead of many
+//! ```
+//!
+//! The manual says "expanding or shrinking the pattern" and "shifting the position of the map origin"; the formula is
+//! that of the programs that read and write these options (Blender, three.js, Assimp). Others that change the picture are
+//! skipped with a warning, everything else without one. Names may contain blanks, stand in quotes, and separate
+//! folders by backslashes.
 //!
 //! Reference: Wavefront Technologies, *Advanced Visualizer Manual*, "Material Library File", and "Texture Map Options" there.
 
@@ -17,7 +28,7 @@ use std::path::{Path, PathBuf};
 use crate::mesh::io::paths::relative;
 use crate::mesh::io::places::Places;
 use crate::mesh::io::text::{Text, decode, file_name, parse_float, without_comment};
-use crate::mesh::{Material, Materials};
+use crate::mesh::{Material, Materials, Placement};
 
 /// The materials of a library by name. Images are as found from the folder of the library.
 pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
@@ -25,7 +36,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
     let mut text = Text::new(path, bytes).with_comments();
     let mut all = HashMap::new();
     let mut current = None;
-    let mut moved = Places::default();
+    let mut skipped = Places::default();
     while text.next_line() {
         let keyword = text.token().unwrap_or_default().to_ascii_lowercase();
         if keyword == b"newmtl" {
@@ -38,16 +49,20 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
         match keyword.as_slice() {
             b"kd" => material.color = color(&mut text),
             b"map_kd" => {
-                let (name, moves) = image(text.rest_of_line());
-                if moves {
-                    moved.add(|| format!("line {}", text.line()));
+                let Map { name, placement, complete } = Map::of(text.rest_of_line());
+                if !complete {
+                    skipped.add(|| format!("line {}", text.line()));
                 }
                 material.image = (!name.is_empty()).then(|| folder.join(file_name(name)));
+                material.placement = placement;
             }
             _ => {}
         }
     }
-    moved.warn(path, "the options -o, -s, -t and -clamp of map_Kd, which move the image or bound it, are ignored");
+    skipped.warn(
+        path,
+        "options of map_Kd that disturb the image or change its colors (-t, -mm, -cc), or lack their numbers, are ignored",
+    );
     all
 }
 
@@ -63,33 +78,62 @@ fn color(text: &mut Text) -> Option<[f64; 3]> {
     Some(color.map(|c| c / full))
 }
 
-/// The name of the file behind the options, and whether these change where the image lies or ends.
-fn image(mut rest: &[u8]) -> (&[u8], bool) {
-    let mut moves = false;
-    while rest.starts_with(b"-") {
-        let (option, mut behind) = split(rest);
-        let (least, most) = match option.to_ascii_lowercase().as_slice() {
-            b"-o" | b"-s" | b"-t" => (1, 3),
-            b"-mm" => (2, 2),
-            b"-bm" | b"-boost" | b"-texres" | b"-clamp" | b"-blendu" | b"-blendv" | b"-cc"
-            | b"-imfchan" | b"-type" => (1, 1),
-            _ => break,
-        };
-        let neutral = if option.eq_ignore_ascii_case(b"-s") { 1.0 } else { 0.0 };
-        for i in 0..most {
-            let (value, further) = split(behind);
-            let number = parse_float(value);
-            // As many as are numbers, but the last word is the file.
-            if further.is_empty() || (i >= least && number.is_none()) {
-                break;
+/// What `map_Kd` says.
+#[derive(Debug, PartialEq)]
+struct Map<'a> {
+    name: &'a [u8],
+    placement: Placement,
+    /// Whether that is all that it says of the picture.
+    complete: bool,
+}
+
+impl<'a> Map<'a> {
+    /// The options, and the name of the file behind them.
+    fn of(mut rest: &'a [u8]) -> Self {
+        let mut placement = Placement::default();
+        let mut complete = true;
+        while rest.starts_with(b"-") {
+            let (option, mut behind) = split(rest);
+            let option = option.to_ascii_lowercase();
+            let (least, most) = match option.as_slice() {
+                b"-o" | b"-s" | b"-t" => (1, 3),
+                b"-mm" => (2, 2),
+                b"-bm" | b"-boost" | b"-texres" | b"-clamp" | b"-blendu" | b"-blendv" | b"-cc"
+                | b"-imfchan" | b"-type" => (1, 1),
+                _ => break,
+            };
+            let mut numbers = Vec::new();
+            let mut on = false;
+            for i in 0..most {
+                let (value, further) = split(behind);
+                let number = parse_float(value).filter(|number| number.is_finite());
+                // As many as are numbers, but the last word is the file.
+                if further.is_empty() || (i >= least && number.is_none()) {
+                    break;
+                }
+                numbers.push(number.unwrap_or(f64::NAN));
+                on |= value.eq_ignore_ascii_case(b"on");
+                behind = further;
             }
-            moves |= most == 3 && number.is_some_and(|number| number != neutral);
-            moves |= option.eq_ignore_ascii_case(b"-clamp") && value.eq_ignore_ascii_case(b"on");
-            behind = further;
+            match option.as_slice() {
+                b"-s" | b"-o" if numbers.iter().any(|number| number.is_nan()) => complete = false,
+                b"-s" => placement.scale = plane(&numbers, 1.0),
+                b"-o" => placement.offset = plane(&numbers, 0.0),
+                b"-clamp" => placement.clamp = on,
+                b"-t" => complete &= numbers.iter().all(|&t| t == 0.0),
+                b"-mm" => complete &= numbers == [0.0, 1.0],
+                b"-cc" => complete &= !on,
+                _ => {}
+            }
+            rest = behind;
         }
-        rest = behind;
+        Map { name: rest, placement, complete }
     }
-    (rest, moves)
+}
+
+/// The first two of numbers, of which some may be missing.
+fn plane(numbers: &[f64], missing: f64) -> [f64; 2] {
+    [0, 1].map(|axis| numbers.get(axis).copied().unwrap_or(missing))
 }
 
 /// The first word, and what follows it.
@@ -100,13 +144,24 @@ fn split(text: &[u8]) -> (&[u8], &[u8]) {
 
 /// A library for an OBJ file in `folder`, to which the names of images become relative.
 pub fn write(out: &mut dyn Write, materials: &Materials, folder: &Path) -> io::Result<()> {
-    for Material { name, color, image } in &materials.all {
+    for Material { name, color, image, placement } in &materials.all {
         writeln!(out, "newmtl {name}")?;
         if let Some([r, g, b]) = color {
             writeln!(out, "Kd {r} {g} {b}")?;
         }
         if let Some(image) = image {
-            writeln!(out, "map_Kd {}", relative(image, folder))?;
+            write!(out, "map_Kd ")?;
+            let Placement { scale, offset, clamp } = placement;
+            for (option, [u, v], neutral) in [("-s", scale, 1.0), ("-o", offset, 0.0)] {
+                if [*u, *v] != [neutral; 2] {
+                    // All three, since the name may begin with a number.
+                    write!(out, "{option} {u} {v} {neutral} ")?;
+                }
+            }
+            if *clamp {
+                write!(out, "-clamp on ")?;
+            }
+            writeln!(out, "{}", relative(image, folder))?;
         }
     }
     if materials.of_faces.contains(&None) {
@@ -148,20 +203,49 @@ mod tests {
 
     #[test]
     fn options_come_before_the_name() {
-        for (line, name, moves) in [
-            ("a.png", "a.png", false),
-            ("my roof 2.png", "my roof 2.png", false),
-            ("-clamp on a.png", "a.png", true),
-            ("-clamp off a.png", "a.png", false),
-            ("-s 1 1 1 -o 0 0 0 -mm 0 1 -bm 1.0 a b.png", "a b.png", false),
-            ("-s 2 2 a.png", "a.png", true),
-            ("-o 0.5 a.png", "a.png", true),
-            ("-blendu off -blendv on -s 1 7.png", "7.png", false),
-            ("-s 1 1 1 1", "1", false),
-            ("-odd.png", "-odd.png", false),
+        let plain = Placement::default();
+        let clamped = Placement { clamp: true, ..plain };
+        let doubled = Placement { scale: [2.0, 2.0], ..plain };
+        let moved = Placement { offset: [0.5, 0.0], ..plain };
+        let both = Placement { scale: [2.0, -1.0], offset: [0.25, 1.0], clamp: true };
+        for (line, name, placement, complete) in [
+            ("a.png", "a.png", plain, true),
+            ("my roof 2.png", "my roof 2.png", plain, true),
+            ("-clamp on a.png", "a.png", clamped, true),
+            ("-clamp off a.png", "a.png", plain, true),
+            ("-s 1 1 1 -o 0 0 0 -mm 0 1 -bm 1.0 a b.png", "a b.png", plain, true),
+            ("-s 2 2 a.png", "a.png", doubled, true),
+            ("-o 0.5 a.png", "a.png", moved, true),
+            ("-s 2 -1 1 -O .25 1 0 -CLAMP On a.png", "a.png", both, true),
+            ("-s nan 2 a.png", "a.png", plain, false),
+            ("-t 0 0 0 a.png", "a.png", plain, true),
+            ("-t 0.1 a.png", "a.png", plain, false),
+            ("-mm 0.2 1 a.png", "a.png", plain, false),
+            ("-cc on -s 2 2 a.png", "a.png", doubled, false),
+            ("-blendu off -blendv on -s 1 7.png", "7.png", plain, true),
+            ("-s 1 1 1 1", "1", plain, true),
+            ("-odd.png", "-odd.png", plain, true),
         ] {
-            assert_eq!(image(line.as_bytes()), (name.as_bytes(), moves), "{line}");
+            let expected = Map { name: name.as_bytes(), placement, complete };
+            assert_eq!(Map::of(line.as_bytes()), expected, "{line}");
         }
+    }
+
+    #[test]
+    fn placements_are_written_and_read_again() {
+        let placement = Placement { scale: [2.0, 0.5], offset: [0.1, -3.0], clamp: true };
+        let material = |name: &str, placement| Material {
+            name: name.into(),
+            image: Some("f/1 2.png".into()),
+            placement,
+            ..Material::default()
+        };
+        let all = vec![material("a", placement), material("b", Placement::default())];
+        let mut text = Vec::new();
+        let materials = Materials { all: all.clone(), of_faces: vec![Some(0)] };
+        write(&mut text, &materials, Path::new("f")).unwrap();
+        let again = parse(Path::new("f/x.mtl"), &text);
+        assert_eq!([&again["a"], &again["b"]], [&all[0], &all[1]]);
     }
 
     #[test]

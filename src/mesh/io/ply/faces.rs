@@ -6,12 +6,12 @@ use nalgebra::Point3;
 
 use super::header::{Element, Kind};
 use super::values::Values;
-use super::{NO_NUMBERS, colors_of, finite, list_length, skip_property, vertex_index, wrong};
+use super::{colors_of, list_length, skip_property, vertex_index, wrong};
 use crate::error::Result;
 use crate::mesh::io::colors::Colors;
 use crate::mesh::io::places::Places;
 use crate::mesh::io::polygon::Polygons;
-use crate::mesh::io::{TOO_FEW_CORNERS, fan};
+use crate::mesh::io::{NO_NUMBERS, TOO_FEW_CORNERS, fan, place_in_image};
 
 /// What the elements `face` and `tristrips` hold. What only some faces have may end early.
 #[derive(Default)]
@@ -79,7 +79,7 @@ impl Faces {
             self.texture.clear();
             let mut color = [0.0; 3];
             let mut image = None;
-            let mut complete = true;
+            let mut given = 0;
             for (property, &role) in element.properties.iter().zip(&roles) {
                 match (property.kind, role) {
                     (Kind::List { count, item }, Role::Corners) => {
@@ -95,11 +95,11 @@ impl Faces {
                         let n = list_length(values, count)?;
                         for _ in 0..n / 2 {
                             let t = [values.number_or_nan(item)?, values.number_or_nan(item)?];
-                            self.texture
-                                .push(finite(t, &mut self.no_numbers, || format!("face {j}")));
+                            let t = place_in_image(t, &mut self.no_numbers, || format!("face {j}"));
+                            self.texture.push(t);
                         }
                         values.skip(item, n % 2)?;
-                        complete = n % 2 == 0;
+                        given = n;
                     }
                     (Kind::Scalar(scalar), Role::Image) => {
                         let number = values.number_or_nan(scalar)?;
@@ -126,13 +126,11 @@ impl Faces {
             self.corners.extend(fan(&self.polygon));
             let triangles = first..self.corners.len();
             if let Some(uv) = &mut uv {
-                complete &= self.texture.len() == n;
-                if !complete && !self.texture.is_empty() {
-                    self.odd.add(|| format!("face {j}"));
-                }
-                if complete {
+                if given == 2 * n as u64 {
                     uv.resize(first, [[f64::NAN; 2]; 3]);
                     uv.extend(fan(&self.texture));
+                } else if given > 0 {
+                    self.odd.add(|| format!("face {j}"));
                 }
             }
             if let Some(colors) = &mut colors {

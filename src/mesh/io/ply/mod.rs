@@ -36,9 +36,11 @@ use self::header::{Element, Encoding, Header, Kind, Property, Scalar};
 use self::values::{Ascii, Binary, Values};
 use super::colors::Colors;
 use super::places::{Places, warn};
-use super::{check_coordinate, check_faces, uv_of_vertices, warn_untextured};
+use super::{
+    NO_NUMBERS, check_coordinate, check_faces, place_in_image, uv_of_vertices, warn_untextured,
+};
 use crate::error::{Error, Result};
-use crate::mesh::{Material, Materials, Mesh};
+use crate::mesh::{Material, Materials, Mesh, Placement};
 use crate::sweep::join;
 
 pub use self::header::recognizes;
@@ -57,6 +59,7 @@ pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
             name: name.clone(),
             color: None,
             image: Some(folder.unwrap_or(Path::new("")).join(name)),
+            placement: Placement::default(),
         };
         materials.all = header.textures.iter().map(image).collect();
     }
@@ -267,22 +270,11 @@ impl Vertices {
                 colors.set(k, color, || format!("vertex {k}"));
             }
             if let Some(uv) = &mut uv {
-                uv.push(finite(texture, &mut no_numbers, || format!("vertex {k}")));
+                uv.push(place_in_image(texture, &mut no_numbers, || format!("vertex {k}")));
             }
         }
         Ok(Vertices { positions, colors, uv, no_numbers })
     }
-}
-
-const NO_NUMBERS: &str = "texture coordinates that are not finite numbers count as unknown";
-
-/// Texture coordinates, both NaN if one is not finite.
-fn finite(t: [f64; 2], no_numbers: &mut Places, place: impl FnOnce() -> String) -> [f64; 2] {
-    if t.iter().all(|t| t.is_finite()) {
-        return t;
-    }
-    no_numbers.add(place);
-    [f64::NAN; 2]
 }
 
 /// An index as it should be, or what is wrong with it.

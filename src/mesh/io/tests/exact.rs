@@ -208,14 +208,14 @@ fn materials_survive() {
 
     io::write(&path("out/b.obj"), &first).unwrap();
     let library = fs::read_to_string(path("out/b.mtl")).unwrap();
-    assert!(library.contains("map_Kd ../in/img/roof 1.png"), "{library}");
+    assert!(library.contains("map_Kd -clamp on ../in/img/roof 1.png"), "{library}");
     let second = io::read(&path("out/b.obj")).unwrap().materials.unwrap();
     let place = |image: &Option<std::path::PathBuf>| {
         image.as_ref().map(|image| image.to_string_lossy().replace("out/../", ""))
     };
     assert_eq!(second.of_faces, materials.of_faces);
     for (a, b) in second.all.iter().zip(&materials.all) {
-        assert_eq!((&a.name, a.color), (&b.name, b.color));
+        assert_eq!((&a.name, a.color, a.placement), (&b.name, b.color, b.placement));
         assert_eq!(place(&a.image), place(&b.image));
     }
 

@@ -1,0 +1,43 @@
+//! What coincident vertices do to a mesh that is taken as it is, and at which tolerance a weld would mend it.
+
+use super::equal::firsts;
+use super::near::near;
+use super::{Weld, moved};
+use crate::mesh::Mesh;
+use crate::mesh::statistics::{bounding_box, components};
+
+/// How many vertices of faces lie at the position of an earlier one: what [`Weld::exact`] merges.
+pub fn coincident(mesh: &Mesh) -> usize {
+    firsts(mesh).map_or(0, |first| moved(&first))
+}
+
+/// What so many coincident vertices mean, in words.
+pub fn free_cuts(coincident: usize) -> String {
+    format!(
+        "{coincident} vertices lie at the positions of others, and cuts along such seams are free"
+    )
+}
+
+/// How many [`Weld::within`] merges.
+pub fn coincident_within(mesh: &Mesh, tolerance: f64) -> usize {
+    moved(&near(mesh, firsts(mesh), tolerance))
+}
+
+/// Whether a mesh falls apart into about as many components as it has faces, as a soup of triangles does.
+pub fn is_shattered(mesh: &Mesh) -> bool {
+    let faces = mesh.faces.len();
+    // Each component has three vertices of its own, which nearly all meshes have not enough of.
+    faces > 2 && mesh.vertices.len() >= 3 * (faces / 2) && 2 * components(mesh) > faces
+}
+
+/// Of tolerances from 0 to 1e-4 of the bounding box's diagonal the first at which a shattered mesh is shattered no
+/// more, if no face collapses.
+pub fn mending_tolerance(mesh: &Mesh) -> Option<f64> {
+    let diagonal = bounding_box(mesh).map_or(0.0, |corners| corners.diagonal());
+    [0.0, 1e-6, 1e-5, 1e-4].map(|share| share * diagonal).into_iter().find(|&tolerance| {
+        Weld::within(mesh, tolerance).is_some_and(|weld| {
+            let collapsed = |j: &usize| weld.mesh.is_degenerate(*j) && !mesh.is_degenerate(*j);
+            !is_shattered(&weld.mesh) && !(0..mesh.faces.len()).any(|j| collapsed(&j))
+        })
+    })
+}

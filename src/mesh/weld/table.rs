@@ -1,0 +1,52 @@
+//! A table of vertices or cells by the hashes of their places.
+
+/// Open addressing: who was first with an equal key.
+pub struct Table {
+    /// The upper half of the hash, and a number; all ones where nobody is.
+    slots: Vec<u64>,
+}
+
+const FREE: u64 = u64::MAX;
+
+impl Table {
+    pub fn for_at_most(n: usize) -> Self {
+        Table { slots: vec![FREE; (2 * n).next_power_of_two()] }
+    }
+
+    /// The slot of the one whose hash this is and who is the same, or the free one that waits for it.
+    #[inline(always)]
+    fn slot(&self, hash: u64, same: impl Fn(u32) -> bool) -> usize {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash as usize & mask;
+        loop {
+            let taken = self.slots[slot];
+            if taken == FREE || (taken >> 32 == hash >> 32 && same(taken as u32)) {
+                return slot;
+            }
+            slot = (slot + 1) & mask;
+        }
+    }
+
+    pub fn find(&self, hash: u64, same: impl Fn(u32) -> bool) -> Option<u32> {
+        let taken = self.slots[self.slot(hash, same)];
+        (taken != FREE).then_some(taken as u32)
+    }
+
+    #[inline(always)]
+    pub fn find_or_insert(&mut self, hash: u64, new: u32, same: impl Fn(u32) -> bool) -> u32 {
+        let slot = self.slot(hash, same);
+        if self.slots[slot] == FREE {
+            self.slots[slot] = hash >> 32 << 32 | u64::from(new);
+        }
+        self.slots[slot] as u32
+    }
+}
+
+/// Products whose upper halves are folded onto the lower ones: coordinates have zeros at their ends.
+#[inline(always)]
+pub fn hash(words: [u64; 3]) -> u64 {
+    words.into_iter().fold(0x9e37_79b9_7f4a_7c15, |hash, word| {
+        let product = u128::from(hash ^ word) * 0xd6e8_feb8_6659_fd93;
+        (product as u64 ^ (product >> 64) as u64).wrapping_add(0x2545_f491_4f6c_dd1d)
+    })
+}
