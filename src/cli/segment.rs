@@ -170,8 +170,14 @@ fn run_here(arguments: &Arguments) -> Outcome {
             return Err(Error::unsuitable(message + " when squared; scale them down").into());
         }
         let (model, _) = model_mesh(&scaled)?;
-        let found =
-            lambda::separating(&model, &seen.data, &alternation, &request, largest, &mut observe)?;
+        let wanted = lambda::Wanted {
+            mesh: &model,
+            data: &seen.data,
+            alternation: &alternation,
+            request: &request,
+            from: largest,
+        };
+        let found = lambda::separating(&wanted, &mut observe)?;
         request.lambda = found.unwrap_or(largest);
     }
     let mut segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
