@@ -232,6 +232,13 @@ fn each_bound_stops_by_itself() {
     assert_eq!((status, run.iterations()), (Status::TimeLimit, 1));
     let (status, run) = end(Stop { iterations: Some(0), ..Stop::default() });
     assert_eq!((status, run.iterations(), run.trace.len()), (Status::IterationLimit, 0, 1));
+    // At the first gap that is no larger, and at none before.
+    let to = |gap| end(Stop { relative_gap: Some(gap), interval: Some(4), ..Stop::default() });
+    let (_, run) = to(1e-3);
+    let gap = run.trace[run.trace.len() - 2].relative_gap;
+    let (status, run) = to(gap);
+    assert_eq!((status, run.trace.last().unwrap().relative_gap), (Status::Converged, gap));
+    assert!(to(0.99 * gap).1.iterations() > run.iterations());
     // The start may be good enough.
     let (status, run) = end(Stop { relative_gap: Some(1e9), ..Stop::default() });
     assert_eq!((status, run.iterations()), (Status::Converged, 0));

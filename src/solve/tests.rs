@@ -171,6 +171,13 @@ fn a_summary_is_what_u_and_q_say() {
     let question = crate::evaluate::Question { q: wrong.as_ref(), smoothing: None, ..question };
     let none = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
     assert_eq!(none.dual_bound, none.baseline);
+    // What has a negative entry is no U, and has no gap, even where its rows sum to one.
+    let mut outside = u.clone();
+    outside[[7, 0]] += 1e-3 + outside[[7, 1]];
+    outside[[7, 1]] = -1e-3;
+    let none = crate::evaluate::evaluate(&mesh, &s, &outside, question, &mut go).unwrap();
+    assert!(!none.feasible && none.gap.is_none() && none.relative_gap.is_none());
+    assert!(none.largest_row_sum_error <= 1e-12 && none.smallest_entry == -1e-3);
     near(found.rounded_relative_gap, summary.rounded_relative_gap);
     let largest = |row: ndarray::ArrayView1<'_, f64>| row.iter().fold(0.0, |a, &b| f64::max(a, b));
     assert!(u.outer_iter().zip(&labels).all(|(row, &label)| row[label as usize] == largest(row)));
