@@ -56,3 +56,76 @@ pub fn steps<const M: usize>(
     run.advance(&mut *solver, problem, &stop, &mut |_| observe(None));
     Ok(run.bound())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::SmoothingMode;
+    use crate::samples::{assert_within, known_optimum, random_labels, random_tangents, rng, zoo};
+    use std::ops::ControlFlow;
+
+    /// Where the least energy is known: no field says more, however long its vectors are, and the optimal one says it.
+    #[test]
+    fn what_is_offered_is_cut_off() {
+        let mut rng = rng(821);
+        for (name, mesh) in zoo() {
+            let known = known_optimum::<3>(&mesh, 3, 0.1 * mesh.area().sqrt(), 1.0, 822);
+            let (problem, size) = (&known.problem, known.problem.spread());
+            assert_within(offered(problem, known.q.clone()), known.energy, 1e-12, size);
+            for longer in [1.01, 3.0, 1e3] {
+                let q = known.q.iter().map(|&q| q * longer).collect();
+                assert!(offered(problem, q) <= known.energy + 1e-12 * size, "{name}");
+                let any = random_tangents::<3>(mesh.faces.len(), &mut rng);
+                let q = any.iter().map(|&q| q * (longer * problem.lambda)).collect();
+                assert!(offered(problem, q) <= known.energy + 1e-12 * size, "{name}");
+            }
+        }
+    }
+
+    /// The bound of q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ), eps_j = A_j sqrt(eps) or sqrt(eps) / 2.
+    #[test]
+    fn the_smoothed_field_is_the_gradient_of_that_smoothing() {
+        let mut rng = rng(823);
+        for (name, mesh) in zoo() {
+            let known = known_optimum::<3>(&mesh, 3, 0.1 * mesh.area().sqrt(), 1.0, 824);
+            let Problem { k, lambda, .. } = &known.problem;
+            let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng);
+            for mode in [SmoothingMode::Paper, SmoothingMode::Intrinsic] {
+                let smoothing = Smoothing::default_for(k, mode);
+                let root = smoothing.epsilon.sqrt();
+                let q = |j: usize| {
+                    let radius = match mode {
+                        SmoothingMode::Paper => 0.5 * root,
+                        SmoothingMode::Intrinsic => root * mesh.face_area(j),
+                    };
+                    let ku = k.at(&u, j);
+                    ku * (lambda / ku.norm().hypot(radius))
+                };
+                let q: Vec<Tangent<3>> = (0..k.faces()).map(q).collect();
+                let bound = smoothed(&known.problem, &u, smoothing);
+                let size = known.problem.spread();
+                assert_within(bound, known.problem.dual_bound(&q), 1e-12, size);
+                assert!(bound <= known.energy + 1e-12 * size, "{name}");
+            }
+        }
+    }
+
+    /// More steps say more, and never more than is true; none say B.
+    #[test]
+    fn steps_climb_from_below() {
+        for (name, mesh) in zoo() {
+            let known = known_optimum::<3>(&mesh, 3, 0.1 * mesh.area().sqrt(), 1.0, 825);
+            let start = vec![Row([1.0 / 3.0; 3]); mesh.vertices.len()];
+            let bound = |n: u64| {
+                let mut go = |_: Option<&_>| ControlFlow::Continue(());
+                steps(&mesh, &known.problem, &start, n, &mut go).unwrap()
+            };
+            let bounds = [0, 5, 20, 400].map(bound);
+            assert_eq!(bounds[0], 0.0, "{name}");
+            assert!(bounds[1] < bounds[2] && bounds[2] <= bounds[3], "{name}: {bounds:?}");
+            let size = known.problem.spread();
+            assert!(bounds[3] <= known.energy + 1e-12 * size, "{name}: {bounds:?}");
+            assert!(bounds[3] >= 0.9 * known.energy, "{name}: {bounds:?} {}", known.energy);
+        }
+    }
+}

@@ -137,7 +137,9 @@ mod tests {
             let bound = problem.dual_bound(&constant.field(&problem).unwrap());
             assert!((energy - bound).abs() <= 1e-9 * spread, "{name}: {energy} {bound}");
             problem.lambda = 0.01 * mesh.area().sqrt();
-            let bound = problem.dual_bound(&constant.field(&problem).unwrap());
+            let q = constant.field(&problem).unwrap();
+            assert!(q.iter().all(|q| q.norm() <= problem.lambda * (1.0 + 1e-14)), "{name}");
+            let bound = problem.dual_bound(&q);
             assert!(bound <= energy + 1e-12 * spread && bound.is_finite(), "{name}");
             assert!(bound >= -spread, "{name}");
         }

@@ -1,9 +1,10 @@
 //! Files are read whole (images row by row), and appear whole or not at all: written under a temporary name beside their place,
-//! then renamed.
+//! then renamed. A program that is told to end calls [`abandon`], so that nothing half-written is left.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
 
@@ -40,6 +41,47 @@ fn check_regular(path: &Path) -> Result<u64> {
     Ok(metadata.len())
 }
 
+/// The temporary names of what is being written, the oldest first.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Something that is being written, for as long as it lives.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// Nothing is made that is not known, even if the program ends between the two.
+    fn make<T>(
+        make: impl FnOnce() -> io::Result<T>,
+        path: fn(&T) -> &Path,
+    ) -> io::Result<(T, Self)> {
+        let mut all = unfinished();
+        let made = make()?;
+        let path = path(&made).to_owned();
+        all.push(path.clone());
+        Ok((made, Unfinished(path)))
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
+}
+
+/// Removes what is half-written. The program must end then: whoever writes waits for ever.
+pub fn abandon() {
+    let all = unfinished();
+    for path in all.iter().rev() {
+        // Another thread may put one more file into a folder meanwhile, but begins none after it.
+        let gone = || fs::remove_file(path).is_ok() || fs::remove_dir_all(path).is_ok();
+        let _ = gone() || gone();
+    }
+    std::mem::forget(all);
+}
+
 /// Writes one file. Whatever stood at `path` stays until the new content is complete.
 pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let write = || {
@@ -49,11 +91,10 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
         };
         fs::metadata(folder.join("."))?;
         // Its own message would name the temporary file.
-        let mut file = tempfile::Builder::new()
-            .prefix(".meshseg-")
-            .permissions(permissions())
-            .tempfile_in(folder)
-            .map_err(|error| io::Error::from(error.kind()))?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".meshseg-").permissions(permissions());
+        let make = || builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()));
+        let (mut file, _unfinished) = Unfinished::make(make, |file| file.path())?;
         let mut writer = BufWriter::new(&mut file);
         content(&mut writer)?;
         writer.flush()?;
@@ -132,7 +173,8 @@ pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Resu
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o777));
     }
-    let folder = builder.tempdir_in(parent).map_err(io)?;
+    let make = || builder.tempdir_in(parent);
+    let (folder, _unfinished) = Unfinished::make(make, |folder| folder.path()).map_err(io)?;
     fill(folder.path())?;
     if exists {
         let names = || -> io::Result<Vec<_>> {

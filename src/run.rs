@@ -8,10 +8,14 @@
 //! A bound above an energy, by more than rounding allows, proves a fault of the program: it is kept as it is, and the
 //! run ends as [`Status::Contradicted`].
 
+mod end;
+mod sample;
+
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
+pub use end::{Status, Stop};
+pub use sample::{Certificate, Reached, Sample};
 
 use crate::constant::Constant;
 use crate::field::{Row, Tangent};
@@ -19,30 +23,6 @@ use crate::operator::Operator;
 use crate::problem::{Problem, relative_gap};
 use crate::solver::Solver;
 use crate::sweep;
-
-/// When to stop. Without any bound a run goes on until the observer ends it.
-#[derive(Clone, Debug, Default)]
-pub struct Stop {
-    /// Certified: (E - D) / (E - B) at most this.
-    pub relative_gap: Option<f64>,
-    /// In steps of this call.
-    pub iterations: Option<u64>,
-    /// Wall time of this call.
-    pub time: Option<Duration>,
-    /// The paper's |U^t - U^{t-1}|_inf <= delta, looked at where samples are taken. It certifies nothing; an
-    /// over-relaxed U^{t-1} counts as it is, outside the simplex or not.
-    pub change: Option<f64>,
-    /// Steps between samples; `None` starts with [`FIRST_INTERVAL`], keeps it at about 4 % of the iterations so
-    /// far, and goes up to 8 or 25 % where the last two samples foretell that the gap needs as many.
-    pub interval: Option<u64>,
-}
-
-impl Stop {
-    /// The same with less time, because of what was spent before.
-    pub fn after(&self, spent: Duration) -> Self {
-        Stop { time: self.time.map(|limit| limit.saturating_sub(spent)), ..self.clone() }
-    }
-}
 
 /// Steps between the first samples.
 pub const FIRST_INTERVAL: u64 = 4;
@@ -52,107 +32,6 @@ pub const LONG: u64 = 100;
 
 /// Up to so many vertices: a factorization takes about a second for 200,000.
 const FACTORED: usize = 250_000;
-
-/// How a run ended. None of these is an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Status {
-    /// The certified gap was reached.
-    Converged,
-    /// The change of U fell below what was asked for; the gap says how good that is.
-    Stalled,
-    IterationLimit,
-    TimeLimit,
-    Interrupted,
-    /// A number that is none appeared; the best answer before it is kept.
-    Diverged,
-    /// A lower bound exceeded an energy: nothing is certified.
-    Contradicted,
-    /// A solver outside the program ended by itself.
-    Ended,
-    /// A solver outside the program ended with an error; what it reached before is kept.
-    Failed,
-}
-
-impl Status {
-    pub fn sentence(self) -> &'static str {
-        match self {
-            Status::Converged => "converged: the certified gap is within the tolerance",
-            Status::Stalled => {
-                "stopped: U changed by no more than the given amount, which certifies nothing by itself"
-            }
-            Status::IterationLimit => "stopped at the iteration limit before the gap was reached",
-            Status::TimeLimit => "stopped at the time limit before the gap was reached",
-            Status::Interrupted => "interrupted; what was reached so far is kept",
-            Status::Diverged => {
-                "diverged: a value is not a number any more; the best answer before that is kept"
-            }
-            Status::Contradicted => {
-                "contradicted: the lower bound exceeds the energy by more than rounding allows, so that nothing is \
-                 certified; this is a fault of the program, please report it"
-            }
-            Status::Ended => "the solver ended by itself before the gap was reached",
-            Status::Failed => "the solver failed; what it reached before is kept",
-        }
-    }
-}
-
-/// One row of a trace.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Sample {
-    pub iteration: u64,
-    /// Time spent in steps.
-    pub seconds: f64,
-    /// The least E seen so far for the current costs.
-    pub energy: f64,
-    /// The greatest D seen so far for the current costs.
-    pub dual_bound: f64,
-    /// Their difference.
-    pub gap: f64,
-    /// gap / (E - B).
-    pub relative_gap: f64,
-    /// max |u^n - u^{n-1}|; none before the first step.
-    pub change: Option<f64>,
-    /// E_eps of this iterate, for solvers that minimize it.
-    pub smoothed_energy: Option<f64>,
-    /// What the bound of this iterate comes from, for a solver outside the program; `dual_bound` may be an
-    /// earlier one.
-    pub certificate: Option<Certificate>,
-}
-
-/// The dual field that certifies a foreign iterate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Certificate {
-    /// The solver's own q, cut off at lambda.
-    Offered,
-    /// q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ), the gradient of the energy that it minimizes.
-    Smoothed,
-    /// What a number of our own steps from its U reach.
-    Steps,
-}
-
-impl Certificate {
-    pub fn name(self) -> &'static str {
-        match self {
-            Certificate::Offered => "offered",
-            Certificate::Smoothed => "smoothed",
-            Certificate::Steps => "steps",
-        }
-    }
-}
-
-/// What a solver outside the program reached, and when.
-pub struct Reached<'a, const M: usize> {
-    pub iteration: u64,
-    pub seconds: f64,
-    /// Rows in the simplex.
-    pub u: &'a [Row<M>],
-    /// A true bound, and where it comes from.
-    pub dual_bound: f64,
-    pub certificate: Certificate,
-    pub smoothed_energy: Option<f64>,
-}
 
 /// The state of one run; resumable.
 pub struct Run<const M: usize> {

@@ -1,6 +1,6 @@
 //! Meshes and random fields that the tests of several modules share.
 
-use nalgebra::{Point3, Rotation3, Vector3};
+use nalgebra::{DMatrix, Point3, Rotation3, Vector3};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -228,6 +228,24 @@ pub fn known_optimum<const M: usize>(
     let problem = Problem::new(k, f, lambda);
     let energy = energy - problem.baseline;
     Known { problem, u, q, energy }
+}
+
+/// The largest eigenvalue of D^-1/2 K^T diag(w) K D^-1/2, on the vertices with faces.
+pub fn largest_curvature(k: &Stencil, w: impl Fn(usize) -> f64, d: impl Fn(usize) -> f64) -> f64 {
+    let n = k.vertices();
+    let mut normal = DMatrix::<f64>::zeros(n, n);
+    for j in 0..k.faces() {
+        let face = k.face(j);
+        for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
+            for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
+                normal[(a, b)] += w(j) * (ax * bx + ay * by);
+            }
+        }
+    }
+    let root = |v: usize| if normal[(v, v)] > 0.0 { d(v).sqrt() } else { 1.0 };
+    DMatrix::from_fn(n, n, |a, b| normal[(a, b)] / (root(a) * root(b)))
+        .symmetric_eigenvalues()
+        .max()
 }
 
 /// |a - b| <= relative * size.

@@ -153,13 +153,14 @@ fn segment_compiled<const M: usize>(
         Status::IterationLimit | Status::TimeLimit => {
             Some(format!("{} so far: the run ended before its gap was reached", named(empty)))
         }
-        _ => Some(remark(mesh, data, empty, &open, alternation, request, observe)?),
+        _ => remark(mesh, data, empty, &open, alternation, request, observe)?,
     };
     solution.summary.warnings.extend(said);
     Ok(Segmentation { solution, parameters, estimates })
 }
 
-/// What must be said where the labels are fewer than what was asked for.
+/// What must be said where the labels are fewer than what was asked for. That all data are the same says who has them,
+/// with their name: `data/seen.rs`, `data/curved.rs`.
 fn remark(
     mesh: &Mesh,
     data: &Data,
@@ -168,27 +169,24 @@ fn remark(
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<String> {
-    let area = data.known_area(&request.mass.weights(mesh));
-    let size =
-        data.values.iter().filter(|x| !x.is_nan()).fold(0.0, |most, x| f64::max(most, x.abs()));
-    if data.variance(&area).sqrt() <= SIGNAL * size {
-        return Ok(format!(
-            "{}: the data are the same everywhere, so that there is nothing to segment; choose other data",
-            named(empty)
-        ));
-    }
+) -> Result<Option<String>> {
     let different = different(data, alternation.regions);
+    if different == 1 {
+        return Ok(None);
+    }
     if different < alternation.regions {
-        return Ok(format!(
+        return Ok(Some(format!(
             "{}: the data have only {different} different values; ask for {different} regions",
             named(empty)
-        ));
+        )));
     }
     let half = 0.5 * request.lambda;
     let fewer = alternation.regions - empty.len();
     let found = match half > 0.0 {
-        true => lambda::separating(mesh, data, alternation, request, half, observe)?,
+        true => {
+            let wanted = lambda::Wanted { mesh, data, alternation, request, from: half };
+            lambda::separating(&wanted, observe)?
+        }
         false => None,
     };
     let advice = match found {
@@ -205,7 +203,7 @@ fn remark(
     };
     let one = open.iter().any(|open| !open);
     let cause = if one { ", since regions with one mean became one" } else { "" };
-    Ok(format!("{}{cause}: {advice}", named(empty)))
+    Ok(Some(format!("{}{cause}: {advice}", named(empty))))
 }
 
 /// How many different values the data have, counted up to a number.
@@ -221,9 +219,6 @@ fn different(data: &Data, most: usize) -> usize {
     }
     found.len()
 }
-
-/// Data whose standard deviation is below this share of their size vary by rounding alone.
-const SIGNAL: f64 = 1e-13;
 
 /// What the alternation works on: the mesh itself, or a coarser one with the means of its data.
 struct Level<'a, const M: usize> {

@@ -1,11 +1,12 @@
 //! The command line: one file per verb. The only place that prints; data to stdout, all else to stderr.
 //!
-//! Exit codes: 0 done, 1 bad input or I/O, 2 usage, 130 interrupted (what was reached is written).
+//! Exit codes: 0 done, 1 bad input or I/O, 2 usage, 130 interrupted (what was reached is written, nothing by halves).
 
 mod completions;
 mod evaluate;
 mod experiment;
 mod inputs;
+mod interrupt;
 mod mesh;
 mod operators;
 mod preview;
@@ -94,6 +95,7 @@ pub fn main() -> ExitCode {
         .log_internal_errors(false)
         .with_ansi(io::IsTerminal::is_terminal(&io::stderr()))
         .init();
+    interrupt::listen();
     let outcome = match cli.verb {
         Verb::Segment(arguments) => segment::run(&arguments),
         Verb::Solve(arguments) => solve::run(&arguments),

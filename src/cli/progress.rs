@@ -1,18 +1,15 @@
-//! The progress of a run on stderr, and Ctrl-C.
+//! The progress of a run on stderr, which Ctrl-C breaks off.
 //!
-//! On a terminal one line that renews itself; elsewhere a line now and then. The first Ctrl-C ends the run
-//! and keeps what it reached, the second ends the program.
+//! On a terminal one line that renews itself; elsewhere a line now and then.
 
 use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use meshseg::run::Sample;
 
-use super::{note, table};
+use super::{interrupt, note, table};
 
 /// Between renewals of the line on a terminal.
 const RENEWAL: Duration = Duration::from_millis(100);
@@ -21,7 +18,6 @@ const LINE: Duration = Duration::from_secs(5);
 
 pub struct Progress {
     line: Option<ProgressBar>,
-    interrupted: Arc<AtomicBool>,
     begin: Instant,
     shown: Instant,
     tolerance: f64,
@@ -34,30 +30,13 @@ pub struct Progress {
 impl Progress {
     /// Starts to listen for Ctrl-C. `tolerance` is the gap that is aimed at.
     pub fn new(tolerance: f64) -> Self {
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&interrupted);
-        let listening = ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        });
-        if let Err(error) = listening {
-            tracing::warn!("Ctrl-C will end the program without results: {error}");
-        }
+        interrupt::keep_results();
         let line = stderr().is_terminal().then(|| {
             let style = ProgressStyle::with_template("{spinner} {msg}").expect("a valid template");
             ProgressBar::new_spinner().with_style(style)
         });
         let now = Instant::now();
-        Progress {
-            line,
-            interrupted,
-            begin: now,
-            shown: now,
-            tolerance,
-            title: String::new(),
-            origin: None,
-        }
+        Progress { line, begin: now, shown: now, tolerance, title: String::new(), origin: None }
     }
 
     /// Another run begins.
@@ -86,11 +65,7 @@ impl Progress {
                 }
             }
         }
-        if self.interrupted.load(Ordering::Relaxed) {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        if interrupt::came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     /// Clears the line.

@@ -76,6 +76,61 @@ fn restriction_is_the_adjoint_of_prolongation() {
     }
 }
 
+/// The same, with labels that some vertices forbid: at a coarse vertex they cost the dearest that is allowed there
+/// instead, and are forbidden where nobody allows them.
+#[test]
+fn restriction_keeps_what_is_forbidden() {
+    for (name, mesh) in zoo() {
+        let level = mesh.coarsened();
+        let mut rng = rng(41);
+        let f: Vec<Row<3>> = random_rows(mesh.vertices.len(), &mut rng)
+            .into_iter()
+            .map(|f: Row<3>| {
+                Row::from_fn(|p| if p > 0 && rng.random::<f64>() < 0.7 { NEVER } else { f.0[p] })
+            })
+            .collect();
+        for (c, coarse) in restrict(&level, &f).into_iter().enumerate() {
+            let shares = level.parents.iter().zip(&f).flat_map(|(parents, f)| {
+                let own = parents.corners.iter().zip(parents.weights);
+                own.filter(|&(&corner, w)| corner as usize == c && w > 0.0)
+                    .map(move |(_, w)| (w, f))
+            });
+            let shares: Vec<(f64, &Row<3>)> = shares.collect();
+            for p in 0..3 {
+                if shares.iter().all(|(_, f)| f.0[p] == NEVER) {
+                    assert!(shares.is_empty() || coarse.0[p] == NEVER, "{name}");
+                    continue;
+                }
+                let dearest =
+                    |f: &Row<3>| f.0.into_iter().filter(|&x| x < NEVER).fold(-2.0, f64::max);
+                let cost = |f: &Row<3>| if f.0[p] == NEVER { dearest(f) } else { f.0[p] };
+                let exact: f64 = shares.iter().map(|&(w, f)| w * cost(f)).sum();
+                assert!((coarse.0[p] - exact).abs() <= 1e-13 * shares.len() as f64, "{name}");
+            }
+        }
+    }
+}
+
+/// Means by area lose nothing: the vertices together have what the faces have, each three times.
+#[test]
+fn means_at_the_vertices_keep_the_integral() {
+    for (name, mesh) in zoo() {
+        let q = random_dual::<2>(mesh.faces.len(), 1.0, &mut rng(42));
+        let (mut faces, mut vertices) = ([Row::<2>::ZERO; 3], [Row::<2>::ZERO; 3]);
+        let areas = barycentric_areas(&mesh);
+        for (mean, a) in vertex_means(&mesh, &q).iter().zip(areas) {
+            (0..3).for_each(|i| vertices[i] += mean[i] * a);
+        }
+        for (j, Tangent([q1, q2])) in q.into_iter().enumerate() {
+            let ([e1, e2], a) = (frame(&mesh, j), mesh.face_area(j));
+            (0..3).for_each(|i| faces[i] += (q1 * e1[i] + q2 * e2[i]) * a);
+        }
+        for (a, b) in vertices.into_iter().zip(faces) {
+            assert!((a - b).max_abs() <= 1e-12 * mesh.area(), "{name}: {a:?} {b:?}");
+        }
+    }
+}
+
 /// Rows stay in the simplex of the open regions, tangents in the ball, and D(q) <= E* <= E(u).
 #[test]
 fn what_comes_up_is_feasible() {
@@ -149,6 +204,8 @@ fn forbidden_labels_stay_forbidden() {
             for ((v, p), &cost) in s.indexed_iter() {
                 assert!(cost < f64::INFINITY || solution.u[[v, p]] == 0.0, "{}", description.name);
             }
+            // From the start on.
+            assert!(solution.trace.iter().all(|sample| sample.energy.abs() < 1e3));
             let summary = solution.summary;
             assert!(summary.energy.abs() < 1e3 && summary.gap >= 0.0, "{}", description.name);
             assert!(summary.relative_gap < 0.1, "{}: {}", description.name, summary.relative_gap);
@@ -298,6 +355,25 @@ fn it_ends_when_told_to() {
     request.stop.time = Some(Duration::ZERO);
     let late = start(&mesh, &problem, 3, &request, &mut go).unwrap();
     assert!(late.pair.is_some() && most(late.record) <= 1);
+}
+
+/// Time that the levels take is the finest solve's no more, and what diverged starts nothing.
+#[test]
+fn the_finest_has_the_time_that_is_left() {
+    let mut request = request(0.02, 0.0, DEFAULT);
+    request.stop.time = Some(Duration::from_secs(3));
+    assert_eq!(stop(&request, Duration::from_secs(1)).time, Some(Duration::from_secs(2)));
+    assert_eq!(stop(&request, Duration::from_secs(4)).time, Some(Duration::ZERO));
+    let mesh = shape("torus:120x80");
+    let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(43)), 3);
+    request.stop.time = Some(Duration::from_millis(1));
+    let summary = solved(&mesh, &s, &request).summary;
+    assert!(summary.iterations <= 1 && summary.status == Status::TimeLimit, "{summary:?}");
+    let spent = summary.coarse_to_fine.unwrap().spent;
+    assert!(spent >= Duration::from_millis(1) && summary.seconds >= spent.as_secs_f64());
+    let (u, q) = (vec![Row([1.0, 0.0])], vec![Tangent::ZERO]);
+    let level = |status| reached(solver::Iterate { u: &u, q: &q }, status).is_some();
+    assert!(level(Status::IterationLimit) && !level(Status::Diverged));
 }
 
 /// What is certified at once needs no levels.

@@ -242,6 +242,18 @@ mod tests {
         assert_eq!(found, vec![vec![0.0], vec![1.0]]);
     }
 
+    /// A datum far away with next to no area is drawn in next to no seeding: a_k D_k^2, not D_k^2.
+    #[test]
+    fn a_speck_far_away_is_no_center() {
+        let mut data = blobs(&[[0.0, 0.0], [1.0, 0.0]], 100, 0.1);
+        data.extend([1e3, 0.0]);
+        let area: Vec<f64> = (0..201).map(|k| if k < 200 { 1.0 } else { 1e-9 }).collect();
+        for seed in 0..5 {
+            let found = kmeans(&data, 2, &area, 2, &mut rng(seed));
+            assert!(found.iter().all(|c| c[0].abs() < 2.0), "{found:?}");
+        }
+    }
+
     #[test]
     fn fewer_values_than_regions_repeat_centers() {
         let found = kmeans(&[0.25; 12], 3, &[1.0; 4], 64, &mut rng(6));

@@ -13,6 +13,9 @@ mod certify;
 mod iterates;
 mod problem;
 
+#[cfg(test)]
+mod tests;
+
 pub use certify::{End, certify};
 pub use iterates::{Iterate, Iterates};
 pub use problem::Exchanged;

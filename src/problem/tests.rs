@@ -317,3 +317,28 @@ fn rounding_takes_the_first_of_the_largest() {
     let u = [Row([0.2, 0.5, 0.3]), Row([0.4, 0.2, 0.4]), Row([0.0, 0.0, 1.0])];
     assert_eq!(rounded(&u), [1, 0, 2].map(Row::one_hot));
 }
+
+/// Regions that do not exist, or that a vertex forbids, stay so however much the others cost.
+#[test]
+fn what_is_closed_stays_closed() {
+    let mesh = shape("grid:2x2");
+    for cost in [-1e289, -1.0, 0.0, 1e289] {
+        let f = vec![Row([cost, 2.0 * cost, NEVER]); mesh.vertices.len()];
+        let problem = Problem::new(Stencil::new(&mesh), f, 1.0);
+        assert!(problem.f.iter().all(|f| f.0[2] == NEVER && f.min() == 0.0), "{cost:e}");
+    }
+}
+
+/// On faces of one size both modes round off by the same: only there they are one smoothing.
+#[test]
+fn the_default_smoothings_agree_on_equal_faces() {
+    let mesh = shape("grid:7x7").scaled(3.0);
+    let k = Stencil::new(&mesh);
+    let radius = |mode| Smoothing::default_for(&k, mode).radius(mesh.face_area(0));
+    assert_within(
+        radius(SmoothingMode::Paper),
+        radius(SmoothingMode::Intrinsic),
+        1e-12,
+        radius(SmoothingMode::Paper),
+    );
+}

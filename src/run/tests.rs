@@ -63,7 +63,10 @@ fn the_first_sample_is_the_start() {
         assert_eq!(first.gap, problem.energy(&uniform(&mesh)));
         assert_eq!(first.relative_gap, 1.0);
         let exact = ["chambolle-pock", "douglas-rachford"].contains(&name);
-        assert_eq!(first.smoothed_energy.is_none(), exact);
+        let smoothing = solver(name, &mesh, &problem).smoothing();
+        assert_eq!(smoothing.is_none(), exact);
+        let smoothed = |s| problem.baseline + problem.smoothed_energy(&uniform(&mesh), s);
+        assert_eq!(first.smoothed_energy, smoothing.map(smoothed));
     }
 }
 
@@ -164,7 +167,7 @@ fn the_change_is_the_largest_of_all_entries() {
         &[[0.0, 0.0, 1.0], [0.0, 0.25, 0.75], [0.5, 0.25, 0.25], [0.5, 0.2, 0.3]],
     );
     let mut run = Run::new(&script.u.clone());
-    let stop = Stop { change: Some(0.1), interval: Some(1), ..Stop::default() };
+    let stop = Stop { change: Some(0.2), interval: Some(1), ..Stop::default() };
     assert_eq!(run.advance(&mut script, &ladder(&mesh), &stop, &mut go), Status::Stalled);
     let changes: Vec<f64> = run.trace.iter().filter_map(|sample| sample.change).collect();
     assert_eq!(changes.len(), 3);
@@ -229,6 +232,13 @@ fn each_bound_stops_by_itself() {
     assert_eq!((status, run.iterations()), (Status::TimeLimit, 1));
     let (status, run) = end(Stop { iterations: Some(0), ..Stop::default() });
     assert_eq!((status, run.iterations(), run.trace.len()), (Status::IterationLimit, 0, 1));
+    // At the first gap that is no larger, and at none before.
+    let to = |gap| end(Stop { relative_gap: Some(gap), interval: Some(4), ..Stop::default() });
+    let (_, run) = to(1e-3);
+    let gap = run.trace[run.trace.len() - 2].relative_gap;
+    let (status, run) = to(gap);
+    assert_eq!((status, run.trace.last().unwrap().relative_gap), (Status::Converged, gap));
+    assert!(to(0.99 * gap).1.iterations() > run.iterations());
     // The start may be good enough.
     let (status, run) = end(Stop { relative_gap: Some(1e9), ..Stop::default() });
     assert_eq!((status, run.iterations()), (Status::Converged, 0));
@@ -284,6 +294,93 @@ fn the_kept_field_certifies_the_bound() {
             run.bound()
         );
     }
+}
+
+/// What a solver never finds: the best constant labels and the field that certifies them; for other costs anew.
+#[test]
+fn constant_labels_and_their_field_are_kept() {
+    let mesh = bumpy(6);
+    let mut problem = random_problem::<3>(&mesh, 1e3, 111);
+    let mut script = Script::new(&mesh, &[[0.2, 0.3, 0.5]]);
+    let mut run = Run::new(&script.u.clone());
+    run.keep_dual();
+    for _ in 0..2 {
+        let status = run.advance(&mut script, &problem, &every(10, LONG + 10), &mut go);
+        assert_eq!(status, Status::IterationLimit);
+        let constant = (0..3).map(|p| vec![Row::one_hot(p); mesh.vertices.len()]);
+        let least = constant.map(|u| problem.energy(&u)).fold(f64::INFINITY, f64::min);
+        assert_eq!((run.energy(), problem.energy(run.best_u())), (least, least));
+        let (q, size) = (run.best_q().unwrap(), problem.spread());
+        assert!(q.iter().all(|q| q.norm() <= problem.lambda * (1.0 + 1e-14)));
+        assert!((problem.dual_bound(q) - run.bound()).abs() <= 1e-12 * size);
+        assert!(least - run.bound() <= 1e-9 * size, "{least} {}", run.bound());
+        let turned = |f: &Row<3>| Row([f.0[2], f.0[0], f.0[1]]) * 0.1;
+        problem.set_costs(problem.f.iter().map(turned).collect());
+        run.forget();
+    }
+}
+
+/// A field of no numbers bounds nothing, and ends the run before any gap does.
+#[test]
+fn what_is_no_number_ends_a_run() {
+    let mesh = bumpy(3);
+    let problem = ladder(&mesh);
+    let stop = Stop { relative_gap: Some(2.0), interval: Some(1), ..every(1, 5) };
+    for (row, x) in [([f64::NAN; 3], 0.0), ([0.0, 0.0, 1.0], f64::NAN)] {
+        let mut script = Script::new(&mesh, &[row]);
+        script.q.fill(Tangent([Row([x; 3]); 2]));
+        let start = vec![Row([0.0, 1.0, 0.0]); mesh.vertices.len()];
+        let mut run = Run::new(&start);
+        assert_eq!(run.advance(&mut script, &problem, &stop, &mut go), Status::Diverged);
+        assert_eq!(run.bound(), 0.0);
+        assert!(run.best_u().iter().all(|u| u.max() == 1.0));
+    }
+}
+
+/// Of foreign bounds the best counts, too; one above the energy is settled where rounding put it there, and else
+/// contradicts, however little it is above.
+#[test]
+fn foreign_bounds_are_kept_settled_or_contradict() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 112);
+    let u = uniform(&mesh);
+    let energy = problem.energy(&u);
+    let record = |shares: &[f64]| {
+        let mut run = Run::new(&u);
+        for (iteration, share) in (1..).zip(shares) {
+            run.record(
+                &problem,
+                &Reached {
+                    iteration,
+                    seconds: 0.0,
+                    u: &u,
+                    dual_bound: share * energy,
+                    certificate: Certificate::Offered,
+                    smoothed_energy: None,
+                },
+            );
+        }
+        run
+    };
+    assert_eq!(record(&[0.3, 0.7, 0.5]).bound(), 0.7 * energy);
+    let run = record(&[1.0 + 4.0 * f64::EPSILON]);
+    assert!(!run.is_contradicted() && run.bound() == energy && run.trace[0].gap == 0.0);
+    for excess in [1e-9, 1e-5, 1.0] {
+        let run = record(&[1.0 + excess]);
+        assert!(run.is_contradicted() && run.trace[0].gap < 0.0, "{excess:e}");
+    }
+}
+
+#[test]
+fn time_that_was_spent_is_gone() {
+    let seconds = Duration::from_secs;
+    let stop = Stop { time: Some(seconds(3)), iterations: Some(7), ..Stop::default() };
+    assert_eq!(stop.after(seconds(1)).time, Some(seconds(2)));
+    assert_eq!(stop.after(seconds(5)).time, Some(Duration::ZERO));
+    assert_eq!(
+        (stop.after(seconds(5)).iterations, Stop::default().after(seconds(5)).time),
+        (Some(7), None)
+    );
 }
 
 /// A solver whose field leaves the ball claims what is false: that is said, and nothing is certified.

@@ -100,6 +100,25 @@ mod tests {
     use crate::samples::{bumpy, rng, with_isolated_vertices};
     use rand::RngExt;
 
+    /// A vertex of which nothing is known has no weight in any mean.
+    #[test]
+    fn unknown_data_are_in_no_mean() {
+        let mesh = bumpy(12);
+        let mut rng = rng(42);
+        let values = mesh.vertices.iter().map(|_| match rng.random_range(0..3) {
+            0 => f64::NAN,
+            _ => 0.25,
+        });
+        let data = Data::new(1, values.collect()).unwrap();
+        let weights = crate::operator::Mass::Barycentric.weights(&mesh);
+        let (coarse, means) = restrict(&mesh.coarsened(), &weights, &data);
+        let mean =
+            |(w, x): (&f64, &f64)| if *w > 0.0 { (x - 0.25).abs() <= 1e-15 } else { *x == 0.0 };
+        assert!(coarse.iter().zip(&means.values).all(mean));
+        let known: f64 = data.known_area(&weights).iter().sum();
+        assert!((coarse.iter().sum::<f64>() - known).abs() <= 1e-14);
+    }
+
     /// The costs of the means are the restricted costs, less what is the same for every region.
     #[test]
     fn means_have_the_restricted_costs_up_to_a_constant() {

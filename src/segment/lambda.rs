@@ -62,7 +62,8 @@ pub fn of_data(
         ));
     }
     let (model, _) = model_mesh(mesh)?;
-    Ok(separating(&model, data, alternation, request, largest, observe)?.unwrap_or(largest))
+    let wanted = Wanted { mesh: &model, data, alternation, request, from: largest };
+    Ok(separating(&wanted, observe)?.unwrap_or(largest))
 }
 
 /// Where lambdas start, for data of this variance on a surface of this area.
@@ -70,31 +71,29 @@ fn largest(variance: f64, area: f64) -> f64 {
     0.02 * variance * area.sqrt()
 }
 
+/// What is looked for a lambda for.
+pub struct Wanted<'a> {
+    /// Without faces that have no area.
+    pub mesh: &'a Mesh,
+    pub data: &'a Data,
+    pub alternation: &'a Alternation,
+    /// Its lambda does not count.
+    pub request: &'a Request,
+    /// The largest lambda.
+    pub from: f64,
+}
+
 /// The first of `from`, `from` / 2, ... that leaves no region empty and explains enough; none if all of them fail, so
-/// that the data have fewer regions. `mesh` has no face without area; `request.lambda` does not count.
+/// that the data have fewer regions.
 ///
 /// # Errors
 /// Numbers that leave the range of double precision.
-pub(super) fn separating(
-    mesh: &Mesh,
-    data: &Data,
-    alternation: &Alternation,
-    request: &Request,
-    from: f64,
-    observe: Observer<'_>,
-) -> Result<Option<f64>> {
-    with_regions!(
-        alternation.regions,
-        separating_compiled(mesh, data, alternation, request, from, observe)
-    )
+pub(super) fn separating(wanted: &Wanted<'_>, observe: Observer<'_>) -> Result<Option<f64>> {
+    with_regions!(wanted.alternation.regions, separating_compiled(wanted, observe))
 }
 
 fn separating_compiled<const M: usize>(
-    finest: &Mesh,
-    data: &Data,
-    alternation: &Alternation,
-    request: &Request,
-    from: f64,
+    &Wanted { mesh: finest, data, alternation, request, from }: &Wanted<'_>,
     observe: Observer<'_>,
 ) -> Result<Option<f64>> {
     let begin = Instant::now();
@@ -117,8 +116,8 @@ fn separating_compiled<const M: usize>(
         ..request.stop.after(begin.elapsed())
     };
     let nearest = nearest::<M>(data, &means);
-    let wanted = Explained::of(&nearest, data, &known, alternation.regions);
-    if wanted.share <= 0.0 {
+    let most = Explained::of(&nearest, data, &known, alternation.regions);
+    if most.share <= 0.0 {
         return Ok(None);
     }
     for i in 0..TRIED {
@@ -136,7 +135,7 @@ fn separating_compiled<const M: usize>(
         }
         let labels = rounded(found.run.best_u());
         let reached = Explained::of(&labels, data, &known, alternation.regions);
-        if reached.regions >= wanted.regions && reached.share >= KEPT * wanted.share {
+        if reached.regions >= most.regions && reached.share >= KEPT * most.share {
             return Ok(Some(request.lambda));
         }
     }
@@ -222,6 +221,53 @@ mod tests {
         let total = area.iter().sum::<f64>() * data.variance(&area);
         let found = Explained::of(&labels, &data, &area, 4);
         assert!((found.share - (1.0 - within / total)).abs() < 1e-12, "{}", found.share);
+    }
+
+    /// Lambda times a length is a cost times an area: squared data times squared lengths.
+    #[test]
+    fn the_largest_lambda_has_its_units() {
+        let lambda = largest(0.5, 4.0);
+        assert!((largest(0.5 * 9.0, 4.0) - 9.0 * lambda).abs() <= 1e-15);
+        assert!((largest(0.5, 4.0 * 9.0) - 3.0 * lambda).abs() <= 1e-15);
+    }
+
+    /// Three bands, one of them narrow: the largest of the halves for which no region is lost, and the first itself if
+    /// that is one.
+    #[test]
+    fn the_first_lambda_that_keeps_all_regions_is_taken() {
+        let mesh = crate::samples::shape("sphere:3");
+        let band = |z: f64| if z > 0.9 { 1.0 } else { 0.5 * f64::from(z > 0.0) };
+        let data = Data::new(1, mesh.vertices.iter().map(|x| band(x.z)).collect()).unwrap();
+        let alternation = Alternation {
+            regions: 3,
+            initial: crate::segment::Initial::KMeans,
+            seed: 0,
+            every: 10,
+        };
+        let request = Request {
+            lambda: 0.0,
+            mass: crate::operator::Mass::Barycentric,
+            solver: crate::solver::DEFAULT.to_owned(),
+            options: crate::solver::Options::default(),
+            stop: Stop { relative_gap: Some(1e-4), iterations: Some(5000), ..Stop::default() },
+            coarse_to_fine: false,
+            keep_dual: false,
+        };
+        let mut go = |_: Option<&crate::run::Sample>| std::ops::ControlFlow::Continue(());
+        let mut found = |from: f64| {
+            let (alternation, request) = (&alternation, &request);
+            let wanted = Wanted { mesh: &mesh, data: &data, alternation, request, from };
+            separating(&wanted, &mut go).unwrap().unwrap()
+        };
+        assert_eq!(found(1e-3), 1e-3);
+        let lambda = found(2.0);
+        assert!(lambda < 2.0 && (2.0 / lambda).log2().fract() == 0.0, "{lambda}");
+        let mut empty = |lambda: f64| {
+            let request = Request { lambda, ..request.clone() };
+            let found = crate::segment::segment(&mesh, &data, &alternation, &request, &mut go);
+            found.unwrap().solution.summary.empty_regions.len()
+        };
+        assert_eq!(empty(lambda), 0);
     }
 
     #[test]

@@ -156,6 +156,97 @@ fn the_same_seed_gives_the_same_result() {
     }
 }
 
+/// Means are those of integrals: where vertices lie densely each counts less.
+#[test]
+fn parameters_are_means_by_area() {
+    let mut mesh = shape("grid:60x20");
+    mesh.vertices.iter_mut().for_each(|x| x.x = x.x.powi(3));
+    let data = Data::new(1, mesh.vertices.iter().map(|x| x.x).collect()).unwrap();
+    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+        let alternation = Alternation { regions: 2, ..alternation(Initial::KMeans, 5) };
+        let found = segment(&mesh, &data, &alternation, &request(1e-3, mass), &mut go).unwrap();
+        let u = regions::rows::<2>(found.solution.u.view());
+        let weights = mass.on(&mesh).integrate(&u);
+        for (p, region) in found.parameters.iter().enumerate() {
+            let total: f64 = weights.iter().map(|w| w.0[p]).sum();
+            let mean =
+                weights.iter().zip(&data.values).map(|(w, c)| w.0[p] * c).sum::<f64>() / total;
+            assert!((region.mean[0] - mean).abs() < 2e-3, "{mass:?}: {region:?} {mean}");
+        }
+    }
+}
+
+/// Data in another unit, and lambda with it, take the same way to the same labels.
+#[test]
+fn the_unit_of_the_data_does_not_matter() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.4);
+    let found = |unit: f64, regions: usize| {
+        let values = data.values.iter().map(|c| c * unit).collect();
+        let alternation = Alternation { regions, ..alternation(Initial::Random, 5) };
+        let request = request(0.05 * unit * unit, Mass::Barycentric);
+        let data = Data::new(3, values).unwrap();
+        let found = segment(&mesh, &data, &alternation, &request, &mut go).unwrap();
+        (found.estimates, found.solution.labels)
+    };
+    for regions in [3, 5] {
+        let one = found(1.0, regions);
+        // Powers of two round nothing.
+        for exponent in [-14, 14] {
+            assert_eq!(found(2.0_f64.powi(exponent), regions), one, "{exponent}");
+        }
+    }
+}
+
+/// The limit is one for all steps, before and after re-estimations; and parameters that still move are said.
+#[test]
+fn the_limit_of_iterations_counts_all() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.4);
+    for most in [5, 25, 95] {
+        let mut request = request(0.05, Mass::Barycentric);
+        request.stop = Stop { relative_gap: Some(0.0), iterations: Some(most), ..Stop::default() };
+        let alternation = Alternation { every: 3, ..alternation(Initial::Random, 5) };
+        let found = segment(&mesh, &data, &alternation, &request, &mut go).unwrap();
+        let summary = found.solution.summary;
+        assert!(summary.iterations <= most, "{} of {most}", summary.iterations);
+        let said = summary.warnings.iter().any(|warning| warning.contains("still moved"));
+        assert!(said || most > 5, "{:?}", summary.warnings);
+    }
+}
+
+/// Regions that became one are one: the one that is left has nothing, from its first step on.
+#[test]
+fn regions_that_became_one_share_nothing() {
+    let mesh = shape("sphere:3");
+    let values = mesh.vertices.iter().map(|x| f64::from(u8::from(x.z > 0.1)));
+    let data = Data::new(1, values.collect()).unwrap();
+    for seed in 0..4 {
+        let alternation = Alternation { regions: 4, ..alternation(Initial::Random, seed) };
+        let request = request(0.02, Mass::Barycentric);
+        let found = segment(&mesh, &data, &alternation, &request, &mut go).unwrap();
+        let Solution { summary, trace, u, .. } = found.solution;
+        assert_eq!(summary.status, Status::Converged, "{seed}");
+        assert!(trace.iter().all(|sample| sample.energy < 1e3 && sample.gap >= 0.0), "{seed}");
+        assert_eq!(summary.empty_regions.len(), 2, "{seed}");
+        let mass = |p: &usize| u.column(*p).sum();
+        assert!(summary.empty_regions.iter().all(|p| mass(p) == 0.0), "{seed}");
+    }
+}
+
+/// Time that the levels take is the finest alternation's no more.
+#[test]
+fn the_finest_has_the_time_that_is_left() {
+    let mesh = shape("sphere:5");
+    let (data, _) = painted(&mesh, 0.6);
+    let mut request = Request { coarse_to_fine: true, ..request(0.05, Mass::Barycentric) };
+    request.stop.time = Some(Duration::from_millis(1));
+    let alternation = alternation(Initial::KMeans, 5);
+    let found = segment(&mesh, &data, &alternation, &request, &mut go).unwrap();
+    let summary = found.solution.summary;
+    assert!(summary.iterations <= 1 && summary.status == Status::TimeLimit, "{summary:?}");
+}
+
 /// From coarser meshes: the same regions, certified as ever.
 #[test]
 fn coarse_to_fine_finds_the_same_regions() {
@@ -170,6 +261,8 @@ fn coarse_to_fine_finds_the_same_regions() {
         let summary = &with.solution.summary;
         assert_eq!(summary.status, Status::Converged, "{mass:?}");
         assert!(summary.coarse_to_fine.as_ref().unwrap().levels.len() >= 2);
+        let spent = summary.coarse_to_fine.as_ref().unwrap().spent.as_secs_f64();
+        assert!(0.0 < spent && spent <= with.solution.trace[0].seconds);
         let energy = without.solution.summary.energy;
         assert_within(summary.energy, energy, 1e-3, energy);
         let same = without.solution.labels.iter().zip(&with.solution.labels);

@@ -121,6 +121,14 @@ mod tests {
         assert_eq!(unions.open, [false, false, true]);
     }
 
+    /// A union has the mass of both, and the larger of two goes on.
+    #[test]
+    fn the_larger_region_goes_on() {
+        let mut unions = Unions::new(3, 1.0);
+        let weights = [Row([3.0, 2.0, 4.0])];
+        assert_eq!(unions.unite(&at([0.0, 0.01, 0.02]), &weights, true), [[0, 1], [0, 2]]);
+    }
+
     #[test]
     fn an_empty_region_is_none_to_unite_with() {
         let mut unions = Unions::new(3, 1.0);

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use ndarray::Axis;
 
 use super::*;
+use crate::problem::{Smoothing, SmoothingMode};
 use crate::samples::{random_rows, rng, shape, shuffled, with_isolated_vertices};
 use crate::solver::DEFAULT;
 use crate::sweep::with_threads;
@@ -116,4 +117,102 @@ fn the_short_look_at_a_mesh_refuses_what_the_long_one_does() {
     }
     // All flat ones, and the others far away from 1 only.
     assert!((400..800).contains(&refused), "{refused}");
+}
+
+/// Every number of a summary follows from U and q as they are given out, in the order of the file, which is neither that
+/// of the model nor without faces that have no area.
+#[test]
+fn a_summary_is_what_u_and_q_say() {
+    let (mut mesh, _) = shuffled(&shape("torus:40x25"), &mut rng(871));
+    let [a, b, _] = mesh.faces[3];
+    mesh.faces.insert(3, [a, b, b]);
+    mesh.faces.insert(700, [b, b, a]);
+    let mesh = with_isolated_vertices(mesh);
+    let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(872)), 3);
+    let stop = Stop { iterations: Some(40), ..Stop::default() };
+    let request = Request {
+        lambda: 0.02,
+        mass: Mass::Barycentric,
+        solver: DEFAULT.to_owned(),
+        options: Options::default(),
+        coarse_to_fine: false,
+        keep_dual: true,
+        stop,
+    };
+    let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
+    let Solution { summary, u, q, labels, .. } =
+        solve(&mesh, &s, &Start::Uniform, &request, &mut go).unwrap();
+    let smoothing = Smoothing::new(SmoothingMode::Intrinsic, 1e-3).unwrap();
+    let question = crate::evaluate::Question {
+        lambda: 0.02,
+        mass: Mass::Barycentric,
+        smoothing: Some(smoothing),
+        q: q.as_ref(),
+        dual_steps: 0,
+    };
+    let found = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
+    let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-11 * b.abs(), "{a} {b}");
+    near(summary.energy, found.energy);
+    near(summary.dual_bound, found.dual_bound);
+    near(summary.baseline, found.baseline);
+    near(summary.rounded_energy, found.rounded_energy);
+    let Summary { energy, dual_bound, baseline, rounded_energy, .. } = summary;
+    assert!(baseline < dual_bound && dual_bound < energy && energy < rounded_energy);
+    near(summary.gap, energy - dual_bound);
+    near(summary.relative_gap, (energy - dual_bound) / (energy - baseline));
+    near(summary.rounded_relative_gap, (rounded_energy - dual_bound) / (dual_bound - baseline));
+    near(found.relative_gap.unwrap(), summary.relative_gap);
+    near(found.energy, found.data_term + 0.02 * found.total_variation);
+    // E <= E_eps <= E + lambda sqrt(eps) area, and a q of nothing still says B.
+    let bias = 0.02 * 1e-3_f64.sqrt() * mesh.area();
+    let excess = found.smoothed_energy.unwrap() - energy;
+    assert!(0.0 < excess && excess <= bias, "{excess} {bias}");
+    let wrong = q.as_ref().map(|q| q * -1.0);
+    let question = crate::evaluate::Question { q: wrong.as_ref(), smoothing: None, ..question };
+    let none = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
+    assert_eq!(none.dual_bound, none.baseline);
+    // What has a negative entry is no U, and has no gap, even where its rows sum to one.
+    let mut outside = u.clone();
+    outside[[7, 0]] += 1e-3 + outside[[7, 1]];
+    outside[[7, 1]] = -1e-3;
+    let none = crate::evaluate::evaluate(&mesh, &s, &outside, question, &mut go).unwrap();
+    assert!(!none.feasible && none.gap.is_none() && none.relative_gap.is_none());
+    assert!(none.largest_row_sum_error <= 1e-12 && none.smallest_entry == -1e-3);
+    near(found.rounded_relative_gap, summary.rounded_relative_gap);
+    let largest = |row: ndarray::ArrayView1<'_, f64>| row.iter().fold(0.0, |a, &b| f64::max(a, b));
+    assert!(u.outer_iter().zip(&labels).all(|(row, &label)| row[label as usize] == largest(row)));
+}
+
+/// A bound above the energy of the labels is false, also where that of U is larger still.
+#[test]
+fn labels_below_the_bound_are_a_contradiction() {
+    let mesh = shape("grid:6x6");
+    let f = vec![Row([0.0, 1.0, 1.0]); mesh.vertices.len()];
+    let problem = Problem::new(Stencil::new(&mesh), f, 0.1);
+    let u = vec![Row([0.5, 0.3, 0.2]); mesh.vertices.len()];
+    let request = Request {
+        lambda: 0.1,
+        mass: Mass::Barycentric,
+        solver: DEFAULT.to_owned(),
+        options: Options::default(),
+        coarse_to_fine: false,
+        keep_dual: false,
+        stop: Stop::default(),
+    };
+    for (bound, status) in [(0.0, Status::Converged), (1.0, Status::Contradicted)] {
+        let mut run = Run::new(&u);
+        let certificate = crate::run::Certificate::Offered;
+        let reached = crate::run::Reached {
+            iteration: 1,
+            seconds: 0.0,
+            u: &u,
+            dual_bound: bound,
+            certificate,
+            smoothed_energy: None,
+        };
+        run.record(&problem, &reached);
+        assert!(!run.is_contradicted());
+        let solution = conclude(&mesh, &problem, 3, &request, run, Status::Converged, Vec::new());
+        assert_eq!(solution.summary.status, status);
+    }
 }

@@ -26,6 +26,9 @@ const LARGEST_CHANGE: f64 = 8.0;
 /// A small omega, in units of [`costs_scale`]. Measured on 10,000 faces, from stretched to needles.
 const LEAST_OMEGA: f64 = 0.003;
 
+/// Next to nothing, in units of what the costs need.
+const NOTHING: f64 = 1e-100;
+
 /// From this share of lambda on |q_j| has reached it, in single precision too.
 const AT_LAMBDA: f64 = 1.0 - 1e-6;
 
@@ -106,14 +109,72 @@ impl<const M: usize> Balance<M> {
 
 /// How large q becomes, to begin with: lambda, where the total variation is what limits it. A lambda so large
 /// that the optimum is constant is limited by the costs that q has to balance, K^T q = -(f - mean f). Where
-/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
+/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once. Nothing is far
+/// below all costs, since a single one of 1e20 that no label pays must not make steps for itself.
 pub(super) fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let balance = 0.02 * costs_scale(problem);
-    let scale = if problem.lambda < balance { problem.lambda.max(1e-9 * balance) } else { balance };
+    let scale =
+        if problem.lambda < balance { problem.lambda.max(NOTHING * balance) } else { balance };
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }
 
 /// The spread of the costs over the square root of the area, in the units of q.
 fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     problem.spread() / sum(problem.k.faces(), |j| problem.k.area(j)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Stencil;
+    use crate::samples::{bumpy, random_dual, random_labels, random_problem, rng};
+
+    fn omega(
+        balance: &mut Balance<3>,
+        problem: &Problem<Stencil, 3>,
+        (u, q): (&[Row<3>], &[Tangent<3>]),
+    ) -> Option<f64> {
+        balance.omega(problem, Iterate { u, q }, |_| 4.0, |_| 9.0, 1.0)
+    }
+
+    /// omega becomes omega times the fourth root of the quotient of the squared moves, which count from the last time.
+    #[test]
+    fn moves_count_from_the_last_time() {
+        let mesh = bumpy(6);
+        let problem = random_problem::<3>(&mesh, 0.1, 861);
+        let mut rng = rng(862);
+        let mut pair = || {
+            let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng);
+            (u, random_dual::<3>(mesh.faces.len(), 0.1, &mut rng))
+        };
+        let pairs = [pair(), pair(), pair()];
+        let (u, q) = &pairs[0];
+        let mut balance = Balance::new(&Options::default(), u, Some(q)).unwrap().unwrap();
+        for pair in pairs.windows(2) {
+            let [(v, r), (u, q)] = pair else { panic!("two") };
+            let primal: f64 = u.iter().zip(v).map(|(&u, &v)| 4.0 * (u - v).norm_squared()).sum();
+            let dual: f64 = q.iter().zip(r).map(|(&q, &r)| 9.0 * (q - r).norm_squared()).sum();
+            let found = omega(&mut balance, &problem, (u, q)).unwrap();
+            assert!((found - (dual / primal).sqrt().sqrt()).abs() <= 1e-12, "{found}");
+        }
+        // Who does not move has no length.
+        let (u, q) = &pairs[2];
+        assert_eq!(omega(&mut balance, &problem, (u, q)), None);
+    }
+
+    /// A single cost that nobody pays makes no steps for itself: q becomes no larger than lambda.
+    #[test]
+    fn one_cost_far_above_all_others_has_no_scale_of_its_own() {
+        let mesh = bumpy(12);
+        for lambda in [1e-3, 1e-2, 0.1] {
+            let mut problem = random_problem::<3>(&mesh, lambda, 863);
+            for cost in [1e12, 1e20, 1e60] {
+                let mut f = problem.f.clone();
+                let dear = (f[5].argmin() + 1) % 3;
+                f[5].0[dear] = cost;
+                problem.set_costs(f);
+                assert_eq!(dual_scale(&problem), lambda, "{cost:e}");
+            }
+        }
+    }
 }

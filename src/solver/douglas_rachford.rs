@@ -280,6 +280,27 @@ mod tests {
     use crate::samples::{bumpy, known_optimum, random_labels, rng};
     use crate::solver::Options;
 
+    /// D and Sigma may change at a saddle point: it stays one.
+    #[test]
+    fn another_omega_keeps_a_saddle_point() {
+        let mesh = bumpy(7);
+        let known = known_optimum::<3>(&mesh, 3, 0.1, 1.0, 79);
+        let setup = Setup {
+            mesh: &mesh,
+            problem: &known.problem,
+            start: known.u.clone(),
+            dual_start: Some(known.q.clone()),
+            options: &Options::default(),
+        };
+        let mut solver = DouglasRachford::new(setup).unwrap();
+        for factor in [5.0, 0.01, 1.0] {
+            solver.set_omega(factor * 0.1);
+            (0..5).for_each(|_| Solver::<Stencil, 3>::step(&mut solver, &known.problem, true));
+            assert!(solver.x.iter().zip(&known.u).all(|(&x, &u)| (x - u).max_abs() <= 1e-9));
+            assert!(solver.z.iter().zip(&known.q).all(|(&z, &q)| (z - q).norm() <= 1e-9));
+        }
+    }
+
     /// The inequality at the top of this file, step by step, landing or not.
     #[test]
     fn the_distance_to_a_saddle_point_falls() {

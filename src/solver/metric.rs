@@ -115,3 +115,82 @@ pub(super) fn descend<const M: usize>(u: Row<M>, g: Row<M>, tau: f64, d: f64) ->
         u
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Stencil;
+    use crate::operator::mass::consistent_matrix;
+    use crate::samples::{largest_curvature, random_problem, shape, zoo};
+    use nalgebra::DMatrix;
+
+    /// tau D^-1 K^T diag(lambda / eps_j) K, the curvature of what is smoothed, has no eigenvalue above 1, so that
+    /// tau <= 1 / L; and one of 1 where the bound is exact: in the local metric, on a chessboard of right-angled faces.
+    #[test]
+    fn tau_is_one_over_the_curvature() {
+        let chessboard = ("chessboard", shape("grid:7x7"));
+        for (name, mesh) in zoo().into_iter().chain([chessboard]) {
+            let problem = random_problem::<3>(&mesh, 0.1 * mesh.area().sqrt(), 851);
+            let (k, options) = (&problem.k, &Options::default());
+            let start = Vec::new();
+            let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options };
+            for mode in [SmoothingMode::Paper, SmoothingMode::Intrinsic] {
+                let smoothing = Smoothing::default_for(k, mode);
+                // The second derivative of lambda sqrt(x^2 + eps^2) at zero.
+                let w = |j: usize| match mode {
+                    SmoothingMode::Paper => 2.0 * problem.lambda / smoothing.epsilon.sqrt(),
+                    SmoothingMode::Intrinsic => {
+                        problem.lambda / (mesh.face_area(j) * smoothing.epsilon.sqrt())
+                    }
+                };
+                for metric in [
+                    MetricName::Barycentric,
+                    MetricName::Voronoi,
+                    MetricName::Unit,
+                    MetricName::Local,
+                ] {
+                    let (Metric::Diagonal(d), tau) = Metric::new(metric, &setup, smoothing) else {
+                        panic!("not diagonal");
+                    };
+                    let largest = largest_curvature(k, w, |v| d[v] / tau);
+                    assert!(largest <= 1.0 + 1e-10, "{name}, {mode:?}: {largest}");
+                    let exact = name == "chessboard" && matches!(metric, MetricName::Local);
+                    assert!(!exact || largest >= 1.0 - 1e-10, "{mode:?}: {largest}");
+                }
+                let (_, tau) = Metric::new(MetricName::Consistent, &setup, smoothing);
+                let largest = largest_in_full_metric(&mesh, k, w);
+                assert!(tau * largest <= 1.0 + 1e-9, "{name}, {mode:?}: {}", tau * largest);
+            }
+        }
+    }
+
+    /// The largest eigenvalue of M^-1 K^T diag(w) K, M the consistent mass matrix.
+    fn largest_in_full_metric(
+        mesh: &crate::mesh::Mesh,
+        k: &Stencil,
+        w: impl Fn(usize) -> f64,
+    ) -> f64 {
+        let n = k.vertices();
+        let (mut mass, mut normal) = (DMatrix::<f64>::zeros(n, n), DMatrix::<f64>::zeros(n, n));
+        for (&value, (a, b)) in consistent_matrix(mesh).iter() {
+            mass[(a, b)] = value;
+        }
+        for j in 0..k.faces() {
+            let face = k.face(j);
+            for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
+                for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
+                    normal[(a, b)] += w(j) * (ax * bx + ay * by);
+                }
+            }
+        }
+        for v in 0..n {
+            if mass[(v, v)] == 0.0 {
+                mass[(v, v)] = 1.0;
+            }
+        }
+        let root = mass.cholesky().unwrap().l();
+        let half = root.solve_lower_triangular(&normal).unwrap();
+        let both = root.solve_lower_triangular(&half.transpose()).unwrap();
+        (0.5 * (&both + both.transpose())).symmetric_eigenvalues().max()
+    }
+}

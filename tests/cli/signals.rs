@@ -84,6 +84,30 @@ fn an_interrupted_run_keeps_what_it_reached() {
     }
 }
 
+/// In the middle of a folder of large files: neither the folder nor what it was to become is there.
+#[test]
+fn what_is_half_written_goes_with_the_program() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = Folder::new();
+        let child = Command::new(PROGRAM)
+            .args("operators torus:400x250 --out out".split_whitespace())
+            .current_dir(folder.path(""))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        let mut run = Run(child.unwrap());
+        let begin = Instant::now();
+        while names(&folder.path("")).is_empty() {
+            assert!(begin.elapsed() < HANGS, "nothing is written");
+            sleep(Duration::from_millis(1));
+        }
+        run.signal(signal);
+        assert_eq!(run.end().code(), Some(130), "{signal}");
+        assert!(names(&folder.path("")).is_empty(), "{:?}", names(&folder.path("")));
+    }
+}
+
 #[test]
 fn a_killed_run_leaves_nothing() {
     let folder = Folder::new();

@@ -275,3 +275,16 @@ fn labels_that_mean_nothing_are_counted() {
         assert!(told, "{unknown:?}");
     }
 }
+
+/// What an earlier run saved or drew does not belong to the one that took its place.
+#[test]
+fn what_only_an_earlier_run_had_is_gone() {
+    let folder = folder();
+    folder.done(&format!("solve {TORUS} --costs S.npy --lambda 0.02 --save q --out o"));
+    let first = names(&folder.path("o"));
+    folder.done(&format!("solve {PROBLEM} --out o"));
+    let second = names(&folder.path("o"));
+    let gone: Vec<&String> = first.difference(&second).collect();
+    assert_eq!(gone, ["preview.png", "q.npy"]);
+    assert!(second.is_subset(&first) && second.len() > 3, "{second:?}");
+}

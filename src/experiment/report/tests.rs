@@ -1,5 +1,7 @@
 //! Small truths about the numbers of a report.
 
+mod numbers;
+
 use super::draw::power;
 use super::pool::{Spread, given, number};
 use super::table::{Entry, Table};

@@ -1,12 +1,11 @@
 //! The closed-form bounds against dense eigenvalues.
 
-use nalgebra::{DMatrix, Matrix2, SymmetricEigen};
+use nalgebra::{Matrix2, SymmetricEigen};
 use rand::RngExt;
 
-use crate::mesh::Mesh;
 use crate::operator::bounds::{column_bound, diagonal_above, of_faces, row_bound, squared};
 use crate::operator::{Matrix, Operator, Stencil};
-use crate::samples::{assert_within, needles, rng, shape, zoo};
+use crate::samples::{assert_within, largest_curvature, needles, rng, shape, zoo};
 use crate::sweep::with_threads;
 
 /// sum_k weight_k g_k g_k^T as a matrix, and its largest eigenvalue by nalgebra.
@@ -47,23 +46,6 @@ fn bounds_are_where_their_faces_are() {
     }
 }
 
-/// D^-1/2 K^T diag(w) K D^-1/2 on the vertices with faces, whose largest eigenvalue must be at most 1.
-fn scaled_normal_matrix(mesh: &Mesh, w: &[f64], above: &[f64]) -> DMatrix<f64> {
-    let k = Stencil::new(mesh);
-    let n = k.vertices();
-    let mut normal = DMatrix::<f64>::zeros(n, n);
-    for (j, w) in w.iter().enumerate() {
-        let face = k.face(j);
-        for (&a, [ax, ay]) in face.corners.iter().zip(face.columns) {
-            for (&b, [bx, by]) in face.corners.iter().zip(face.columns) {
-                normal[(a, b)] += w * (ax * bx + ay * by);
-            }
-        }
-    }
-    let root = |v: usize| if above[v] > 0.0 { above[v].sqrt() } else { 1.0 };
-    DMatrix::from_fn(n, n, |a, b| normal[(a, b)] / (root(a) * root(b)))
-}
-
 #[test]
 fn the_diagonal_lies_above() {
     let mut rng = rng(21);
@@ -80,10 +62,10 @@ fn the_diagonal_lies_above() {
                 diagonal_above(&Stencil::new(&mesh), |j| w[j]),
                 diagonal_above(&Matrix::new(&mesh), |j| w[j]),
             ] {
-                let eigenvalues = scaled_normal_matrix(&mesh, &w, &above).symmetric_eigenvalues();
-                assert!(eigenvalues.max() <= 1.0 + 1e-10, "{name}: {}", eigenvalues.max());
+                let largest = largest_curvature(&Stencil::new(&mesh), |j| w[j], |v| above[v]);
+                assert!(largest <= 1.0 + 1e-10, "{name}: {largest}");
                 // Not by a wide margin: no more than the number of corners of a face, by b_j <= 3.
-                assert!(eigenvalues.max() >= 1.0 / 3.0, "{name}: {}", eigenvalues.max());
+                assert!(largest >= 1.0 / 3.0, "{name}: {largest}");
             }
         }
     }
@@ -114,7 +96,7 @@ fn the_diagonal_lies_above_on_needles() {
         let w: Vec<f64> =
             (0..k.faces()).map(|j| 1.0 / row_bound(k.face(j).columns).sqrt()).collect();
         let above = diagonal_above(&k, |j| w[j]);
-        let eigenvalues = scaled_normal_matrix(&mesh, &w, &above).symmetric_eigenvalues();
-        assert!(eigenvalues.max() <= 1.0 + 1e-10, "{aspect}: {}", eigenvalues.max());
+        let largest = largest_curvature(&k, |j| w[j], |v| above[v]);
+        assert!(largest <= 1.0 + 1e-10, "{aspect}: {largest}");
     }
 }

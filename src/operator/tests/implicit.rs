@@ -79,6 +79,9 @@ fn cholesky_solves() {
         let b = random_rows::<5>(mesh.vertices.len(), &mut rng(33));
         let mut x = b.clone();
         Cholesky::new(&t).unwrap().solve(&mut x);
+        // The factor has a diagonal at least, and no more than a full triangle.
+        let n = mesh.vertices.len();
+        assert!(Cholesky::within(&t, n - 1).is_none() && Cholesky::within(&t, n * n).is_some());
         let size = |row: &Row<5>| row.max_abs();
         for (v, (tx, b)) in times(&t, &x).into_iter().zip(&b).enumerate() {
             let row = t.outer_view(v).unwrap();

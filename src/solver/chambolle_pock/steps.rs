@@ -113,3 +113,63 @@ fn step_lengths<K: Operator>(k: &K, rule: Rule, omega: f64) -> (Vec<f64>, Vec<f6
     );
     (sigma, tau)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Stencil;
+    use crate::samples::{largest_curvature, random_problem, shape, zoo};
+
+    const RULES: [&str; 3] = ["steps=local", "steps=diagonal", "steps=plain"];
+
+    fn steps(problem: &Problem<Stencil, 3>, rule: &str) -> Steps {
+        Steps::new(problem, &Options::parse(&[rule]).unwrap()).unwrap()
+    }
+
+    /// || Sigma^1/2 K T^1/2 || <= 1, without which the method need not converge, whatever omega becomes.
+    #[test]
+    fn steps_are_short_enough() {
+        for (name, mesh) in zoo() {
+            let problem = random_problem::<3>(&mesh, 0.03 * mesh.area().sqrt(), 841);
+            for rule in RULES {
+                let mut steps = steps(&problem, rule);
+                let omega = steps.omega();
+                for factor in [1.0, 7.0, 0.2] {
+                    steps.set_omega(factor * omega);
+                    let Steps { sigma, tau, .. } = &steps;
+                    let largest = largest_curvature(&problem.k, |j| sigma[j], |v| 1.0 / tau[v]);
+                    assert!(largest <= 1.0 + 1e-10, "{name}, {rule}: {largest}");
+                }
+            }
+        }
+    }
+
+    /// And no shorter than the rules say: the local ones attain the bound on a chessboard of right-angled faces; the
+    /// others are row and column sums, and one number.
+    #[test]
+    fn steps_are_those_of_their_rules() {
+        let mesh = shape("grid:7x7");
+        let problem = random_problem::<3>(&mesh, 0.03, 842);
+        let k = &problem.k;
+        let faces = || (0..k.faces()).map(|j| (j, k.face(j)));
+        let near = |x: f64| (x - 1.0).abs() <= 1e-12;
+
+        let Steps { sigma, tau, .. } = &steps(&problem, RULES[0]);
+        assert!(near(largest_curvature(k, |j| sigma[j], |v| 1.0 / tau[v])));
+
+        let Steps { sigma, tau, omega, .. } = &steps(&problem, RULES[1]);
+        let mut columns = vec![0.0; k.vertices()];
+        for (j, face) in faces() {
+            let row = |i: usize| face.columns.iter().map(|c| c[i].abs()).sum::<f64>();
+            assert!(near(sigma[j] * f64::max(row(0), row(1)) / omega));
+            let of_corner = face.corners.into_iter().zip(face.columns);
+            of_corner.for_each(|(v, [x, y])| columns[v] += x.abs() + y.abs());
+        }
+        assert!(columns.iter().zip(tau).all(|(sum, tau)| near(sum * tau * omega)));
+
+        let Steps { sigma, tau, omega, .. } = &steps(&problem, RULES[2]);
+        let square = diagonal_above(k, |_| 1.0).into_iter().fold(0.0, f64::max);
+        assert!(sigma.iter().all(|sigma| near(sigma / omega * square.sqrt())));
+        assert!(tau.iter().all(|tau| near(tau * omega * square.sqrt())));
+    }
+}

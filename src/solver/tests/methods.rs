@@ -3,6 +3,7 @@
 use super::{
     CONSISTENT, EXACT, PROJECTED_GRADIENT, VARIANTS, after, run, solver, solver_from, uniform,
 };
+use crate::field::Row;
 use crate::run::Status;
 use crate::samples::{
     bumpy, disjoint, known_optimum, needles, random_labels, random_problem, rng, shape,
@@ -191,6 +192,64 @@ fn the_momentum_is_that_of_the_paper() {
         fista.step(&problem, true);
         for (u, expected) in fista.iterate().u.iter().zip(&before) {
             assert!((*u - *expected).max_abs() <= 1e-13, "step {n}");
+        }
+    }
+}
+
+/// O'Donoghue, Candès 2015: momentum is dropped, t = 1 again, where <Y^n - U^{n+1}, U^{n+1} - U^n> > 0, and nowhere else.
+#[test]
+fn momentum_is_dropped_where_it_leads_uphill() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 95);
+    let options = ["mass-metric=none", "epsilon=0.04", "restart=adaptive"];
+    let start = uniform(mesh.vertices.len(), 3);
+    let mut fista = solver(("fista", &options), &mesh, &problem, start.clone());
+    let (mut y, mut before, mut t, mut dropped) = (start.clone(), start, 1.0_f64, 0);
+    for n in 1..=150 {
+        let mut gradient = solver(("fista", &options), &mesh, &problem, y.clone());
+        gradient.step(&problem, true);
+        let u = gradient.iterate().u.to_vec();
+        let uphill: f64 =
+            y.iter().zip(&u).zip(&before).map(|((&y, &u), &b)| (y - u).dot(u - b)).sum();
+        let next = if uphill > 0.0 { 1.0 } else { 0.5 * (1.0 + (1.0 + 4.0 * t * t).sqrt()) };
+        let momentum = if uphill > 0.0 { 0.0 } else { (t - 1.0) / next };
+        dropped += usize::from(uphill > 0.0);
+        y = u.iter().zip(&before).map(|(&u, &b)| u + (u - b) * momentum).collect();
+        (before, t) = (u, next);
+        fista.step(&problem, true);
+        for (u, expected) in fista.iterate().u.iter().zip(&before) {
+            assert!((*u - *expected).max_abs() <= 1e-10, "step {n}");
+        }
+    }
+    assert!((1..50).contains(&dropped), "{dropped}");
+}
+
+/// For costs that changed a method goes on as if it had been made for them, from the pair that it has reached.
+#[test]
+fn a_restart_starts_over() {
+    let mesh = bumpy(9);
+    let first = random_problem::<3>(&mesh, 0.1, 96);
+    for variant in [
+        ("chambolle-pock", &[] as &[&str]),
+        ("chambolle-pock", &["engine=rows"]),
+        ("fista", &[]),
+        ("fista", &["restart=never"]),
+        ("projected-gradient", &[]),
+    ] {
+        let mut problem = random_problem::<3>(&mesh, 0.1, 96);
+        let mut old = solver(variant, &mesh, &first, uniform(mesh.vertices.len(), 3));
+        let pair = after(&mut *old, &problem, 150);
+        // With costs a hundredth as large omega starts elsewhere.
+        problem.set_costs(first.f.iter().map(|f| Row([f.0[1], f.0[2], f.0[0]]) * 0.01).collect());
+        old.restart(&problem);
+        let mut new = solver_from(variant, &mesh, &problem, (pair.0, Some(pair.1)));
+        for steps in [1, 9, 120, 30] {
+            let (u, q) = after(&mut *old, &problem, steps);
+            let (w, r) = after(&mut *new, &problem, steps);
+            let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+            assert!(apart <= 1e-9, "{variant:?}: {apart}");
+            let apart = q.iter().zip(&r).map(|(&q, &r)| (q - r).norm()).fold(0.0, f64::max);
+            assert!(apart <= 1e-9 * problem.lambda, "{variant:?}: {apart}");
         }
     }
 }

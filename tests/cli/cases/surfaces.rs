@@ -103,10 +103,14 @@ fn seams_cut_nothing() {
             assert!((a - b).abs() <= tolerance * b, "{name}: {key} {a} {b}");
         }
 
-        // Apart, their cuts are free.
+        // Apart, their cuts are free: some labels cost less than the bound says that any do on the whole surface. What
+        // is saved is a share of what cuts can change, E - B: here 5 % with charts and 26 % with single faces. Of E it
+        // is 0.7 % with charts, since B, which no cut changes, is most of E.
         folder.done(&format!("{} --no-weld", line(name)));
         let apart = folder.answer(name);
-        assert!(apart.number("energy") < (1.0 - 1e-4) * whole.number("energy"), "{name}");
+        let [bound, baseline] = ["dual_bound", "baseline"].map(|key| whole.number(key));
+        let saved = bound - apart.number("energy");
+        assert!(saved > 0.05 * (bound - baseline), "{name}: {saved}");
     }
 }
 
@@ -622,10 +626,11 @@ fn data_of_one_value_are_nothing_to_segment() {
         let output = folder
             .run(&format!("segment white.ply --data {data} --regions 2 --no-preview --out out"));
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        match said {
-            Some(said) => assert!(stderr(&output).contains(said), "{}", stderr(&output)),
-            None => assert!(!stderr(&output).contains("nothing"), "{}", stderr(&output)),
-        }
+        // Once, by the source, which has a name for them.
+        let warnings: Vec<String> =
+            serde_json::from_value(folder.answer("out").summary["warnings"].clone()).unwrap();
+        assert_eq!(warnings, said.into_iter().collect::<Vec<_>>(), "{data}");
+        assert_eq!(stderr(&output).contains("nothing"), said.is_some(), "{}", stderr(&output));
         let used: BTreeSet<i32> = folder.answer("out").labels.iter().copied().collect();
         assert_eq!(used.len(), if said.is_some() { 1 } else { 2 }, "{data}");
     }

@@ -230,6 +230,25 @@ fn bound<T: Real>(problem: &Problem<Stencil, 4>, start: &State<4>, arch: Arch) -
     said
 }
 
+/// A cost that is no number has no bound, whichever region's it is and whatever the others cost.
+#[test]
+fn what_is_no_number_has_no_bound() {
+    let mesh = bumpy(20);
+    for p in 0..4 {
+        let mut problem = random_problem::<4>(&mesh, 0.02, 117);
+        let start = start(&problem, 118);
+        let said = |problem: &Problem<Stencil, 4>, solver: &mut dyn Solver<Stencil, 4>| {
+            solver.restart(problem);
+            solver.dual_bound(problem)
+        };
+        let mut double = fused::<f64, 4>(&problem, &start, Arch::new());
+        let mut single = fused::<f32, 4>(&problem, &start, Arch::new());
+        assert!(said(&problem, &mut double).is_finite() && said(&problem, &mut single).is_finite());
+        problem.f[77].0[p] = f64::NAN;
+        assert!(said(&problem, &mut double).is_nan() && said(&problem, &mut single).is_nan());
+    }
+}
+
 /// Balanced steps, changed costs and closed regions, against the rows.
 #[test]
 fn what_changes_on_the_way_changes_in_both() {
