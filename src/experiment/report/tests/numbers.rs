@@ -53,7 +53,7 @@ fn manifest(repetition: u64, host: &str, start: &str) -> Value {
             "target_features": ""},
         "machine": {"cpu": "", "cores": 1, "memory_gib": 1.0, "host": host, "vectors": ""},
         "threads": 1, "load_average": 0.0, "others": 0.0, "loaded": false, "seed": 0, "generator": "",
-        "start": start, "end": start, "wall_seconds": 1.0, "exit": ""
+        "start": start, "end": start, "mislabeled": 0.125, "wall_seconds": 1.0, "exit": ""
     })
 }
 
@@ -81,7 +81,8 @@ fn done(
         "status": "converged", "iterations": last.iteration, "seconds": last.seconds,
         "energy": last.energy, "dual_bound": last.dual_bound, "baseline": 10.0,
         "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
-        "vertices": 240, "faces": 480, "regions": 2, "lambda": 0.01, "mass": "barycentric"
+        "vertices": 240, "faces": 480, "regions": 2, "empty_regions": [1], "lambda": 0.0125,
+        "mass": "barycentric"
     });
     Done {
         folder: PathBuf::new(),
@@ -180,5 +181,9 @@ fn quantities_are_what_they_are_called() {
     near(value(0, "optimization-error"), 0.05);
     near(value(1, "labels-changed"), 0.25);
     near(value(1, "rounded-gap"), 0.5);
+    near(value(1, "regions-used"), 1.0);
+    near(value(1, "mislabeled"), 0.125);
+    // What the run was made with, whatever its file says.
+    near(value(1, "lambda"), 0.0125);
     assert_eq!(quantity(&pool, &pool.cells[2], "labels-changed", None), Shown::Nothing);
 }
