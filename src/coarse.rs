@@ -252,8 +252,10 @@ pub fn separating<const M: usize>(
         if status == Status::Interrupted {
             return Ok(None);
         }
+        // On the way a region may still have what it loses in the end.
         let u = run.best_u();
-        if wanted.iter().all(|&p| u.iter().any(|u| u.argmax() == p)) {
+        if status == Status::Converged && wanted.iter().all(|&p| u.iter().any(|u| u.argmax() == p))
+        {
             return Ok(Some(coarse.lambda));
         }
     }

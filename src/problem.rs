@@ -120,6 +120,12 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         )
     }
 
+    /// The mean over the vertices of the sum of the lengths of their columns K_jk: lambda times that is what the total
+    /// variation can ask of a vertex.
+    pub(crate) fn mean_column(&self) -> f64 {
+        self.columns / self.f.len() as f64
+    }
+
     /// The bound, or the energy where rounding alone puts the bound above it: by no more than a small multiple of the unit
     /// roundoff times the sizes of all terms that the two sum up. Costs that no one pays are none of these.
     pub fn settled(&self, energy: f64, bound: f64) -> f64 {

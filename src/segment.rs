@@ -185,7 +185,9 @@ fn remark(
     let found = match half > 0.0 {
         true => {
             let wanted = lambda::Wanted { mesh, data, alternation, request, from: half };
-            lambda::separating(&wanted, observe)?
+            let found = lambda::separating(&wanted, observe)?;
+            // No lambda makes regions that the data do not have.
+            found.lambda.filter(|_| found.regions == alternation.regions)
         }
         false => None,
     };

@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-6;
 /// # Errors
 /// No vertex has a curvature.
 pub fn curved(mesh: &Mesh) -> Result<Curved> {
-    let Oriented { mesh: oriented, turned, inconsistent_edges } = orient(mesh);
+    let Oriented { mesh: oriented, turned, inconsistent_edges, open_patches } = orient(mesh);
     let curvature = mean_curvature(&oriented);
     if curvature.iter().all(|h| h.is_nan()) {
         return Err(Error::unsuitable(
@@ -51,6 +51,12 @@ pub fn curved(mesh: &Mesh) -> Result<Curved> {
         warnings.push(format!(
             "faces disagree on which side is outside along {inconsistent_edges} edges, where the surface has one \
              side only or more than two faces meet: the sign of the curvature is arbitrary there"
+        ));
+    }
+    if open_patches > 1 {
+        warnings.push(format!(
+            "{open_patches} pieces of the surface are open, and nothing says which of their sides is outside: the \
+             sign of the curvature is that of their faces, and may differ from piece to piece"
         ));
     }
     let unknown = unknown(&oriented, &curvature);
@@ -156,6 +162,23 @@ mod tests {
                 assert_eq!((known().fold(1.0, f64::min), known().fold(0.0, f64::max)), (0.0, 1.0));
             }
         }
+    }
+
+    /// One open piece has a sign that is as good as the other; of two, nothing says that they agree.
+    #[test]
+    fn open_pieces_are_counted() {
+        let one = tube("grid:30x20");
+        let mut other = one.clone();
+        other.faces.iter_mut().for_each(|face| face.swap(1, 2));
+        let open = |mesh: &Mesh| {
+            let warnings = curved(mesh).unwrap().warnings;
+            warnings.iter().any(|w| w.starts_with("2 pieces of the surface are open"))
+        };
+        assert!(open(&disjoint([one.clone(), other])));
+        let closed = shape("sphere:3").scaled(0.5);
+        assert!(!open(&disjoint([one.clone(), closed])) && !open(&one));
+        // A crumb is no piece.
+        assert!(!open(&disjoint([one.clone(), one.scaled(0.01)])));
     }
 
     #[test]

@@ -28,7 +28,13 @@ pub struct Oriented {
     /// Edges along which the faces still do not agree, since the surface has one side only, or more than two faces
     /// meet there: directions that do not cancel, but for one.
     pub inconsistent_edges: usize,
+    /// Patches of more than a hundredth of the area that enclose nothing: which of their sides is outside is as in `mesh`
+    /// by itself.
+    pub open_patches: usize,
 }
+
+/// Of the area: a patch to speak of.
+const SPECK: f64 = 0.01;
 
 /// No volume to speak of, relative to the sum of its terms without signs.
 const NO_VOLUME: f64 = 1e-9;
@@ -73,7 +79,7 @@ pub fn orient(mesh: &Mesh) -> Oriented {
         }
     }
     let (mut signs, patches, count) = spread(&across, mesh.faces.len());
-    let turn = patches_to_turn(&mesh, edges(), &signs, &patches, count);
+    let (turn, open_patches) = patches_to_turn(&mesh, edges(), &signs, &patches, count);
     for (sign, &patch) in signs.iter_mut().zip(&patches) {
         *sign *= if turn[patch as usize] { -1 } else { 1 };
     }
@@ -86,7 +92,7 @@ pub fn orient(mesh: &Mesh) -> Oriented {
         }
     }
     let turned = signs.iter().filter(|&&sign| sign < 0).count();
-    Oriented { mesh, turned, inconsistent_edges }
+    Oriented { mesh, turned, inconsistent_edges, open_patches }
 }
 
 /// The faces with three different corners, those with the same corners once, in their order.
@@ -150,14 +156,14 @@ fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
     (signs, patches, count as usize)
 }
 
-/// Which patches face inwards, or the other way than most of their area.
+/// Which patches face inwards, or the other way than most of their area, and how many to speak of are open.
 fn patches_to_turn<'a>(
     mesh: &Mesh,
     edges: impl Iterator<Item = &'a [Side]>,
     signs: &[i8],
     patches: &[u32],
     count: usize,
-) -> Vec<bool> {
+) -> (Vec<bool>, usize) {
     let mut closed = vec![true; count];
     for edge in edges {
         let mut directions: Vec<(u32, i32)> =
@@ -169,22 +175,28 @@ fn patches_to_turn<'a>(
         }
     }
     let mut origins = vec![None; count];
-    // The volume, the volume without signs, and by how much more area stays than turns.
-    let mut sums = vec![[0.0; 3]; count];
+    // The volume, the volume without signs, by how much more area stays than turns, and all of it.
+    let mut sums = vec![[0.0; 4]; count];
     for (j, (&sign, &patch)) in signs.iter().zip(patches).enumerate() {
         let corners = mesh.corners(j);
         let origin = *origins[patch as usize].get_or_insert(corners[0]);
         let volume =
             f64::from(sign) * Matrix3::from_columns(&corners.map(|x| x - origin)).determinant();
-        let area = f64::from(sign) * mesh.face_area(j);
-        for (sum, term) in sums[patch as usize].iter_mut().zip([volume, volume.abs(), area]) {
-            *sum += term;
-        }
+        let area = mesh.face_area(j);
+        let terms = [volume, volume.abs(), f64::from(sign) * area, area];
+        sums[patch as usize].iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
     }
-    let inwards = |(&closed, &[volume, size, area]): (&bool, &[f64; 3])| {
-        if closed && volume.abs() > NO_VOLUME * size { volume < 0.0 } else { area < 0.0 }
+    let all: f64 = sums.iter().map(|sums| sums[3]).sum();
+    let mut open_patches = 0;
+    let mut inwards = |(&closed, &[volume, size, stays, area]): (&bool, &[f64; 4])| {
+        if closed && volume.abs() > NO_VOLUME * size {
+            return volume < 0.0;
+        }
+        open_patches += usize::from(area > SPECK * all);
+        stays < 0.0
     };
-    closed.iter().zip(&sums).map(inwards).collect()
+    let turn = closed.iter().zip(&sums).map(&mut inwards).collect();
+    (turn, open_patches)
 }
 
 #[cfg(test)]

@@ -63,7 +63,7 @@ pub fn of_data(
     }
     let (model, _) = model_mesh(mesh)?;
     let wanted = Wanted { mesh: &model, data, alternation, request, from: largest };
-    Ok(separating(&wanted, observe)?.unwrap_or(largest))
+    Ok(separating(&wanted, observe)?.lambda.unwrap_or(largest))
 }
 
 /// Where lambdas start, for data of this variance on a surface of this area.
@@ -83,19 +83,26 @@ pub struct Wanted<'a> {
     pub from: f64,
 }
 
-/// The first of `from`, `from` / 2, ... that leaves no region empty and explains enough; none if all of them fail, so
-/// that the data have fewer regions.
+/// What was found.
+pub(super) struct Separation {
+    /// How many regions the data have that are more than a speck and differ, before any cut is paid for.
+    pub regions: usize,
+    /// The first of `from`, `from` / 2, ... that keeps all of these and explains enough; none if all of them fail.
+    pub lambda: Option<f64>,
+}
+
+/// Looks for the first of `from`, `from` / 2, ... that leaves no region empty and explains enough.
 ///
 /// # Errors
 /// Numbers that leave the range of double precision.
-pub(super) fn separating(wanted: &Wanted<'_>, observe: Observer<'_>) -> Result<Option<f64>> {
+pub(super) fn separating(wanted: &Wanted<'_>, observe: Observer<'_>) -> Result<Separation> {
     with_regions!(wanted.alternation.regions, separating_compiled(wanted, observe))
 }
 
 fn separating_compiled<const M: usize>(
     &Wanted { mesh: finest, data, alternation, request, from }: &Wanted<'_>,
     observe: Observer<'_>,
-) -> Result<Option<f64>> {
+) -> Result<Separation> {
     let begin = Instant::now();
     let hierarchy = Hierarchy::down_to(finest, MOST_VERTICES);
     let mut coarse = (request.mass.weights(finest), data.clone());
@@ -117,8 +124,9 @@ fn separating_compiled<const M: usize>(
     };
     let nearest = nearest::<M>(data, &means);
     let most = Explained::of(&nearest, data, &known, alternation.regions);
+    let none = Separation { regions: most.regions, lambda: None };
     if most.share <= 0.0 {
-        return Ok(None);
+        return Ok(none);
     }
     for i in 0..TRIED {
         let request = Request { lambda: from * 0.5_f64.powi(i), ..request.clone() };
@@ -131,15 +139,15 @@ fn separating_compiled<const M: usize>(
             flow
         })?;
         if flow.is_break() {
-            return Ok(None);
+            return Ok(none);
         }
         let labels = rounded(found.run.best_u());
         let reached = Explained::of(&labels, data, &known, alternation.regions);
         if reached.regions >= most.regions && reached.share >= KEPT * most.share {
-            return Ok(Some(request.lambda));
+            return Ok(Separation { lambda: Some(request.lambda), ..none });
         }
     }
-    Ok(None)
+    Ok(none)
 }
 
 /// The labels without any cuts in mind.
@@ -257,7 +265,7 @@ mod tests {
         let mut found = |from: f64| {
             let (alternation, request) = (&alternation, &request);
             let wanted = Wanted { mesh: &mesh, data: &data, alternation, request, from };
-            separating(&wanted, &mut go).unwrap().unwrap()
+            separating(&wanted, &mut go).unwrap().lambda.unwrap()
         };
         assert_eq!(found(1e-3), 1e-3);
         let lambda = found(2.0);

@@ -11,7 +11,7 @@ use super::{Iterate, Options};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::problem::Problem;
+use crate::problem::{NEVER, Problem};
 use crate::sweep::{copy, sum};
 
 /// Steps until omega is looked at for the first time.
@@ -26,8 +26,11 @@ const LARGEST_CHANGE: f64 = 8.0;
 /// A small omega, in units of [`costs_scale`]. Measured on 10,000 faces, from stretched to needles.
 const LEAST_OMEGA: f64 = 0.003;
 
-/// Next to nothing, in units of what the costs need.
+/// Next to nothing, in units of the costs: with lambda = 0 any steps will do that are no infinite ones.
 const NOTHING: f64 = 1e-100;
+
+/// Costs beyond so many times what the total variation asks of a vertex are not paid.
+const UNPAID: f64 = 2.0;
 
 /// From this share of lambda on |q_j| has reached it, in single precision too.
 const AT_LAMBDA: f64 = 1.0 - 1e-6;
@@ -109,18 +112,36 @@ impl<const M: usize> Balance<M> {
 
 /// How large q becomes, to begin with: lambda, where the total variation is what limits it. A lambda so large
 /// that the optimum is constant is limited by the costs that q has to balance, K^T q = -(f - mean f). Where
-/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once. Nothing is far
-/// below all costs, since a single one of 1e20 that no label pays must not make steps for itself.
+/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
 pub(super) fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let balance = 0.02 * costs_scale(problem);
-    let scale =
-        if problem.lambda < balance { problem.lambda.max(NOTHING * balance) } else { balance };
+    let least = NOTHING * problem.spread() / area(problem).sqrt();
+    let scale = f64::min(problem.lambda, balance).max(least);
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }
 
-/// The spread of the costs over the square root of the area, in the units of q.
+/// sum_v min( max_p f_vp - min_p f_vp, 2 lambda mean sum_j |K_jv| ) over the square root of the area: the spread of the
+/// costs in the units of q. Another label at v changes the total variation by no more than sqrt(2) lambda sum_j |K_jv|:
+/// costs above that are not paid, however large they are, forbidden labels among them.
 fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
-    problem.spread() / sum(problem.k.faces(), |j| problem.k.area(j)).sqrt()
+    let most = UNPAID * problem.lambda * problem.mean_column();
+    // Regions that do not exist are no choice.
+    let exists: [bool; M] = std::array::from_fn(|p| problem.f.iter().any(|f| f.0[p] != NEVER));
+    let spread = sum(
+        problem.f.len(),
+        #[inline(always)]
+        |v| {
+            let f = problem.f[v];
+            let cost = |p: usize| if exists[p] { f.0[p] } else { 0.0 };
+            let largest = Row::<M>::from_fn(cost).max();
+            if largest > most { most } else { largest }
+        },
+    );
+    spread / area(problem).sqrt()
+}
+
+fn area<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
+    sum(problem.k.faces(), |j| problem.k.area(j))
 }
 
 #[cfg(test)]
@@ -162,18 +183,48 @@ mod tests {
         assert_eq!(omega(&mut balance, &problem, (u, q)), None);
     }
 
-    /// A single cost that nobody pays makes no steps for itself: q becomes no larger than lambda.
+    /// Labels that are forbidden count like labels that nobody takes, regions that do not exist do not, and the scale of a
+    /// problem that has no other costs is that of lambda.
+    #[test]
+    fn forbidden_labels_have_the_scale_of_lambda() {
+        let mesh = bumpy(12);
+        let problem = |lambda: f64, cost: f64| {
+            let mut problem = random_problem::<3>(&mesh, lambda, 864);
+            let seed = |v: usize, p: usize| {
+                if v.is_multiple_of(7) && p != v % 2 { cost } else { 0.0 }
+            };
+            let f = (0..problem.f.len())
+                .map(|v| Row::from_fn(|p| if p == 2 { NEVER } else { seed(v, p) }))
+                .collect();
+            problem.set_costs(f);
+            problem
+        };
+        let known = costs_scale(&problem(1.0, NEVER));
+        assert!(known > 1.0 && known < 100.0, "{known}");
+        for lambda in [1e-6, 1e-2, 1e4] {
+            let scale = costs_scale(&problem(lambda, NEVER));
+            assert!((scale / lambda - known).abs() <= 1e-12 * known, "{scale}");
+            assert_eq!(scale, costs_scale(&problem(lambda, 1e6 * lambda)));
+        }
+    }
+
+    /// A single cost that nobody pays adds what one vertex is asked for, however large it is.
     #[test]
     fn one_cost_far_above_all_others_has_no_scale_of_its_own() {
         let mesh = bumpy(12);
-        for lambda in [1e-3, 1e-2, 0.1] {
+        for lambda in [1e-3, 1e-2, 0.1, 10.0] {
             let mut problem = random_problem::<3>(&mesh, lambda, 863);
-            for cost in [1e12, 1e20, 1e60] {
-                let mut f = problem.f.clone();
-                let dear = (f[5].argmin() + 1) % 3;
+            let known = costs_scale(&problem);
+            let f = problem.f.clone();
+            let dear = (f[5].argmin() + 1) % 3;
+            for cost in [1e12, 1e20, 1e60, NEVER] {
+                let mut f = f.clone();
                 f[5].0[dear] = cost;
                 problem.set_costs(f);
-                assert_eq!(dual_scale(&problem), lambda, "{cost:e}");
+                let one = UNPAID * lambda * problem.mean_column() / area(&problem).sqrt();
+                let more = costs_scale(&problem) - known;
+                assert!((0.0..=1.001 * one).contains(&more), "{cost:e}: {more} {one}");
+                assert!(dual_scale(&problem) <= lambda);
             }
         }
     }
