@@ -347,6 +347,34 @@ fn the_default_lambda_suits_every_kind_of_data() {
     }
 }
 
+/// Seeds alone, or among costs that are small against lambda: the problem is that of lambda = 1, and as quickly solved.
+#[test]
+fn forbidden_labels_are_no_matter_of_lambda() {
+    let folder = torus();
+    for (name, small) in [("seeds", 0.0), ("among", 1e-6)] {
+        let mut s = costs(VERTICES, 3) * small;
+        for k in (0..VERTICES).step_by(61) {
+            s.row_mut(k).fill(f64::INFINITY);
+            s[[k, (k / 61) % 3]] = 0.0;
+        }
+        folder.array("s.npy", &s);
+        let solve = |lambda: f64| {
+            let line = format!("m.ply --costs s.npy --lambda {lambda} --no-preview");
+            let found = folder.solve(&line, "o");
+            found.assert_consistent();
+            assert_eq!(found.status(), "converged", "{name} {lambda}");
+            (found.number("iterations"), found.number("energy") / lambda)
+        };
+        let (steps, known) = solve(1.0);
+        assert!(steps < 5000.0, "{name}: {steps}");
+        for lambda in [0.05, 20.0, 1e4] {
+            let (iterations, energy) = solve(lambda);
+            assert!(iterations < 1.5 * steps, "{name} {lambda}: {iterations} {steps}");
+            assert!((energy - known).abs() < 1e-3 * known, "{name} {lambda}: {energy} {known}");
+        }
+    }
+}
+
 /// Costs that no one pays are no measure of what rounding may do: the gap is that of the numbers that are stated.
 #[test]
 fn a_huge_cost_certifies_nothing() {
