@@ -245,11 +245,8 @@ pub fn separating<const M: usize>(
         let mut solver = solver::build(solver::DEFAULT, setup)?;
         // As exact as was asked: where cuts are dear, a small gap leaves room for regions that go in the end.
         let gap = request.stop.relative_gap.unwrap_or(0.0).clamp(GAPS[0], GAPS[1]);
-        let stop = Stop {
-            relative_gap: Some(gap),
-            iterations: Some(MOST_STEPS),
-            ..request.stop.clone()
-        };
+        let stop =
+            Stop { relative_gap: Some(gap), iterations: Some(MOST_STEPS), ..request.stop.clone() };
         let status = run.advance(&mut *solver, &coarse, &stop, &mut |_| observe(None));
         if status == Status::Interrupted {
             return Ok(None);

@@ -103,8 +103,12 @@ impl<'a> LabelField<'a> {
         let size = [visibility.width, visibility.height];
         let bands: Vec<_> = (0..visibility.height).step_by(BAND).collect();
         let found = map(&bands, |&first| {
-            let mut breadths = Breadths { regions, size, known: vec![0.0; regions.len()] };
             let rows = first * size[0]..(first + BAND).min(size[1]) * size[0];
+            // A step leads a row down, and `Breadths::at` two rows further.
+            let (above, below) = (2 * size[0], 3 * size[0]);
+            let known = rows.start.saturating_sub(above)..(rows.end + below).min(regions.len());
+            let (start, known) = (known.start, vec![0.0; known.len()]);
+            let mut breadths = Breadths { regions, size, start, known };
             let crossing = |(i, k): (usize, usize)| {
                 let place = |i: usize| visibility.front(i).map_or([0.0; 2], |(_, place)| place);
                 let places = [place(i), place(k)];
@@ -156,7 +160,8 @@ fn steps<'a>(
 struct Breadths<'a> {
     regions: &'a [u32],
     size: [usize; 2],
-    /// The lengths of the shortest runs, 0 where none was asked for.
+    /// The lengths of the shortest runs from pixel `start` on, 0 where none was asked for.
+    start: usize,
     known: Vec<f32>,
 }
 
@@ -180,13 +185,13 @@ impl Breadths<'_> {
 
     /// The length of the shortest run of one region through pixel i, in eight directions; at most `WIDE`.
     fn thickness(&mut self, i: usize) -> f32 {
-        if self.known[i] == 0.0 {
+        if self.known[i - self.start] == 0.0 {
             let run = |(dx, dy, step)| step * self.run(i, dx, dy) as f32;
             let diagonal = std::f32::consts::SQRT_2;
             let lines = [(1, 0, 1.0), (0, 1, 1.0), (1, 1, diagonal), (1, -1, diagonal)];
-            self.known[i] = lines.into_iter().map(run).fold(WIDE as f32, f32::min);
+            self.known[i - self.start] = lines.into_iter().map(run).fold(WIDE as f32, f32::min);
         }
-        self.known[i]
+        self.known[i - self.start]
     }
 
     /// How many pixels of one region lie ahead of and behind pixel i, itself included.

@@ -8,7 +8,7 @@ use super::bands::{for_each_band, for_each_row};
 use super::camera::Camera;
 use super::labels::{self, LabelField};
 use super::shading::{Light, linear_from_srgb, srgb_from_linear};
-use super::visibility::{Fragment, Planes, SAMPLES, Visibility, components};
+use super::visibility::{Fragment, Planes, SAMPLES, Visibility, Visible, components};
 use crate::mesh::Mesh;
 
 /// The color of the cut, in sRGB: darker than any region.
@@ -119,12 +119,13 @@ impl Scene {
         let visibility = Visibility::new(&self.mesh, &self.component, camera);
         let regions = field.seen(&visibility);
         let line = labels::line(&visibility, &field.crossings(&visibility, &regions));
-        let facets = self.facets(field, &visibility, normals);
+        let seen = visibility.seen_faces();
+        let facets = self.facets(field, &visibility, normals, &seen);
         let cut = Vector3::from(linear_from_srgb(CUT_COLOR));
 
         // The colors of a fragment in the two pictures.
         let colors = |i: usize, fragment: &Fragment| {
-            let facet = &facets[fragment.face];
+            let facet = &facets[seen.place[fragment.face] as usize];
             let region = match facet.region {
                 Some(p) => self.regions[p as usize],
                 None => self.mixed(field, &visibility, &facet.planes, i, fragment),
@@ -168,19 +169,20 @@ impl Scene {
         [picture(0), picture(1)]
     }
 
-    /// What is needed of the faces that are seen, each in one place of memory.
+    /// What is needed of the faces that are seen, each in one place of memory, in their order.
     fn facets(
         &self,
         field: &LabelField,
         visibility: &Visibility,
         normals: Option<&[[Vector3<f32>; 3]]>,
+        seen: &Visible,
     ) -> Vec<Facet> {
-        let (seen, camera) = (visibility.seen_faces(), visibility.camera());
+        let camera = visibility.camera();
         let turn = camera.axes().cast::<f32>();
-        let mut facets = vec![Facet::default(); self.mesh.faces.len()];
+        let mut facets = vec![Facet::default(); seen.faces.len()];
         for_each_band(&mut facets, 1, |first, band| {
-            for (i, facet) in band.iter_mut().enumerate().filter(|(i, _)| seen[first + i]) {
-                let j = first + i;
+            for (facet, &j) in band.iter_mut().zip(&seen.faces[first..]) {
+                let j = j as usize;
                 facet.planes = visibility.planes(j);
                 facet.data = self.mesh.faces[j].map(|v| self.data[v as usize]);
                 facet.region = field.whole(j);

@@ -34,6 +34,12 @@ pub(super) struct Fragment {
     pub samples: u8,
 }
 
+/// The faces that are seen, in their order, and at which place among them a face of the mesh is.
+pub(super) struct Visible {
+    pub faces: Vec<u32>,
+    pub place: Vec<u32>,
+}
+
 /// `component` names the connected component of each vertex.
 pub(super) struct Visibility<'a> {
     pub width: usize,
@@ -237,14 +243,19 @@ impl<'a> Visibility<'a> {
     }
 
     /// The faces that some sample sees.
-    pub fn seen_faces(&self) -> Vec<bool> {
-        let mut seen = vec![false; self.mesh.faces.len()];
+    pub fn seen_faces(&self) -> Visible {
+        let mut place = vec![EMPTY; self.mesh.faces.len()];
         for &face in self.pixels.iter().flat_map(|pixel| &pixel.face) {
             if face != EMPTY {
-                seen[face as usize] = true;
+                place[face as usize] = 0;
             }
         }
-        seen
+        let mut faces = Vec::new();
+        for (j, place) in place.iter_mut().enumerate().filter(|(_, place)| **place != EMPTY) {
+            *place = faces.len() as u32;
+            faces.push(j as u32);
+        }
+        Visible { faces, place }
     }
 
     /// The perspective barycentric coordinates on face j, up to a factor, as functions of the place.
