@@ -215,8 +215,11 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
-    if let Some(weld) = &weld {
-        note(&format!("{} (--no-weld keeps them apart)", welding::note(weld, tolerance)));
+    if weld.is_some() {
+        let welded = welding::note(weld.as_ref(), tolerance);
+        note(&format!("{welded} (--no-weld keeps them apart)"));
+    } else if arguments.weld.is_some() {
+        note(&welding::note(None, tolerance));
     }
     if scale != 1.0 {
         note(&format!(
