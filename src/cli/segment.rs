@@ -175,7 +175,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut colors = seen.looks;
     let warnings = &mut segmentation.solution.summary.warnings;
     warnings.extend(seen.warnings);
-    warnings.extend(welding::shattered(welded, "--weld"));
+    warnings.extend(match arguments.weld {
+        Some(_) => welding::unmended(welded),
+        None => welding::shattered(welded, "--weld"),
+    });
     if let Some(weld) = &weld {
         warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
         colors = weld.spread(&colors);

@@ -78,7 +78,12 @@ pub fn note(weld: Option<&Weld>, tolerance: f64) -> String {
 pub fn aftermath(mesh: &Mesh, weld: Option<&Weld>) -> Vec<String> {
     let welded = weld.map_or(mesh, |weld| &weld.mesh);
     let touching = weld.and_then(|weld| side_effect(weld, "leave out --weld to keep them apart"));
-    let left = shattered(welded, "--weld").or_else(|| {
+    touching.into_iter().chain(unmended(welded)).collect()
+}
+
+/// The seams of a mesh that was to be welded.
+pub fn unmended(welded: &Mesh) -> Option<String> {
+    shattered(welded, "--weld").or_else(|| {
         let (near, tolerance) = nearly_coincident(welded);
         (near > 0).then(|| {
             format!(
@@ -86,8 +91,7 @@ pub fn aftermath(mesh: &Mesh, weld: Option<&Weld>) -> Vec<String> {
                  free; weld them with --weld {tolerance:.1e}"
             )
         })
-    });
-    touching.into_iter().chain(left).collect()
+    })
 }
 
 /// What a weld made that was not there before.

@@ -267,6 +267,7 @@ fn a_weld_that_leaves_the_seams_says_so() {
             "solve m.ply --costs S.npy --lambda 0.01 --no-preview --out out",
             "evaluate m.ply --costs S.npy --lambda 0.01 --u U.npy",
             "mesh convert m.ply --out out.ply",
+            "segment m.ply --data S.npy --regions 2 --lambda 0.01 --no-preview --out out",
         ] {
             let said = stderr(&folder.run(&format!("{verb} --weld")));
             assert!(said.contains("welded 0 vertices"), "{verb}: {said}");
