@@ -12,6 +12,7 @@ use ndarray::{Array2, ArrayView1};
 use crate::error::{Error, Result};
 use crate::operator::Mass;
 use crate::sweep;
+use crate::unreached::INHERIT;
 
 /// The same costs with zeros where nothing is known, and what must be said about them.
 ///
@@ -47,8 +48,7 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     let mut warnings = Vec::new();
     if unknown > 0 {
         warnings.push(format!(
-            "the costs of {unknown} vertices are NaN: nothing is known of these, and they take the labels of their \
-             neighbors"
+            "the costs of {unknown} vertices are NaN: nothing is known of these; {INHERIT}"
         ));
     }
     if forbidden > 0 {

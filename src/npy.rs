@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use ndarray::{Array2, ArrayBase, Axis, Data, Dimension, Ix0, Ix1, Ix2, OwnedRepr};
+use ndarray::{Array2, ArrayBase, Axis, Data, Dimension, Ix1, Ix2, OwnedRepr};
 use ndarray_npy::{ReadNpyExt, ReadableElement, WritableElement, WriteNpyExt};
 
 use crate::error::{Error, Result};
@@ -41,20 +41,14 @@ pub(crate) fn numbers<D: Dimension>(
     header.numbers(path, bytes)
 }
 
-/// The same of int32.
+/// The same of integers, of any width.
 pub(crate) fn integers<D: Dimension>(
     path: &Path,
     bytes: &[u8],
-) -> Result<ArrayBase<OwnedRepr<i32>, D>> {
+) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
-    parse(path, bytes)
-}
-
-/// One int64.
-pub(crate) fn long(path: &Path, bytes: &[u8]) -> Result<i64> {
-    Header::of(path, bytes)?.check_axes::<Ix0>(path)?;
-    Ok(parse::<i64, Ix0>(path, bytes)?.into_scalar())
+    header.integers(path, bytes)
 }
 
 /// What stands in an array of one byte string, without the zeros at its end.
@@ -188,8 +182,10 @@ impl Header {
     }
 
     fn check_size(&self, path: &Path, available: usize) -> Result<()> {
-        let Some(width) = self.element.get(2..).and_then(|digits| digits.parse::<usize>().ok())
-        else {
+        // The digits count bytes, but of texts letters, which have four.
+        let unit = if self.element.get(1..2) == Some("U") { 4 } else { 1 };
+        let digits = self.element.get(2..).and_then(|digits| digits.parse::<usize>().ok());
+        let Some(width) = digits.and_then(|digits| digits.checked_mul(unit)) else {
             return Err(self.wrong_type(path));
         };
         let promised = self.shape.iter().try_fold(width, |size, &n| size.checked_mul(n));
@@ -237,16 +233,38 @@ impl Header {
                 bits[at.expect("the header names the type")] = b'u';
                 parse::<u16, D>(path, &bits)?.mapv(|bits| half::f16::from_bits(bits).to_f64())
             }
-            "i1" => parse::<i8, D>(path, bytes)?.mapv(f64::from),
-            "i2" => parse::<i16, D>(path, bytes)?.mapv(f64::from),
-            "i4" => parse::<i32, D>(path, bytes)?.mapv(f64::from),
-            "i8" => parse::<i64, D>(path, bytes)?.mapv(|x| x as f64),
-            "u1" => parse::<u8, D>(path, bytes)?.mapv(f64::from),
-            "u2" => parse::<u16, D>(path, bytes)?.mapv(f64::from),
-            "u4" => parse::<u32, D>(path, bytes)?.mapv(f64::from),
+            "i1" | "i2" | "i4" | "i8" | "u1" | "u2" | "u4" => {
+                self.integers::<D>(path, bytes)?.mapv(|x| x as f64)
+            }
             "u8" => parse::<u64, D>(path, bytes)?.mapv(|x| x as f64),
             "b1" => parse::<bool, D>(path, bytes)?.mapv(|x| f64::from(u8::from(x))),
             _ => return Err(self.wrong_type(path)),
+        })
+    }
+
+    fn integers<D: Dimension>(
+        &self,
+        path: &Path,
+        bytes: &[u8],
+    ) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
+        let kind = self.element.get(1..).unwrap_or_default();
+        Ok(match kind {
+            "i1" => parse::<i8, D>(path, bytes)?.mapv(i64::from),
+            "i2" => parse::<i16, D>(path, bytes)?.mapv(i64::from),
+            "i4" => parse::<i32, D>(path, bytes)?.mapv(i64::from),
+            "i8" => parse(path, bytes)?,
+            "u1" => parse::<u8, D>(path, bytes)?.mapv(i64::from),
+            "u2" => parse::<u16, D>(path, bytes)?.mapv(i64::from),
+            "u4" => parse::<u32, D>(path, bytes)?.mapv(i64::from),
+            // What is too large stays too large for any index.
+            "u8" => parse::<u64, D>(path, bytes)?.mapv(|x| i64::try_from(x).unwrap_or(i64::MAX)),
+            _ => {
+                let message = format!(
+                    "holds {}, not integers; convert it with numpy's astype('int32')",
+                    self.element.escape_debug()
+                );
+                return Err(Error::malformed(path, message));
+            }
         })
     }
 }
@@ -389,5 +407,10 @@ mod tests {
             let message = read_matrix(&path).unwrap_err().to_string();
             assert!(!message.contains('\n') && message.contains("s.npy"), "{message}");
         }
+        // Texts of five letters of four bytes: whole, but no numbers.
+        let texts = [&replaced(b"<f8", b"<U5")[..], &[0; 4 * 20 - 4 * 8]].concat();
+        let (_folder, path) = written("s.npy", &texts);
+        let message = read_matrix(&path).unwrap_err().to_string();
+        assert!(message.contains("holds <U5, not plain numbers"), "{message}");
     }
 }

@@ -14,7 +14,7 @@ mod sample;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-pub use end::{Status, Stop};
+pub use end::{Status, Stop, time_limit};
 pub use sample::{Certificate, Reached, Sample};
 
 use crate::constant::Constant;

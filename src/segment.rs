@@ -138,9 +138,19 @@ fn segment_compiled<const M: usize>(
 
     let mut warnings = warnings;
     if !settled || estimates == MOST_ESTIMATES {
+        // Contradicted bounds certify nothing.
+        let certificate = match status {
+            Status::Contradicted => "",
+            _ => "; the certificate holds for the last ones",
+        };
+        // About what ended them, if it can be moved. Who breaks off does not want to wait for advice.
+        let advice = match status {
+            Status::IterationLimit => "; raise --max-iterations",
+            Status::TimeLimit => "; raise --time-limit",
+            _ => "",
+        };
         warnings.push(format!(
-            "the region parameters still moved after {estimates} re-estimations; the certificate holds for the \
-             last ones; raise --max-iterations or --time-limit"
+            "the region parameters still moved after {estimates} re-estimations{certificate}{advice}"
         ));
     }
     let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);

@@ -5,6 +5,10 @@ use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::partition::Partition;
 
+/// What becomes of vertices that have no data of their own, wherever they are.
+pub(crate) const INHERIT: &str =
+    "where they are connected with others, they take the labels of their neighbors";
+
 /// What must be said of them, if there are any. Every face of the mesh has an area.
 pub(crate) fn unreached(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<String> {
     let vertices = mesh.vertices.len();

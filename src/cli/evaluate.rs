@@ -102,11 +102,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut progress = Progress::new(0.0);
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     let weld = match arguments.weld {
-        Some(tolerance) => welding::weld(&mesh, tolerance)?.map(|weld| (weld, tolerance)),
+        Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
     };
     let mut evaluation = match &weld {
-        Some((weld, _)) => {
+        Some(weld) => {
             let weights = arguments.mass.weights(&mesh);
             let costs = welding::costs(weld, &costs, &weights)?;
             let means = welding::means(weld, &u, &weights);
@@ -118,15 +118,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         None => evaluate(&mesh, &costs, &u, question, &mut observe)?,
     };
     progress.finish();
-    if let Some((weld, tolerance)) = &weld {
-        note(&welding::note(weld, *tolerance));
+    if let Some(tolerance) = arguments.weld {
+        note(&welding::note(weld.as_ref(), tolerance));
     }
-    evaluation.warnings.extend(match (&weld, arguments.weld) {
-        (Some((weld, _)), _) => {
-            welding::side_effect(weld, "leave out --weld to keep them apart").into_iter().collect()
-        }
-        (None, Some(_)) => Vec::new(),
-        (None, None) => welding::seams(&mesh, "--weld"),
+    evaluation.warnings.extend(match arguments.weld {
+        Some(_) => welding::aftermath(&mesh, weld.as_ref()),
+        None => welding::seams(&mesh, "--weld"),
     });
     warn(&evaluation.warnings);
     print_json(&evaluation)?;

@@ -240,7 +240,7 @@ fn list(selection: &Selection) -> Outcome {
     let plan = selection.plan(&spec)?;
     let store = selection.store(&spec);
     let done =
-        if store.join("runs").is_dir() { Done::all(&Store::open(store)?)? } else { Vec::new() };
+        if store.join("runs").is_dir() { Done::whole(&Store::open(store)?)? } else { Vec::new() };
     let by_id: BTreeMap<&str, &Done> =
         done.iter().map(|done| (done.manifest.id.as_str(), done)).collect();
     let mut rows =

@@ -75,9 +75,10 @@ pub fn run(verb: &Verb) -> Outcome {
 
 /// The mesh without coincident vertices, and without the faces that collapsed with them.
 fn welded(mesh: Mesh, tolerance: f64) -> Result<Mesh> {
-    let Some(weld) = welding::weld(&mesh, tolerance)? else { return Ok(mesh) };
-    note(&welding::note(&weld, tolerance));
-    warn(welding::side_effect(&weld, "leave out --weld to keep them apart").as_slice());
+    let weld = welding::weld(&mesh, tolerance)?;
+    note(&welding::note(weld.as_ref(), tolerance));
+    warn(&welding::aftermath(&mesh, weld.as_ref()));
+    let Some(weld) = weld else { return Ok(mesh) };
     let mut welded = weld.mesh;
     let collapsed = |j: usize| {
         let [a, b, c] = welded.faces[j];

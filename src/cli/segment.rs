@@ -175,7 +175,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let mut colors = seen.looks;
     let warnings = &mut segmentation.solution.summary.warnings;
     warnings.extend(seen.warnings);
-    warnings.extend(welding::shattered(welded, "--weld"));
+    warnings.extend(match arguments.weld {
+        Some(_) => welding::unmended(welded),
+        None => welding::shattered(welded, "--weld"),
+    });
     if let Some(weld) = &weld {
         warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
         colors = weld.spread(&colors);
@@ -215,8 +218,11 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
 
-    if let Some(weld) = &weld {
-        note(&format!("{} (--no-weld keeps them apart)", welding::note(weld, tolerance)));
+    if weld.is_some() {
+        let welded = welding::note(weld.as_ref(), tolerance);
+        note(&format!("{welded} (--no-weld keeps them apart)"));
+    } else if arguments.weld.is_some() {
+        note(&welding::note(None, tolerance));
     }
     if scale != 1.0 {
         note(&format!(

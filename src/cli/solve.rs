@@ -67,13 +67,14 @@ pub enum Init {
 }
 
 impl FromStr for Init {
-    type Err = std::convert::Infallible;
+    type Err = &'static str;
 
     fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
         Ok(match text {
             "uniform" => Init::Uniform,
             "random" => Init::Random,
             "argmin" => Init::Argmin,
+            "" => return Err("must be uniform, random, argmin or a file U.npy"),
             file => Init::File(file.into()),
         })
     }
@@ -103,7 +104,6 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let request = solving.request(arguments.lambda)?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
     let start = arguments.init.start(&costs, arguments.seed)?;
-    let tolerance = arguments.weld.unwrap_or(0.0);
     let weld = match arguments.weld {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
@@ -124,19 +124,16 @@ fn run_here(arguments: &Arguments) -> Outcome {
         None => solve::solve(&mesh, &costs, &start, &request, &mut observe)?,
     };
     progress.finish();
-    solution.summary.warnings.extend(match &weld {
-        Some(weld) => {
-            welding::side_effect(weld, "leave out --weld to keep them apart").into_iter().collect()
-        }
-        None if arguments.weld.is_some() => Vec::new(),
+    solution.summary.warnings.extend(match arguments.weld {
+        Some(_) => welding::aftermath(&mesh, weld.as_ref()),
         None => welding::seams(&mesh, "--weld"),
     });
 
     let draw = !solving.no_preview;
     let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
     outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks)?;
-    if let Some(weld) = &weld {
-        note(&welding::note(weld, tolerance));
+    if let Some(tolerance) = arguments.weld {
+        note(&welding::note(weld.as_ref(), tolerance));
     }
     let summary = &solution.summary;
     warn(&summary.warnings);

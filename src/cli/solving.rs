@@ -1,14 +1,13 @@
 //! What `solve` and `segment` share: how to solve, when to stop, where to write.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::Args;
 use meshseg::coarse::Record;
 use meshseg::operator::Mass;
 use meshseg::remarks;
 use meshseg::render::View;
-use meshseg::run::{Status, Stop};
+use meshseg::run::{Status, Stop, time_limit};
 use meshseg::solve::{Request, Summary};
 use meshseg::solver::{DEFAULT, DESCRIPTIONS, Options};
 use meshseg::{Error, Result};
@@ -115,8 +114,8 @@ impl Solving {
         };
         let time = match self.time_limit {
             None => None,
-            Some(seconds) => Some(Duration::try_from_secs_f64(seconds).map_err(|error| {
-                Error::unsuitable(format!("--time-limit {seconds:?}: {error}"))
+            Some(seconds) => Some(time_limit(seconds).map_err(|message| {
+                Error::unsuitable(format!("--time-limit {seconds:?}: {message}"))
             })?),
         };
         let change = self.stop_change.map(|delta| not_negative("--stop-change", delta));

@@ -1,7 +1,9 @@
 //! Coincident vertices: what is merged when asked, and what is said where it is not.
 
 use meshseg::mesh::Mesh;
-use meshseg::mesh::weld::{Weld, coincident, free_cuts, is_shattered, mending_tolerance};
+use meshseg::mesh::weld::{
+    Weld, coincident, free_cuts, is_shattered, mending_tolerance, nearly_coincident,
+};
 use meshseg::{Error, Result};
 use ndarray::Array2;
 
@@ -57,13 +59,39 @@ pub fn costs(weld: &Weld, costs: &Array2<f64>, weights: &[f64]) -> Result<Array2
 }
 
 /// What was merged, in a sentence.
-pub fn note(weld: &Weld, tolerance: f64) -> String {
-    let Weld { merged, onto, .. } = weld;
-    let place = match tolerance {
-        0.0 => "at the same positions".to_owned(),
-        _ => format!("within {tolerance:?} of them"),
-    };
-    format!("welded {merged} vertices onto {onto} others {place}")
+pub fn note(weld: Option<&Weld>, tolerance: f64) -> String {
+    match (weld, tolerance) {
+        (Some(Weld { merged, onto, .. }), 0.0) => {
+            format!("welded {merged} vertices onto {onto} others at the same positions")
+        }
+        (Some(Weld { merged, onto, .. }), _) => {
+            format!("welded {merged} vertices onto {onto} others within {tolerance:?} of them")
+        }
+        (None, 0.0) => "welded 0 vertices: no two of the faces lie at the same position".to_owned(),
+        (None, _) => {
+            format!("welded 0 vertices: no two of the faces lie within {tolerance:?} of each other")
+        }
+    }
+}
+
+/// What a weld that was asked for made or left: sheets that touch, or seams that its tolerance is too small for.
+pub fn aftermath(mesh: &Mesh, weld: Option<&Weld>) -> Vec<String> {
+    let welded = weld.map_or(mesh, |weld| &weld.mesh);
+    let touching = weld.and_then(|weld| side_effect(weld, "leave out --weld to keep them apart"));
+    touching.into_iter().chain(unmended(welded)).collect()
+}
+
+/// The seams of a mesh that was to be welded.
+pub fn unmended(welded: &Mesh) -> Option<String> {
+    shattered(welded, "--weld").or_else(|| {
+        let (near, tolerance) = nearly_coincident(welded);
+        (near > 0).then(|| {
+            format!(
+                "{near} vertices lie near others, but not within the tolerance of --weld, and cuts along such seams are \
+                 free; weld them with --weld {tolerance:.1e}"
+            )
+        })
+    })
 }
 
 /// What a weld made that was not there before.

@@ -9,6 +9,7 @@ use crate::mesh::curvature::{mean_curvature, rounding_noise};
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::orient::{Oriented, orient};
 use crate::mesh::{Mesh, resolution};
+use crate::unreached::INHERIT;
 
 /// The sign, in words.
 pub const SIGN: &str = "positive where the surface is convex as seen from outside";
@@ -63,7 +64,7 @@ pub fn curved(mesh: &Mesh) -> Result<Curved> {
     if unknown > 0 {
         warnings.push(format!(
             "{unknown} vertices have no curvature, since all their neighbors lie on the boundary or they have no \
-             area: they are unknown and labeled like their neighbors"
+             area: they are unknown; {INHERIT}"
         ));
     }
     let area = barycentric_areas(&oriented);

@@ -100,7 +100,9 @@ impl Projection {
                     })
                 });
                 let hidden = |side: &str, shown: f64| {
-                    format!(", {:.1} % of its {side} cut off", 100.0 * (1.0 - shown))
+                    // As many digits as tell it from all.
+                    let digits = (-(100.0 * shown).log10()).ceil().max(1.0) as usize;
+                    format!(", {:.digits$} % of its {side} cut off", 100.0 * (1.0 - shown))
                 };
                 let rest = match fit {
                     Fit::Stretch if ratio > 1.0 => {
@@ -268,6 +270,8 @@ mod tests {
         let wide = lay("xy", &mesh, [16, 4], Fit::Cover);
         assert_eq!((point(&wide, 0), wide.uv[15][1]), ([0.25, 0.0], [0.75, 1.0]));
         assert!(wide.how.ends_with("50.0 % of its width cut off"), "{}", wide.how);
+        let sliver = lay("xy", &mesh, [50_000, 2], Fit::Cover);
+        assert!(sliver.how.ends_with("99.992 % of its width cut off"), "{}", sliver.how);
         let stretched = lay("xy", &mesh, [4, 4], Fit::Stretch);
         assert_eq!(point(&stretched, 0), [0.0, 0.0]);
         assert!(stretched.how.ends_with("2.00 times as wide for its height as it was"));

@@ -18,6 +18,7 @@ use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::{Mesh, Source, Weld};
 use crate::npy;
 use crate::render::colormap::sequential;
+use crate::unreached::INHERIT;
 
 pub use images::image_files;
 
@@ -111,10 +112,12 @@ pub fn see(
     manner: &Manner,
 ) -> Result<Seen> {
     let mut seen = look(source, mesh, weld, choice, manner)?;
-    if seen.unit_range.is_none() && flatten(&mut seen.data) {
-        let what = if matches!(choice, Some(DataSource::File(_))) { "values" } else { "color" };
+    let what = if matches!(choice, Some(DataSource::File(_))) { "values" } else { "colors" };
+    if seen.unit_range.is_none()
+        && let Some(found) = flatten(&mut seen.data, what)
+    {
         seen.warnings.push(format!(
-            "{}: all vertices have the same {what}: there is nothing to segment",
+            "{}: {found}: there is nothing to segment; choose other data",
             seen.name
         ));
     }
@@ -202,9 +205,7 @@ fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<Seen> {
     let unknown = (0..data.len()).filter(|&k| !data.is_known(k)).count();
     let warnings = match unknown {
         0 => Vec::new(),
-        _ => vec![format!(
-            "{name}: nothing is known of {unknown} vertices; they take the labels of their neighbors"
-        )],
+        _ => vec![format!("{name}: nothing is known of {unknown} vertices; {INHERIT}")],
     };
     Ok(Seen { data, looks, name, unit_range: None, notes: Vec::new(), sign: None, warnings })
 }

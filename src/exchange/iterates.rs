@@ -39,6 +39,9 @@ pub struct Iterates {
     pub broken: Option<Error>,
 }
 
+/// The columns that a trace must have.
+const NEEDED: [&str; 2] = ["iteration", "seconds"];
+
 #[derive(Deserialize)]
 struct Line {
     #[serde(deserialize_with = "whole")]
@@ -79,6 +82,14 @@ impl Iterates {
         if whole == 0 {
             return Ok(());
         }
+        if let Some(missing) = NEEDED.iter().find(|name| !headers.iter().any(|it| it == **name)) {
+            let line = headers.position().map_or(1, |position| position.line() as usize);
+            let message = format!(
+                "names no column {missing}; it must name the columns iteration and seconds, and may name epsilon and \
+                 epsilon_mode, with commas between them"
+            );
+            return Err(Error::malformed_line(&path, line, message));
+        }
         for record in csv.records() {
             let record = record.map_err(malformed)?;
             let start = record.position().map_or(0, |position| position.byte() as usize);
@@ -111,7 +122,13 @@ impl Iterates {
         }
         let line: Line = record.deserialize(Some(headers)).map_err(|error| {
             wrong(match error.kind() {
-                csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+                csv::ErrorKind::Deserialize { err, .. } => {
+                    let field = err.field().and_then(|field| usize::try_from(field).ok());
+                    match field.and_then(|i| Some((headers.get(i)?, record.get(i)?))) {
+                        Some((column, text)) => format!("{column} {text:?} is no number"),
+                        None => err.to_string(),
+                    }
+                }
                 _ => error.to_string(),
             })
         })?;

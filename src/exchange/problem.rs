@@ -11,7 +11,7 @@
 //! f, lambda, m, u0                     V x m integrated costs, a number, the number of regions, V x m
 //! ```
 //!
-//! Numbers are float64, indices int32, counts int64.
+//! Numbers are float64, indices int32, counts int64; those of any width are read.
 
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -139,7 +139,7 @@ impl Exchanged {
                 "is not a problem; write one with `problem export`",
             ));
         }
-        let version = archive.entry("version", npy::long)?;
+        let version = archive.entry("version", npy::integers::<Ix0>)?.into_scalar();
         if version != VERSION {
             let message = format!("is of version {version}; this program reads version {VERSION}");
             return Err(Error::malformed(path, message));
@@ -155,7 +155,7 @@ impl Exchanged {
         if points.ncols() != 3 || faces.ncols() != 3 {
             return Err(unsuitable("points and faces must have three columns".into()));
         }
-        let corner = |&k: &i32| u32::try_from(k).ok().filter(|&k| (k as usize) < vertices);
+        let corner = |&k: &i64| u32::try_from(k).ok().filter(|&k| (k as usize) < vertices);
         let corners: Option<Vec<u32>> = faces.iter().map(corner).collect();
         let Some(corners) = corners else {
             return Err(unsuitable(format!("faces has indices outside of 0 to {vertices}")));

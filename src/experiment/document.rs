@@ -85,6 +85,14 @@ impl Scalar {
         }
     }
 
+    /// Whether it is the same value: 1 and 1.0 are.
+    pub fn is(&self, other: &Scalar) -> bool {
+        match (self.number(), other.number()) {
+            (Some(a), Some(b)) => a == b,
+            _ => self == other,
+        }
+    }
+
     /// As it would stand in a TOML file.
     pub fn toml(&self) -> toml::Value {
         match self {

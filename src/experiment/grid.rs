@@ -1,10 +1,18 @@
 //! From lists to cells: every list is swept, those that are zipped together, and what is excluded falls away.
 
+use std::ops::Range;
+
 use super::document::{Entry, Fits, Placed, Scalar, Section, Wrong};
 use super::nearest::did_you_mean;
 
+/// A file that asks for more is mistaken, and would keep the program busy for ever.
+pub const MOST_RUNS: u64 = 100_000;
+
 /// The values of one cell by key, in the order of the file.
 pub type Keys = Vec<(String, Scalar)>;
+
+/// The same, each value with its place.
+type CellKeys = Vec<(String, Placed<Scalar>)>;
 
 /// One `[[instance]]` or `[[solver]]`: keys with one value or several.
 pub struct Group {
@@ -53,8 +61,8 @@ impl Group {
         Ok(())
     }
 
-    /// The cells, the last key changing fastest; each value with its place.
-    pub fn cells(&self) -> Vec<Vec<(String, Placed<Scalar>)>> {
+    /// For each key the first that goes through its list together with it.
+    fn leaders(&self) -> Vec<usize> {
         let leader = |key: &str| {
             let zip = self.zip.iter().find(|zip| zip.iter().any(|name| name == key));
             self.keys.iter().position(|(name, _)| match zip {
@@ -62,8 +70,19 @@ impl Group {
                 None => name == key,
             })
         };
-        let leaders: Vec<usize> =
-            self.keys.iter().map(|(key, _)| leader(key).expect("the key is there")).collect();
+        self.keys.iter().map(|(key, _)| leader(key).expect("the key is there")).collect()
+    }
+
+    /// The cells, the last key changing fastest; each value with its place. Too many are blamed on the table.
+    pub fn cells(&self, table: &Range<usize>) -> Fits<Vec<CellKeys>> {
+        let leaders = self.leaders();
+        let lengths = self.keys.iter().enumerate().filter(|(i, _)| leaders[*i] == *i);
+        let lengths = lengths.map(|(_, (_, values))| values.len() as u64);
+        let count = lengths.fold(1, u64::saturating_mul);
+        if count > MOST_RUNS {
+            let message = format!("its lists make {count} cells; at most {MOST_RUNS} are possible");
+            return Err(Wrong::at(table, message));
+        }
         let mut choices: Vec<Vec<usize>> = vec![Vec::new()];
         for (i, (_, values)) in self.keys.iter().enumerate() {
             choices = choices
@@ -84,7 +103,7 @@ impl Group {
             };
             self.keys.iter().zip(choice).map(at).collect()
         };
-        choices.into_iter().map(cell).collect()
+        Ok(choices.into_iter().map(cell).collect())
     }
 
     /// Whether a key has several values.
@@ -99,11 +118,7 @@ pub struct Exclusion(pub Vec<Entry>);
 impl Exclusion {
     pub fn covers(&self, value: impl Fn(&str) -> Option<Scalar>) -> bool {
         self.0.iter().all(|(key, values)| {
-            let Some(is) = value(&key.value) else { return false };
-            values.iter().any(|placed| match (placed.value.number(), is.number()) {
-                (Some(a), Some(b)) => a == b,
-                _ => placed.value == is,
-            })
+            value(&key.value).is_some_and(|is| values.iter().any(|placed| placed.value.is(&is)))
         })
     }
 }

@@ -1,6 +1,5 @@
 //! Runs as they lie on disk.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -8,7 +7,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::machine::{Machine, Program};
 use super::runner::Manifest;
-use super::store::Store;
+use super::store::{Store, lacking};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::npy;
@@ -63,6 +62,14 @@ impl Done {
     /// # Errors
     /// A run whose files are missing or damaged.
     pub fn read(folder: &Path) -> Result<Self> {
+        if let Some(name) = lacking(folder) {
+            let message = format!("lacks {name}; `meshseg experiment run` makes the run again");
+            return Err(Error::malformed(folder, message));
+        }
+        Done::read_files(folder).map_err(damaged)
+    }
+
+    fn read_files(folder: &Path) -> Result<Self> {
         let path = folder.join("spec.toml");
         let text = String::from_utf8(file::read(&path)?)
             .map_err(|error| Error::malformed(&path, error.to_string()))?;
@@ -91,16 +98,21 @@ impl Done {
     /// # Errors
     /// A folder or a run that cannot be read.
     pub fn all(store: &Store) -> Result<Vec<Self>> {
-        let runs = store.folder.join("runs");
-        let io = |error| Error::io(&runs, error);
-        let mut all = Vec::new();
-        for entry in fs::read_dir(&runs).map_err(io)? {
-            let entry = entry.map_err(io)?;
-            // Hidden ones are under way.
-            if !entry.file_name().to_string_lossy().starts_with('.') && entry.path().is_dir() {
-                all.push(Done::read(&entry.path())?);
-            }
-        }
+        Done::these(store, store.ids()?)
+    }
+
+    /// The same without those that lack a file, which are made again.
+    ///
+    /// # Errors
+    /// A folder or a run that cannot be read.
+    pub fn whole(store: &Store) -> Result<Vec<Self>> {
+        let ids = store.ids()?;
+        Done::these(store, ids.into_iter().filter(|id| store.has(id)))
+    }
+
+    fn these(store: &Store, ids: impl IntoIterator<Item = String>) -> Result<Vec<Self>> {
+        let read = |id: String| Done::read(&store.run(&id));
+        let mut all = ids.into_iter().map(read).collect::<Result<Vec<_>>>()?;
         let key = |done: &Done| (done.manifest.start.clone(), done.manifest.id.clone());
         all.sort_by_key(key);
         Ok(all)
@@ -138,7 +150,8 @@ impl Origin {
     /// # Errors
     /// A manifest that is missing or damaged.
     pub fn of(folder: &Path) -> Result<Self> {
-        let Manifest { program, machine, .. } = json(&folder.join("manifest.json"))?;
+        let Manifest { program, machine, .. } =
+            json(&folder.join("manifest.json")).map_err(damaged)?;
         Ok(Origin::new(&program, &machine))
     }
 
@@ -168,6 +181,19 @@ impl Origin {
         let commit = self.commit.get(..12).unwrap_or(&self.commit);
         let changes = if self.dirty { " and changes" } else { "" };
         format!("{place} by version {} at commit {commit}{changes}", self.version)
+    }
+}
+
+/// A file of a run that is not what it was, and the way out.
+fn damaged(error: Error) -> Error {
+    match error {
+        Error::Malformed { path, message } => Error::malformed(
+            &path,
+            format!(
+                "{message}; remove the folder of the run, and `meshseg experiment run` makes it again"
+            ),
+        ),
+        other => other,
     }
 }
 

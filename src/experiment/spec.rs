@@ -24,18 +24,17 @@ mod cell;
 mod instance;
 mod solver;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
-use super::document::{self, Fits, Misfit, Placed, Section, Wrong};
+use super::document::{self, Fits, Misfit, Placed, Scalar, Section, Wrong};
 use super::figures::{FigureSpec, TableSpec};
-use super::grid::Exclusion;
+use super::grid::{Exclusion, MOST_RUNS};
 use super::nearest::did_you_mean;
 use crate::error::{Error, Result};
-use crate::run::Stop;
+use crate::run::{Stop, time_limit};
 
 pub use instance::{InstanceCell, LambdaChoice};
 pub use solver::{External, SolverCell};
@@ -82,7 +81,9 @@ impl Spec {
     fn parse(path: &Path, name: String, text: String) -> std::result::Result<Self, Misfit> {
         let question = first_comment(&text);
         document::read(path, &text, |file| {
-            let repetitions = file.count("repetitions", 1)?.map_or(1, |count| count.value);
+            let repetitions = file.count("repetitions", 1)?;
+            let repeated = repetitions.as_ref().map_or(0..0, |count| count.place.clone());
+            let repetitions = repetitions.map_or(1, |count| count.value);
             let stop = match file.section("stop")? {
                 Some(section) => read_stop(section)?,
                 None => Stop::default(),
@@ -96,6 +97,18 @@ impl Spec {
             let folder = path.parent().unwrap_or(Path::new(""));
             let instances = labeled(file, "instance", |section| read_instances(section, folder))?;
             let solvers = labeled(file, "solver", |section| read_solvers(section, &stop))?;
+            let runs = repetitions
+                .saturating_mul(instances.len() as u64)
+                .saturating_mul(solvers.len() as u64);
+            if runs > MOST_RUNS {
+                let message = format!(
+                    "{repetitions} repetitions of {} solvers on {} instances make {runs} runs; at most {MOST_RUNS} are \
+                     possible",
+                    solvers.len(),
+                    instances.len()
+                );
+                return Err(Wrong::at(&repeated, message));
+            }
             let exclusions = file
                 .sections("exclude")?
                 .into_iter()
@@ -141,12 +154,16 @@ impl Spec {
 
     /// Whether a solver runs on an instance.
     pub fn includes(&self, instance: &InstanceCell, solver: &SolverCell) -> bool {
-        let value = |key: &str| {
-            let own = instance.keys.iter().chain(&solver.keys).find(|(name, _)| name == key);
-            own.map(|(_, value)| value.clone())
-        };
-        !self.exclusions.iter().any(|exclusion| exclusion.covers(value))
+        !self.exclusions.iter().any(|exclusion| covers(exclusion, instance, solver))
     }
+}
+
+/// Whether a solver on an instance falls under an exclusion.
+fn covers(exclusion: &Exclusion, instance: &InstanceCell, solver: &SolverCell) -> bool {
+    exclusion.covers(|key| {
+        let own = instance.keys.iter().chain(&solver.keys).find(|(name, _)| name == key);
+        own.map(|(_, value)| value.clone())
+    })
 }
 
 /// The lines of the first block of comments, as one text.
@@ -164,8 +181,8 @@ fn read_stop(mut section: Section<'_>) -> Fits<Stop> {
         return Err(Wrong::at(&gap.place, "gap must be a number from 0"));
     }
     let time = section.number("time-limit")?.map(|limit| {
-        Duration::try_from_secs_f64(limit.value)
-            .map_err(|error| Wrong::at(&limit.place, format!("time-limit: {error}")))
+        time_limit(limit.value)
+            .map_err(|message| Wrong::at(&limit.place, format!("time-limit {message}")))
     });
     let stop = Stop {
         relative_gap: gap.map(|gap| gap.value),
@@ -189,11 +206,12 @@ fn labeled<T: Labeled>(
         return Err(Wrong::at(&(0..0), format!("there is no [[{key}]]: at least one is needed")));
     }
     let mut all: Vec<T> = Vec::new();
+    let mut labels = HashSet::new();
     for section in sections {
         let place = section.place.clone();
         for one in read(section)? {
-            if all.iter().any(|other| other.label() == one.label()) {
-                let label = one.label();
+            let label = one.label();
+            if !labels.insert(label.to_owned()) {
                 let message =
                     format!("two of [[{key}]] are called {label:?}: give one another label");
                 return Err(Wrong::at(&place, message));
@@ -258,17 +276,34 @@ fn read_exclusion(
         }
     }
     entries.extend(section.rest()?);
-    let mut known: BTreeMap<&str, ()> = BTreeMap::new();
-    known.extend(instances.iter().flat_map(|cell| &cell.keys).map(|(key, _)| (key.as_str(), ())));
-    known.extend(solvers.iter().flat_map(|cell| &cell.keys).map(|(key, _)| (key.as_str(), ())));
-    for (key, _) in &entries {
-        if !known.contains_key(key.value.as_str()) {
+    let mut known: BTreeMap<&str, Vec<&Scalar>> = BTreeMap::new();
+    let of_instances = instances.iter().flat_map(|cell| &cell.keys);
+    for (key, value) in of_instances.chain(solvers.iter().flat_map(|cell| &cell.keys)) {
+        known.entry(key).or_default().push(value);
+    }
+    for (key, values) in &entries {
+        let Some(there) = known.get(key.value.as_str()) else {
             let known: Vec<&str> = known.into_keys().collect();
             let meant = did_you_mean(&key.value, known.iter().copied());
             let message =
                 format!("no cell has {:?}; there are {}{meant}", key.value, known.join(", "));
             return Err(Wrong::at(&key.place, message));
+        };
+        if let Some(odd) = values.iter().find(|odd| !there.iter().any(|value| odd.value.is(value)))
+        {
+            let (key, given) = (&key.value, odd.value.text());
+            let there: BTreeSet<String> = there.iter().map(|value| value.text()).collect();
+            let meant = did_you_mean(&given, there.iter().map(String::as_str));
+            let message =
+                format!("no cell has the {key} {given}, so that nothing is excluded{meant}");
+            return Err(Wrong::at(&odd.place, message));
         }
     }
-    Ok(Exclusion(entries))
+    let exclusion = Exclusion(entries);
+    let mut solved = instances.iter().flat_map(|one| solvers.iter().map(move |other| (one, other)));
+    if !solved.any(|(instance, solver)| covers(&exclusion, instance, solver)) {
+        let message = "no cell has all of these values together, so that nothing is excluded";
+        return Err(Wrong::at(&section.place, message));
+    }
+    Ok(exclusion)
 }

@@ -17,6 +17,14 @@ use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::file;
 
+/// What every run has.
+const FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
+
+/// Of these files the first that the folder of a run lacks.
+pub fn lacking(run: &Path) -> Option<&'static str> {
+    FILES.into_iter().find(|name| !run.join(name).is_file())
+}
+
 pub struct Store {
     pub folder: PathBuf,
 }
@@ -50,8 +58,28 @@ impl Store {
         self.folder.join("runs").join(id)
     }
 
+    /// Whether a run is there, with all its files.
     pub fn has(&self, id: &str) -> bool {
-        self.run(id).is_dir()
+        lacking(&self.run(id)).is_none()
+    }
+
+    /// The runs that are there, or what is left of them.
+    ///
+    /// # Errors
+    /// The folder cannot be read.
+    pub fn ids(&self) -> Result<Vec<String>> {
+        let runs = self.folder.join("runs");
+        let io = |error| Error::io(&runs, error);
+        let mut ids = Vec::new();
+        for entry in fs::read_dir(&runs).map_err(io)? {
+            let entry = entry.map_err(io)?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            // Hidden ones are under way.
+            if !name.starts_with('.') && entry.path().is_dir() {
+                ids.push(name);
+            }
+        }
+        Ok(ids)
     }
 
     /// The right to make a run that is missing, or any if `again`; `None` if it is there by now or another

@@ -9,7 +9,7 @@ use nalgebra::Point3;
 
 use super::Mesh;
 use super::partition::Partition;
-use super::weld::{coincident, coincident_within};
+use super::weld::{coincident, nearly_coincident};
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BoundingBox {
@@ -23,9 +23,6 @@ impl BoundingBox {
         (Point3::from(self.max) - Point3::from(self.min)).norm()
     }
 }
-
-/// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
-const NEARLY: f64 = 1e-6;
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
@@ -111,9 +108,6 @@ impl Statistics {
         corner_sets.sort_unstable();
 
         let materials = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.all);
-        let bounding_box = bounding_box(mesh);
-        let coincident_vertices = coincident(mesh);
-        let within = |corners: BoundingBox| coincident_within(mesh, NEARLY * corners.diagonal());
         Statistics {
             vertices,
             faces: mesh.faces.len(),
@@ -128,9 +122,9 @@ impl Statistics {
             degenerate_faces: (0..mesh.faces.len()).filter(|&j| mesh.is_degenerate(j)).count(),
             duplicate_faces: corner_sets.windows(2).filter(|pair| pair[0] == pair[1]).count(),
             unreferenced_vertices: vertices - count(&referenced),
-            coincident_vertices,
-            nearly_coincident_vertices: bounding_box.map_or(0, within) - coincident_vertices,
-            bounding_box,
+            coincident_vertices: coincident(mesh),
+            nearly_coincident_vertices: nearly_coincident(mesh).0,
+            bounding_box: bounding_box(mesh),
             has_colors: mesh.colors.is_some(),
             has_face_colors: mesh.face_colors.is_some(),
             has_uv: mesh.uv.is_some(),

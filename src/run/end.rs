@@ -21,6 +21,15 @@ pub struct Stop {
     pub interval: Option<u64>,
 }
 
+/// A limit of time in seconds.
+///
+/// # Errors
+/// What it must be, if it is none.
+pub fn time_limit(seconds: f64) -> Result<Duration, &'static str> {
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_| "must be a number of seconds from 0 to 1e19; without it there is no limit")
+}
+
 impl Stop {
     /// The same with less time, because of what was spent before.
     pub fn after(&self, spent: Duration) -> Self {

@@ -1,6 +1,7 @@
 //! The alternation recovers what was painted, repeats itself, and ends with a valid certificate.
 
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 use rand::RngExt;
 
@@ -213,6 +214,27 @@ fn the_limit_of_iterations_counts_all() {
         let said = summary.warnings.iter().any(|warning| warning.contains("still moved"));
         assert!(said || most > 5, "{:?}", summary.warnings);
     }
+}
+
+/// What ended the run is what could be raised, if anything.
+#[test]
+fn advice_is_about_what_ended_the_run() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.4);
+    let alternation = alternation(Initial::Random, 5);
+    let advice = |stop: Stop, observe: Observer<'_>| {
+        let mut request = request(0.05, Mass::Barycentric);
+        request.stop = Stop { relative_gap: Some(0.0), ..stop };
+        let found = segment(&mesh, &data, &alternation, &request, observe).unwrap();
+        let warnings = found.solution.summary.warnings;
+        let said = warnings.into_iter().find(|warning| warning.contains("still moved")).unwrap();
+        said.split_once("raise ").map(|(_, advice)| advice.to_owned())
+    };
+    let few = Stop { iterations: Some(5), ..Stop::default() };
+    assert_eq!(advice(few, &mut go).as_deref(), Some("--max-iterations"));
+    let short = Stop { time: Some(Duration::ZERO), ..Stop::default() };
+    assert_eq!(advice(short, &mut go).as_deref(), Some("--time-limit"));
+    assert_eq!(advice(Stop::default(), &mut |_| ControlFlow::Break(())), None);
 }
 
 /// Regions that became one are one: the one that is left has nothing, from its first step on.

@@ -459,6 +459,15 @@ fn damaged_problems_are_refused_in_one_line() {
     // Packed as `numpy.savez_compressed` does, it is as good.
     folder.write("packed.npz", damaged(&good, "nothing", None));
     folder.done("problem import-trace packed.npz out --no-preview --out fine");
+    // So it is with the integers of 64 bits that other programs make of ours.
+    let wide = Array2::from_shape_fn((mesh.faces.len(), 3), |(j, i)| i64::from(mesh.faces[j][i]));
+    folder.write("wide.npz", damaged(&good, "faces", Some(npy(&wide))));
+    folder.done("problem import-trace wide.npz out --no-preview --out wide");
+    let energy = |out: &str| {
+        let summary = fs::read(folder.path(out).join("summary.json")).unwrap();
+        serde_json::from_slice::<Value>(&summary).unwrap()["energy"].as_f64().unwrap()
+    };
+    assert_eq!(energy("wide"), energy("fine"));
 
     let faces = |corner: i32| npy(&Array2::from_elem((mesh.faces.len(), 3), corner));
     let huge = {
@@ -483,7 +492,10 @@ fn damaged_problems_are_refused_in_one_line() {
         (damaged(&good, "faces", Some(faces(-1))), "indices outside"),
         (damaged(&good, "faces", Some(faces(n as i32))), "indices outside"),
         (damaged(&good, "faces", Some(faces(1))), "area"),
-        (damaged(&good, "faces", Some(npy(&Array2::<f64>::zeros((4, 3))))), "faces"),
+        (
+            damaged(&good, "faces", Some(npy(&Array2::<f64>::zeros((4, 3))))),
+            "holds <f8, not integers",
+        ),
         (damaged(&good, "f", Some(npy(&Array2::<f64>::zeros((n, 1))))), "1 regions"),
         (damaged(&good, "f", Some(npy(&Array2::<f64>::zeros((n + 1, M))))), "rows"),
         (damaged(&good, "f", Some(npy(&Array2::from_elem((n, M), f64::INFINITY)))), "finite"),
@@ -532,8 +544,13 @@ fn damaged_iterates_are_refused_in_one_line() {
     };
     refused(None, "trace.csv");
     refused(Some(""), "is empty");
-    refused(Some("time,seconds\n1,2\n"), "iteration");
-    refused(Some("iteration,seconds\n1,soon\n"), "line 2");
+    refused(Some("time,seconds\n1,2\n"), "line 1: names no column iteration");
+    refused(Some("iteration;seconds\n1;2\n"), "line 1: names no column iteration");
+    refused(Some("iteration\tseconds\n1\t2\n"), "with commas between them");
+    refused(Some("1,2\n2,3\n"), "line 1: names no column iteration");
+    refused(Some("iteration,seconds\n1,soon\n"), "line 2: seconds \"soon\" is no number");
+    refused(Some("iteration,seconds\n1.5,1\n"), "line 2: iteration \"1.5\" is no whole number");
+    refused(Some("iteration,seconds,epsilon\n1,1,None\n"), "line 2: epsilon \"None\" is no number");
     refused(Some("iteration,seconds\n1,NaN\n"), "no time");
     refused(Some("iteration,seconds\n1,-2\n"), "no time");
     refused(Some("iteration,seconds\n1,1e300\n"), "no time");

@@ -84,13 +84,20 @@ fn an_interrupted_run_keeps_what_it_reached() {
     }
 }
 
-/// In the middle of a folder of large files: neither the folder nor what it was to become is there.
+/// In the middle of a large file, or of a folder of them: neither what is there so far nor what it was to become stays.
 #[test]
 fn what_is_half_written_goes_with_the_program() {
-    for signal in ["-INT", "-TERM"] {
+    let operators = "operators torus:400x250 --out out";
+    let convert = "mesh convert torus:400x250 --subdivide 1 --out out.obj";
+    for (line, signal) in [
+        (operators, "-INT"),
+        (operators, "-TERM"),
+        (convert, "-INT"),
+        ("mesh generate torus:800x500 --out out.off", "-TERM"),
+    ] {
         let folder = Folder::new();
         let child = Command::new(PROGRAM)
-            .args("operators torus:400x250 --out out".split_whitespace())
+            .args(line.split_whitespace())
             .current_dir(folder.path(""))
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -103,8 +110,8 @@ fn what_is_half_written_goes_with_the_program() {
             sleep(Duration::from_millis(1));
         }
         run.signal(signal);
-        assert_eq!(run.end().code(), Some(130), "{signal}");
-        assert!(names(&folder.path("")).is_empty(), "{:?}", names(&folder.path("")));
+        assert_eq!(run.end().code(), Some(130), "{line}");
+        assert!(names(&folder.path("")).is_empty(), "{line}: {:?}", names(&folder.path("")));
     }
 }
 

@@ -259,6 +259,10 @@ fn labels_that_mean_nothing_are_counted() {
                 Some(text) => assert!(said.contains(&text), "{line}: {said}"),
                 None => assert!(!said.contains("mean nothing"), "{line}: {said}"),
             }
+            // Which is no promise for those that have none.
+            let inherit =
+                "where they are connected with others, they take the labels of their neighbors";
+            assert_eq!(said.contains(inherit), !unknown.is_empty(), "{line}: {said}");
         }
         // A problem for others says what it is without, too.
         let export = "problem export two.obj --costs S.npy --lambda 0.01 --out problem.npz";

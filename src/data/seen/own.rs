@@ -5,6 +5,7 @@ use super::signal::varies;
 use super::{Seen, View, colored};
 use crate::error::{Error, Result};
 use crate::mesh::Source;
+use crate::unreached::INHERIT;
 
 /// What may come with a mesh, the first choice first.
 #[derive(Clone, Copy, PartialEq)]
@@ -96,7 +97,7 @@ impl View<'_> {
                 let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
                 if unknown > 0 {
                     tracing::warn!(
-                        "{unknown} of {} vertices have no color; they take the labels of their neighbors",
+                        "{unknown} of {} vertices have no color; {INHERIT}",
                         colors.len()
                     );
                 }
@@ -115,8 +116,7 @@ impl View<'_> {
                 if bare > 0 {
                     let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
                     tracing::warn!(
-                        "{bare} of {} faces have no color: {unknown} vertices have no data; they take the labels \
-                         of their neighbors",
+                        "{bare} of {} faces have no color: {unknown} vertices have no data; {INHERIT}",
                         self.mesh.faces.len()
                     );
                 }

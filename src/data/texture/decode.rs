@@ -1,7 +1,8 @@
 //! PNG and JPEG files as texels of three channels.
 //!
 //! A PNG image comes row by row and is shrunk on the way by the least 2^k that brings it to at most
-//! [`MOST_BYTES`]; a JPEG image is decoded whole. Gray and palettes are widened, alpha is dropped, 16 bits stay.
+//! [`MOST_BYTES`]; a JPEG image is decoded whole. Gray and palettes are widened, alpha is dropped with a warning where it
+//! hides anything, 16 bits stay.
 //! The EXIF orientation of a JPEG image is followed where a photo is asked for, and left out of a texture, whose
 //! coordinates are made for the pixels as they are stored (so glTF has it, and viewers of meshes).
 //! A header is believed as far as the file can hold what it promises: deflate compresses 1032 : 1 at best,
@@ -83,18 +84,39 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     let deep = depth == BitDepth::Sixteen;
     let k = shrinking(pixels * if deep { 6 } else { 3 });
     let mut rows = Rows::new(width, height, k, deep, channels);
+    let pixel = channels * if deep { 2 } else { 1 };
+    let has_alpha = matches!(color, png::ColorType::GrayscaleAlpha | png::ColorType::Rgba);
+    let alpha = if has_alpha { pixel / channels } else { 0 };
+    let mut transparent = 0;
+    let mut push = |row: &[u8]| {
+        transparent += hidden(row, pixel, alpha);
+        rows.push(row);
+    };
     if interlaced {
         let mut whole = vec![0; reader.output_buffer_size()];
         reader.next_frame(&mut whole).map_err(failed)?;
-        for row in whole.chunks(reader.output_line_size(width)) {
-            rows.push(row);
-        }
+        whole.chunks(reader.output_line_size(width)).for_each(push);
     } else {
         while let Some(row) = reader.next_row().map_err(failed)? {
-            rows.push(row.data());
+            push(row.data());
         }
     }
+    if transparent > 0 {
+        tracing::warn!(
+            "{}: {transparent} of {pixels} pixels are transparent, wholly or in part; colors are taken as stored",
+            name.display()
+        );
+    }
     Ok(Decoded { width, height, k, texels: rows.finish() })
+}
+
+/// How many pixels of a row, of so many bytes, whose last ones are alpha, are not opaque.
+fn hidden(row: &[u8], pixel: usize, alpha: usize) -> u64 {
+    if alpha == 0 {
+        return 0;
+    }
+    let is_hidden = |pixel: &[u8]| pixel[pixel.len() - alpha..].iter().any(|&byte| byte != u8::MAX);
+    row.chunks_exact(pixel).filter(|pixel| is_hidden(pixel)).count() as u64
 }
 
 /// The content of a JPEG file; `name` is for the errors.

@@ -18,6 +18,7 @@ use super::sample::tile;
 use super::vertices::{Sums, Texel, is_placed, texels_a_face};
 use crate::error::{Error, Result};
 use crate::mesh::{Material, Materials, Mesh, Placement};
+use crate::unreached::INHERIT;
 
 /// An image that faces may have.
 struct Picture {
@@ -299,7 +300,7 @@ impl<'a> Paints<'a> {
         if !reasons.is_empty() {
             let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
             tracing::warn!(
-                "of {} faces {reasons}: {unknown} vertices have no data; they take the labels of their neighbors",
+                "of {} faces {reasons}: {unknown} vertices have no data; {INHERIT}",
                 mesh.faces.len()
             );
         }

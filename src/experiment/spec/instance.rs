@@ -78,6 +78,7 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
         }
     }
     group.zipped(&mut section)?;
+    let table = section.place.clone();
     section.end()?;
     let instance = |cell: &[(String, Placed<Scalar>)]| {
         let cell = Cell(cell);
@@ -134,5 +135,5 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
             data_place,
         })
     };
-    group.cells().iter().map(|cell| instance(cell)).collect()
+    group.cells(&table)?.iter().map(|cell| instance(cell)).collect()
 }

@@ -10,7 +10,7 @@ use super::cell::{Cell, label_of};
 use crate::error::Result;
 use crate::mesh::Source;
 use crate::problem::Problem;
-use crate::run::Stop;
+use crate::run::{Stop, time_limit};
 use crate::solver::{self, DESCRIPTIONS, Options, Setup};
 
 /// How it is solved.
@@ -59,6 +59,7 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
         }
     }
     group.zipped(&mut section)?;
+    let table = section.place.clone();
     section.end()?;
     let solver = |cell: &[(String, Placed<Scalar>)]| {
         let cell = Cell(cell);
@@ -143,7 +144,7 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
             external,
         })
     };
-    group.cells().iter().map(|cell| solver(cell)).collect()
+    group.cells(&table)?.iter().map(|cell| solver(cell)).collect()
 }
 
 fn option_is_known(description: Option<&solver::Description>, key: &str) -> bool {
@@ -167,8 +168,8 @@ fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<Ext
             let message = "an external solver needs limit = SECONDS, or stop a time-limit";
             return Err(Wrong::at(place, message));
         }
-        (Some(given), _) => Duration::try_from_secs_f64(cell.number("limit", 0.0, 0.0)?)
-            .map_err(|error| Wrong::at(&given.place, format!("limit: {error}")))?,
+        (Some(given), _) => time_limit(cell.number("limit", 0.0, 0.0)?)
+            .map_err(|message| Wrong::at(&given.place, format!("limit {message}")))?,
     };
     Ok(External { command: command.to_owned(), limit })
 }

@@ -8,9 +8,10 @@
 //! | up to 255, and all are whole numbers or one is above 2 | over 255 |
 //! | up to 2 | too bright by a little: cut off at 1, with a warning |
 //!
-//! Where all that is above 1 is whole and some of the rest is not, a file seems to mix both: over 255, with a warning.
-//! Colors with a negative component, or one above 255, are of another kind and left out with a warning. Rows
-//! without a color are NaN: unknown.
+//! A file seems to mix both where all that is above 1 is whole and some of the rest is not, or where few colors are
+//! above 1 and more below, black apart: over 255, with a warning.
+//! Colors with a negative component, or one above 255, are left out: all of them where these are the most, since they are
+//! of another kind then. Rows without a color are NaN: unknown. Both with a warning.
 
 use std::path::Path;
 
@@ -34,6 +35,8 @@ pub struct Colors {
     /// Whether there are any in colors above 1, and the colors up to 1 that have some.
     bright_fractions: bool,
     dim_fractions: Places,
+    /// How many are up to 1 and not black.
+    dim: usize,
     bright: Places,
     outside: Places,
 }
@@ -47,6 +50,7 @@ impl Colors {
             fractions: false,
             bright_fractions: false,
             dim_fractions: Places::default(),
+            dim: 0,
             bright: Places::default(),
             outside: Places::default(),
         }
@@ -71,16 +75,22 @@ impl Colors {
         }
         let [r, g, b] = color;
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
+        if low < -ROUNDING || high > self.full.unwrap_or(BYTE) {
+            self.outside.add(place);
+            self.rows.push([f64::NAN; 3]);
+            return;
+        }
         self.largest = self.largest.max(high);
         let fractions = color.iter().any(|c| c.fract() != 0.0);
         self.fractions |= fractions;
-        if low < -ROUNDING || high > self.full.unwrap_or(BYTE) {
-            self.outside.add(place);
-        } else if high > 1.0 + ROUNDING {
+        if high > 1.0 + ROUNDING {
             self.bright_fractions |= fractions;
             self.bright.add(place);
-        } else if fractions {
-            self.dim_fractions.add(place);
+        } else {
+            self.dim += usize::from(high > 0.0);
+            if fractions {
+                self.dim_fractions.add(place);
+            }
         }
         self.rows.push(color);
     }
@@ -90,17 +100,18 @@ impl Colors {
         if self.rows.is_empty() {
             return None;
         }
+        self.rows.resize(count, [f64::NAN; 3]);
+        let unknown = self.rows.iter().filter(|color| color[0].is_nan()).count();
         if !self.outside.is_empty() {
             let range =
                 self.full.map_or("[0, 1] or [0, 255]".to_owned(), |full| format!("[0, {full}]"));
-            self.outside.warn(
-                path,
-                &format!("the colors of {what} are left out, some are outside {range}"),
-            );
-            return None;
+            if self.outside.count() > count - unknown {
+                let most = format!("the colors of {what} are left out, most are outside {range}");
+                self.outside.warn(path, &most);
+                return None;
+            }
+            self.outside.warn(path, &format!("colors of {what} outside {range} are left out"));
         }
-        self.rows.resize(count, [f64::NAN; 3]);
-        let unknown = self.rows.iter().filter(|color| color[0].is_nan()).count();
         if unknown == count {
             warn(path, &format!("no color of the {what} is a number; they are left out"));
             return None;
@@ -118,7 +129,14 @@ impl Colors {
             if self.largest <= 1.0 + ROUNDING {
                 1.0
             } else if !self.fractions || self.largest > TOO_BRIGHT {
-                if !self.bright_fractions {
+                if self.bright.count() < self.dim {
+                    let of_both = format!(
+                        "colors of {what} go up to {}, so that all count as over 255, but few are above 1; write them in \
+                         one range",
+                        self.largest
+                    );
+                    self.bright.warn(path, &of_both);
+                } else if !self.bright_fractions {
                     let of_both = format!(
                         "colors of {what} go up to {}, so that all count as over 255, but some look like fractions of 1; \
                          write them in one range",

@@ -25,6 +25,10 @@ impl Places {
         self.count == 0
     }
 
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// Says so, if it happened.
     pub fn warn(&self, path: &Path, what: &str) {
         if self.count > 0 {

@@ -25,7 +25,7 @@ use super::Mesh;
 use super::geometry::barycentric_areas;
 use crate::sweep;
 
-pub use self::seams::{coincident, coincident_within, free_cuts, is_shattered, mending_tolerance};
+pub use self::seams::{coincident, free_cuts, is_shattered, mending_tolerance, nearly_coincident};
 
 /// A mesh whose coincident vertices are merged, and where each vertex went.
 #[derive(Clone, Debug, PartialEq)]

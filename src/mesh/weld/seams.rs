@@ -6,6 +6,9 @@ use super::{Weld, moved};
 use crate::mesh::Mesh;
 use crate::mesh::statistics::{bounding_box, components};
 
+/// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
+const NEARLY: f64 = 1e-6;
+
 /// How many vertices of faces lie at the position of an earlier one: what [`Weld::exact`] merges.
 pub fn coincident(mesh: &Mesh) -> usize {
     firsts(mesh).map_or(0, |first| moved(&first))
@@ -18,9 +21,12 @@ pub fn free_cuts(coincident: usize) -> String {
     )
 }
 
-/// How many [`Weld::within`] merges.
-pub fn coincident_within(mesh: &Mesh, tolerance: f64) -> usize {
-    moved(&near(mesh, firsts(mesh), tolerance))
+/// How many vertices lie near an earlier one, but not at its position, and how near that is.
+pub fn nearly_coincident(mesh: &Mesh) -> (usize, f64) {
+    let Some(corners) = bounding_box(mesh) else { return (0, 0.0) };
+    let tolerance = NEARLY * corners.diagonal();
+    let within = moved(&near(mesh, firsts(mesh), tolerance));
+    (within - coincident(mesh), tolerance)
 }
 
 /// Whether a mesh falls apart into about as many components as it has faces, as a soup of triangles does.

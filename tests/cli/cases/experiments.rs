@@ -310,7 +310,7 @@ fn what_is_missing_is_named_by_its_line() {
         assert!(SMALL.contains(from), "{from}");
         folder.write("e.toml", SMALL.replacen(from, to, 1));
     };
-    change("\"torus:24x16\"]", "\"no/such.ply\"]");
+    change("\"torus:20x12\", \"torus:24x16\"", "\"torus:24x16\", \"no/such.ply\"");
     refused(&folder, "experiment run e.toml", &["e.toml, line 8, column 24", "no/such.ply"]);
     folder.write("bare.obj", crate::support::SQUARE_OBJ);
     change(

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use image::{Rgb, RgbImage};
+use image::{Rgb, RgbImage, Rgba, RgbaImage};
 use meshseg::mesh::source;
 
 use crate::support::{Answer, Folder, stderr};
@@ -173,6 +173,28 @@ fn an_atlas_of_16k() {
     let (answer, said) = segment(&folder, "terrain.obj --data texture:atlas.png --regions 2");
     half_and_half(&answer);
     assert!(said.contains("16384 x 16384 pixels were shrunk by 2"), "{said}");
+}
+
+/// What an image hides is taken as it is stored, and that is said.
+#[test]
+fn transparent_pixels_are_counted() {
+    let folder = Folder::new();
+    let save = |name: &str, alpha: u8| {
+        let pixel = |i, _| if i < 15 { Rgba([0, 0, 0, alpha]) } else { Rgba([255; 4]) };
+        RgbaImage::from_fn(60, 40, pixel).save(folder.path(name)).unwrap();
+    };
+    save("clear.png", 0);
+    save("glass.png", 254);
+    save("opaque.png", 255);
+    for (name, share) in [("clear", true), ("glass", true), ("opaque", false)] {
+        let line = format!("grid:30x20 --data image:{name}.png --regions 2");
+        let (answer, said) = segment(&folder, &line);
+        let expected = format!("{name}.png: 600 of 2400 pixels are transparent");
+        assert_eq!(said.contains(&expected), share, "{said}");
+        assert_eq!(said.contains("transparent"), share, "{said}");
+        let quarter = agreement(&answer, "grid:30x20", |x| x[0] < 0.25);
+        assert!(quarter > 0.95, "{name}: {quarter}");
+    }
 }
 
 /// Black at the left, white at the right, from the column `border` of 60 on.

@@ -301,6 +301,21 @@ fn colors_of_two_ranges_in_one_file() {
         );
         assert!(said.contains(&format!("(1, the first: {place})")), "{said}");
     }
+    // A few whole numbers among many that are not above 1.
+    let few = ["1 0 0", "0 255 0", "0 1 1", "0 0 0"];
+    for (said, place) in
+        [(said_of("a.obj", &vertices(few)), "line 2"), (said_of("a.ply", &ply(few)), "vertex 1")]
+    {
+        assert!(said.contains("go up to 255") && said.contains("few are above 1"), "{said}");
+        assert!(said.contains(&format!("(1, the first: {place})")), "{said}");
+    }
+    // One that is no color is left out alone.
+    let odd = said_of("a.ply", &ply(["1 0 0", "0 1 0", "-0.5 0.25 1", "0 0 0"]));
+    assert!(
+        odd.contains("outside [0, 1] or [0, 255] are left out (1, the first: vertex 2)"),
+        "{odd}"
+    );
+    assert!(odd.contains("1 of 4 vertices have no color and count as unknown"), "{odd}");
     // Fractions on both sides of 1 are one range, as are whole numbers.
     for colors in [
         ["200.5 0 0", "0 254.9 0", "0.5 0.25 1", "0 0 0"],

@@ -231,13 +231,10 @@ fn tolerances_are_lengths_that_leave_faces() {
             assert_eq!(message.lines().count(), 1, "{message}");
             assert_eq!(folder.listing(), before);
         }
-        // Nothing to weld is nothing to say.
         let output = folder.run(&format!("{verb} --weld 0.1"));
-        assert!(
-            output.status.success() && !stderr(&output).contains("weld"),
-            "{}",
-            stderr(&output)
-        );
+        let said = stderr(&output);
+        assert!(output.status.success() && said.matches("weld").count() == 1, "{said}");
+        assert!(said.contains("welded 0 vertices: no two of the faces lie within 0.1"), "{said}");
     }
     let output = folder.run("segment square.obj --regions 2 --weld 1 --no-weld --out out");
     assert_eq!(output.status.code(), Some(2));
@@ -250,6 +247,35 @@ fn tolerances_are_lengths_that_leave_faces() {
     let output = folder.run("segment sliver.obj --weld 1e-4 --data d.npy --regions 2 --out sliver");
     assert!(stderr(&output).contains("1 faces without area were left out"), "{}", stderr(&output));
     assert_eq!(folder.answer("sliver").u.nrows(), 4);
+}
+
+/// Positions that agree but for rounding: a weld of equal ones merges nothing, and what would mend it is said.
+#[test]
+fn a_weld_that_leaves_the_seams_says_so() {
+    let folder = Folder::new();
+    let rounded = |chart: fn(usize) -> usize| {
+        let (mut mesh, _) = cut(&shape("grid:6x5"), chart);
+        (0..).zip(&mut mesh.vertices).for_each(|(v, x)| x.z = 1e-8 * f64::from(v));
+        mesh
+    };
+    // Every face on its own; two halves.
+    for mesh in [rounded(|j| j), rounded(|j| j % 60 / 30)] {
+        io::write(&folder.path("m.ply"), &mesh).unwrap();
+        folder.array("S.npy", &costs(mesh.vertices.len(), 2));
+        folder.array("U.npy", &Array2::from_elem((mesh.vertices.len(), 2), 0.5));
+        for verb in [
+            "solve m.ply --costs S.npy --lambda 0.01 --no-preview --out out",
+            "evaluate m.ply --costs S.npy --lambda 0.01 --u U.npy",
+            "mesh convert m.ply --out out.ply",
+            "segment m.ply --data S.npy --regions 2 --lambda 0.01 --no-preview --out out",
+        ] {
+            let said = stderr(&folder.run(&format!("{verb} --weld")));
+            assert!(said.contains("welded 0 vertices"), "{verb}: {said}");
+            let (_, tolerance) = said.rsplit_once("with --weld ").expect(&said);
+            let mended = stderr(&folder.run(&format!("{verb} --weld {}", tolerance.trim())));
+            assert!(!mended.contains("welded 0") && !mended.contains("free"), "{verb}: {mended}");
+        }
+    }
 }
 
 /// Two sides of a leaf at the same positions.
@@ -616,10 +642,18 @@ fn data_of_one_value_are_nothing_to_segment() {
         &Array2::from_shape_fn((n, 2), |(k, _)| 7.0 + 1e-6 * f64::from(k > n / 2)),
     );
     for (data, said) in [
-        ("colors", Some("colors: all vertices have the same color: there is nothing to segment")),
+        (
+            "colors",
+            Some(
+                "colors: all vertices have the same colors: there is nothing to segment; choose other data",
+            ),
+        ),
         (
             "rounded.npy",
-            Some("rounded.npy: all vertices have the same values: there is nothing to segment"),
+            Some(
+                "rounded.npy: no values differ by more than 1e-13 of their size, which is rounding: there is nothing to \
+                 segment; choose other data",
+            ),
         ),
         ("signal.npy", None),
     ] {

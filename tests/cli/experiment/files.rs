@@ -63,6 +63,20 @@ fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
     refuse("name = \"fista\"", "name = \"fista\"\nthreads = 0", &["from 1 to 1024"]);
     refuse("name = \"fista\"", "name = \"fista\"\ncoarse-to-fine = 1", &["true or false"]);
     refuse("label = \"FISTA\"", "label = \"FISTA\"\nzip = [\"a\", \"b\"]", &["\"a\"", "solver"]);
+    let many = "repetitions = 100000000000";
+    refuse("repetitions = 2", many, &["line 4, column 15", "600000000000 runs", "at most 100000"]);
+    let lists = format!("noise = {:?}\nseed = {0:?}\nregions = [2, 3, 4]", [1; 200]);
+    refuse("noise = 0.3\nregions = 4", &lists, &["line 7, column 1", "make 240000 cells"]);
+    refuse(
+        "mesh = \"torus:24x16\"\nsolver",
+        "mesh = \"torus:24x61\"\nsolver",
+        &["line 23, column 8", "no cell has the mesh torus:24x61", "did you mean \"torus:24x16\""],
+    );
+    refuse(
+        "solver = \"fista\"\n",
+        "solver = \"fista\"\noptions = { rho = 1.5 }\n",
+        &["line 22, column 1", "no cell has all of these values together"],
+    );
     refuse("solver = \"fista\"\n", "sover = \"fista\"\n", &["no cell has \"sover\""]);
     refuse("name = \"decay\"", "name = \"../decay\"", &["becomes a file"]);
     refuse("kind = \"decay\"", "kind = \"line\"", &["decay", "profile", "relation"]);
@@ -91,7 +105,7 @@ fn files_that_are_none_are_refused() {
         let message = stderr(&output);
         assert!(message.lines().count() == 1 && message.contains(part), "{message}");
     }
-    folder.write("e.toml", super::SMALL.replace("\"torus:24x16\"]", "\"no/such.ply\"]"));
+    folder.write("e.toml", super::SMALL.replace("\"torus:24x16\"", "\"no/such.ply\""));
     let output = folder.run("experiment run e.toml");
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("no/such.ply"), "{}", stderr(&output));

@@ -197,7 +197,32 @@ fn damaged_runs_are_named() {
         std::fs::write(&path, content).unwrap();
         refused(&folder, "experiment report results/small", file);
         refused(&folder, "experiment list small.toml", file);
+        refused(&folder, "experiment report results/small", "remove the folder of the run");
         std::fs::write(&path, whole).unwrap();
+    }
+}
+
+/// Copying and cleaning lose single files; what is left is no run.
+#[test]
+fn runs_that_lost_a_file_are_made_again() {
+    let folder = small();
+    folder.done("experiment run small.toml");
+    folder.done("experiment report results/small");
+    let made = outcomes(&folder.path("results/small"));
+    let runs = folder.path("results/small/runs");
+    let id = names(&runs).pop_first().unwrap();
+    for file in ["spec.toml", "trace.csv", "summary.json", "manifest.json"] {
+        std::fs::remove_file(runs.join(&id).join(file)).unwrap();
+        for line in
+            ["experiment report results/small", "experiment why results/small/figures/decay.svg"]
+        {
+            refused(&folder, line, &format!("lacks {file}; `meshseg experiment run` makes"));
+        }
+        let list = folder.done("experiment list small.toml");
+        assert!(list.contains("10, 1 missing") && list.contains("missing\n"), "{list}");
+        let again = folder.done("experiment run small.toml");
+        assert!(again.contains("made          1"), "{again}");
+        assert_eq!(outcomes(&folder.path("results/small")), made);
     }
 }
 

@@ -12,7 +12,7 @@ fn numbers_out_of_range() {
         ("--gap -1", "--gap -1"),
         ("--gap nan", "--gap NaN"),
         ("--time-limit -1", "--time-limit -1"),
-        ("--time-limit nan", "--time-limit NaN"),
+        ("--time-limit nan", "--time-limit NaN: must be a number of seconds from 0"),
         ("--time-limit 1e300", "--time-limit 1"),
         ("--stop-change -0.5", "--stop-change -0.5"),
         ("--stop-change nan", "--stop-change NaN"),
@@ -52,7 +52,8 @@ fn numbers_out_of_range() {
         ("torus:400", "torus:400x250"),
         ("sphere:11", "level 0 to 10"),
         ("grid:0x1", "at least 1x1"),
-        ("grid:99999x99999", "at most"),
+        ("grid:99999x99999", "at most 50000000"),
+        ("grid:99999999999999999999x1", "at most 50000000"),
     ] {
         refuse(&folder, &format!("mesh generate {shape} --out out.ply"), &[shape, part]);
     }
@@ -112,6 +113,7 @@ fn command_lines_that_cannot_be_understood() {
             "solve square.obj --costs S.npy --lambda 1 --out out --init uniform --coarse-to-fine",
             "--coarse-to-fine",
         ),
+        ("solve square.obj --costs S.npy --lambda 1 --out out --init=", "--init"),
         ("evaluate square.obj --costs S.npy --lambda 1", "--u"),
         (
             "evaluate square.obj --costs S.npy --lambda 1 --u U.npy --epsilon-mode both",

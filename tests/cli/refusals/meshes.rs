@@ -63,7 +63,7 @@ fn text_that_is_no_mesh() {
         ("a.stl", "solid\nendsolid\n".into(), "has no faces"),
         ("a.stl", "solid\n".into(), "endsolid"),
         ("a.stl", "neither".into(), "neither ascii nor binary"),
-        ("a.stl", stl("vertex 0 1 0", "vertex 0 1"), "line 6"),
+        ("a.stl", stl("vertex 0 1 0", "vertex 0 1"), "line 7"),
         ("a.stl", stl("vertex 0 1 0", "vertex 0 inf 0"), "inf"),
         ("a.stl", stl("endloop", "vertex 0 0 1\nendloop"), "endloop"),
         ("a.stl", stl("endsolid\n", ""), "endsolid"),

@@ -3,6 +3,7 @@
 //! ```text
 //! binary: 80 bytes of anything, F as u32, then F times: normal, 3 corners (12 f32), 2 bytes; little endian
 //! ascii:  solid NAME { facet normal N outer loop { vertex x y z } x3 endloop endfacet } endsolid NAME
+//!         a name ends with its line; all other words are apart by any blanks
 //! ```
 //!
 //! Corners at exactly the same position are welded; vertices are numbered in order of first appearance.
@@ -123,12 +124,13 @@ fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Mesh> {
 fn parse_ascii(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let mut text = Text::new(path, bytes);
     let mut welder = Welder::default();
-    while text.next_line() {
-        expect_keyword(&mut text, b"solid")?;
+    while text.seek_token() {
+        expect(&mut text, "solid")?;
+        text.rest_of_line();
         loop {
-            next_line(&mut text, b"endsolid")?;
-            let keyword = text.token().unwrap_or_default();
+            let keyword = next(&mut text, "endsolid")?;
             if keyword.eq_ignore_ascii_case(b"endsolid") {
+                text.rest_of_line();
                 break;
             }
             if !keyword.eq_ignore_ascii_case(b"facet") {
@@ -136,42 +138,52 @@ fn parse_ascii(path: &Path, bytes: &[u8]) -> Result<Mesh> {
                     text.error(format!("expected facet or endsolid, not {}", quote(keyword)))
                 );
             }
-            next_line(&mut text, b"outer")?;
-            expect_keyword(&mut text, b"outer")?;
-            expect_keyword(&mut text, b"loop")?;
+            skip_normal(&mut text)?;
+            expect(&mut text, "loop")?;
             let mut corners = [[0.0; 3]; 3];
             for corner in &mut corners {
-                next_line(&mut text, b"vertex")?;
-                expect_keyword(&mut text, b"vertex")?;
+                expect(&mut text, "vertex")?;
                 for x in corner {
+                    seek(&mut text, "a coordinate")?;
                     *x = text.coordinate()?;
                 }
-                text.expect_end_of_line()?;
             }
-            for keyword in [b"endloop".as_slice(), b"endfacet"] {
-                next_line(&mut text, keyword)?;
-                expect_keyword(&mut text, keyword)?;
-            }
+            expect(&mut text, "endloop")?;
+            expect(&mut text, "endfacet")?;
             welder.add(corners);
         }
     }
     Ok(welder.finish())
 }
 
-fn next_line(text: &mut Text, expected: &[u8]) -> Result<()> {
-    if text.next_line() {
-        return Ok(());
+/// Goes behind `outer`: before it stands a normal, whole, broken or none.
+fn skip_normal(text: &mut Text) -> Result<()> {
+    const WORDS: usize = 4;
+    for _ in 0..WORDS {
+        if next(text, "outer")?.eq_ignore_ascii_case(b"outer") {
+            return Ok(());
+        }
     }
-    Err(text.error(format!("the file ends where {} should be", String::from_utf8_lossy(expected))))
+    expect(text, "outer")
 }
 
-fn expect_keyword(text: &mut Text, keyword: &[u8]) -> Result<()> {
-    match text.token() {
-        Some(token) if token.eq_ignore_ascii_case(keyword) => Ok(()),
-        token => Err(text.error(format!(
-            "expected {}, not {}",
-            String::from_utf8_lossy(keyword),
-            quote(token.unwrap_or_default())
-        ))),
+/// Goes to the next word, on whatever line it is: some programs put several parts of a facet on one.
+fn seek(text: &mut Text, expected: &str) -> Result<()> {
+    match text.seek_token() {
+        true => Ok(()),
+        false => Err(text.error(format!("the file ends where {expected} should be"))),
+    }
+}
+
+fn next<'a>(text: &mut Text<'a>, expected: &str) -> Result<&'a [u8]> {
+    seek(text, expected)?;
+    Ok(text.token().unwrap_or_default())
+}
+
+fn expect(text: &mut Text, keyword: &str) -> Result<()> {
+    let word = next(text, keyword)?;
+    match word.eq_ignore_ascii_case(keyword.as_bytes()) {
+        true => Ok(()),
+        false => Err(text.error(format!("expected {keyword}, not {}", quote(word)))),
     }
 }

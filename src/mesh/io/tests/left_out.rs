@@ -68,8 +68,10 @@ fn colors_of_either_range_and_of_some_vertices() {
         (["1 0 0.2", "red", "0 0.2 x"], Some([red, none, none])),
         // A little too bright, in fractions.
         (["1.25 0 0.2", "", "0 0.2 0"], Some([red, none, dark])),
-        (["256 0 0", "0 0 0", "0 0 0"], None),
-        (["-1 0 0", "0 0 0", "0 0 0"], None),
+        (["256 0 0", "0 0 0", "0 0 0"], Some([none, [0.0; 3], [0.0; 3]])),
+        (["1 0 0.2", "-1 0 0", "1 0 0.2"], Some([red, none, red])),
+        // Most: they are of another kind.
+        (["-1 0 0", "256 0 0", "0 0 0"], None),
         (["nan 0 0", "", ""], None),
         (["1", "2", "x"], None),
     ] {
@@ -206,9 +208,9 @@ fn ply_colors() {
         ("double", rgb, "255 0 51", "0 0 -nan(ind)", Some(none)),
         ("uchar", ["r", "g", "b"], "255 0 51", "0 0 0", Some([0.0; 3])),
         ("ushort", rgb, "65535 0 13107", "0 0 0", Some([0.0; 3])),
-        ("int", rgb, "255 0 51", "256 0 0", None),
-        ("int", rgb, "255 0 51", "-1 0 0", None),
-        ("float", rgb, "1 0 0.2", "1e30 0 0", None),
+        ("int", rgb, "255 0 51", "256 0 0", Some(none)),
+        ("int", rgb, "255 0 51", "-1 0 0", Some(none)),
+        ("float", rgb, "1 0 0.2", "1e30 0 0", Some(none)),
     ] {
         let of = properties(kind, names);
         let mesh = ply(&of, [value, odd, value], "", [""; 2], "");

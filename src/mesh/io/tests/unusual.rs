@@ -280,6 +280,12 @@ fn stl_of_both_kinds() {
     assert_square(&read(Stl, &named).unwrap(), "named");
     let parts = named.replacen("endfacet\n", "endfacet\nendsolid\nsolid b\n", 1);
     assert_square(&read(Stl, parts).unwrap(), "two solids");
+    let joined = SQUARE_STL.replace('\n', " ").replacen("solid ", "solid a\n", 1);
+    assert_square(&read(Stl, joined).unwrap(), "all on one line");
+    let apart = SQUARE_STL.replace(' ', "\n");
+    assert_square(&read(Stl, apart).unwrap(), "every word on its own");
+    let bare = SQUARE_STL.replace(" normal 0 0 1", "");
+    assert_square(&read(Stl, bare).unwrap(), "without normals");
 
     let mut binary = super::written(Stl, &read(Stl, SQUARE_STL).unwrap());
     assert_square(&read(Stl, &binary).unwrap(), "binary");
