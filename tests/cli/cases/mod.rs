@@ -5,4 +5,5 @@ mod claims;
 mod experiments;
 mod images;
 mod readers;
+mod seams;
 mod surfaces;
