@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Data;
 use super::range::robust_unit_range;
 use crate::render::colormap::sequential;
+use crate::sweep;
 
 /// Vertices that principal components are estimated from, at the most.
 const SAMPLED: usize = 20_000;
@@ -93,7 +94,7 @@ fn common_range(data: &Data, area: &[f64]) -> [f64; 2] {
         let column = data.values.iter().skip(i).step_by(data.dimension).copied().collect();
         scaled(column, area).1
     };
-    let ranges = [range(0), range(1), range(2)];
+    let ranges = sweep::results(vec![0, 1, 2], range);
     [
         ranges.iter().fold(f64::INFINITY, |a, range| a.min(range[0])),
         ranges.iter().fold(f64::NEG_INFINITY, |a, range| a.max(range[1])),
@@ -136,7 +137,7 @@ fn principal(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
         })
         .collect();
     let ranges: Vec<[f64; 2]> =
-        components.iter().map(|component| scaled(component.clone(), area).1).collect();
+        sweep::results(components.iter().collect(), |component| scaled(component.clone(), area).1);
     let width = ranges[0][1] - ranges[0][0];
     let value = |i: usize, k: usize| {
         let [low, high] = ranges[i];

@@ -18,14 +18,14 @@ pub fn robust_range(values: &[f64], area: &[f64]) -> [f64; 2] {
     if order.is_empty() {
         return [0.0; 2];
     }
-    let low = quantile(values, area, order.iter(), CLIPPED);
-    [low, quantile(values, area, order.iter().rev(), CLIPPED)]
+    let low = quantile(area, order.iter(), CLIPPED);
+    [low, quantile(area, order.iter().rev(), CLIPPED)]
 }
 
 /// The area-weighted median of the values that are not NaN; 0 if there are none.
 pub fn median(values: &[f64], area: &[f64]) -> f64 {
     let order = ordered(values, area);
-    if order.is_empty() { 0.0 } else { quantile(values, area, order.iter(), 0.5) }
+    if order.is_empty() { 0.0 } else { quantile(area, order.iter(), 0.5) }
 }
 
 /// Values clipped at a range, which becomes [0, 1]; 0.5 if it has no width. NaN stays.
@@ -38,28 +38,27 @@ pub fn unit(values: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
     values.iter().map(mapped).collect()
 }
 
-/// The vertices with a value and an area, by their values.
-fn ordered(values: &[f64], area: &[f64]) -> Vec<usize> {
+/// The values at vertices with an area, in increasing order, each with its vertex.
+fn ordered(values: &[f64], area: &[f64]) -> Vec<(f64, usize)> {
     assert_eq!(values.len(), area.len());
-    let counts = |&v: &usize| area[v] > 0.0 && !values[v].is_nan();
-    let mut order: Vec<usize> = (0..values.len()).filter(counts).collect();
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let vertices = values.iter().copied().zip(0..);
+    let mut order: Vec<_> = vertices.filter(|&(x, v)| area[v] > 0.0 && !x.is_nan()).collect();
+    order.sort_unstable_by(|(x, v), (y, w)| x.total_cmp(y).then(v.cmp(w)));
     order
 }
 
 /// The first value of the ordered vertices by which more than a share of the area has passed.
 fn quantile<'a>(
-    values: &[f64],
     area: &[f64],
-    order: impl Iterator<Item = &'a usize> + Clone,
+    order: impl Iterator<Item = &'a (f64, usize)> + Clone,
     share: f64,
 ) -> f64 {
-    let total: f64 = order.clone().map(|&v| area[v]).sum();
+    let total: f64 = order.clone().map(|&(_, v)| area[v]).sum();
     let mut passed = 0.0;
     let mut last = f64::NAN;
-    for &v in order {
+    for &(value, v) in order {
         passed += area[v];
-        last = values[v];
+        last = value;
         if passed > share * total {
             break;
         }

@@ -1,7 +1,7 @@
 //! Rows of a picture, and candidate views, in parallel. Each is computed alone, so that the number of threads
 //! changes no bit.
 
-use std::thread;
+use crate::sweep;
 
 /// Fewer pixels than this are not worth a thread.
 const PIXELS_A_THREAD: usize = 1 << 16;
@@ -25,33 +25,8 @@ pub(super) fn for_each_band<T: Send>(
     width: usize,
     fill: impl Fn(usize, &mut [T]) + Sync,
 ) {
-    let rows = (pixels.len() / width).div_ceil(threads());
-    let rows = rows.max(PIXELS_A_THREAD / width);
-    if rows * width >= pixels.len() {
-        return fill(0, pixels);
-    }
-    thread::scope(|scope| {
-        for (i, band) in pixels.chunks_mut(rows * width).enumerate() {
-            let fill = &fill;
-            scope.spawn(move || fill(i * rows, band));
-        }
-    });
-}
-
-/// The values of a costly function, in order.
-pub(super) fn map<S: Sync, T: Send>(items: &[S], value: impl Fn(&S) -> T + Sync) -> Vec<T> {
-    let share = items.len().div_ceil(threads()).max(1);
-    thread::scope(|scope| {
-        let value = &value;
-        let running: Vec<_> = items
-            .chunks(share)
-            .map(|chunk| scope.spawn(move || chunk.iter().map(value).collect::<Vec<T>>()))
-            .collect();
-        let joined = running.into_iter().map(|thread| thread.join());
-        joined.flat_map(|values| values.expect("the function does not panic")).collect()
-    })
-}
-
-fn threads() -> usize {
-    thread::available_parallelism().map_or(1, usize::from)
+    let rows = (pixels.len() / width).div_ceil(sweep::threads());
+    let rows = rows.max(PIXELS_A_THREAD / width).max(1);
+    let bands: Vec<_> = pixels.chunks_mut(rows * width).enumerate().collect();
+    sweep::each(bands, &|(i, band)| fill(i * rows, band));
 }

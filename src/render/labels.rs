@@ -9,9 +9,10 @@
 
 use std::ops::Range;
 
-use super::bands::{for_each_band, for_each_row, map};
+use super::bands::{for_each_band, for_each_row};
 use super::visibility::Visibility;
 use crate::mesh::Mesh;
+use crate::sweep;
 
 /// No surface.
 pub(super) const NOWHERE: u32 = u32::MAX;
@@ -101,8 +102,8 @@ impl<'a> LabelField<'a> {
     /// The visible cut, one crossing for each step to the right or down that changes the region.
     pub fn crossings(&self, visibility: &Visibility, regions: &[u32]) -> Vec<Crossing> {
         let size = [visibility.width, visibility.height];
-        let bands: Vec<_> = (0..visibility.height).step_by(BAND).collect();
-        let found = map(&bands, |&first| {
+        let bands = (0..visibility.height).step_by(BAND).collect();
+        let found = sweep::results(bands, |first: usize| {
             let rows = first * size[0]..(first + BAND).min(size[1]) * size[0];
             // A step leads a row down, and `Breadths::at` two rows further.
             let (above, below) = (2 * size[0], 3 * size[0]);

@@ -21,6 +21,7 @@ mod view;
 mod visibility;
 
 use crate::mesh::Mesh;
+use crate::sweep;
 use camera::Camera;
 use image::RgbImage;
 use scene::Scene;
@@ -28,9 +29,9 @@ use scene::Scene;
 pub use view::{View, standing};
 
 /// Each half has this width at the most, and this height if it has one view,
-const HALF: f64 = 800.0;
+const HALF: f64 = 720.0;
 /// or this one if it has two.
-const TALL: f64 = 1000.0;
+const TALL: f64 = 900.0;
 /// Pixels around the mesh and everything else.
 const MARGIN: f64 = 14.0;
 /// No half is narrower: captions and legend need some room.
@@ -68,11 +69,15 @@ impl Picture<'_> {
             || [(); 2].map(|()| blank(HALF as u32, HALF as u32)),
             |scene| {
                 let field = scene.field();
-                let (cameras, flat) = view::cameras(&scene.mesh, &field, self.view);
+                let straight = view::straight_on(&scene.mesh).filter(|_| self.view == View::Auto);
+                let lit = straight.is_none();
+                let (cameras, normals) = sweep::join(
+                    || view::cameras(&scene.mesh, &field, self.view, straight),
+                    || lit.then(|| normals::corner_normals(&scene.mesh)),
+                );
                 let (cameras, beside) = fitted(cameras);
-                let normals = (!flat).then(|| normals::corner_normals(&scene.mesh));
                 let draw = |camera: &Camera| scene.draw(&field, camera, normals.as_deref());
-                let views: Vec<[RgbImage; 2]> = cameras.iter().map(draw).collect();
+                let views = sweep::results(cameras.iter().collect(), draw);
                 [0, 1].map(|half| {
                     let views: Vec<&RgbImage> = views.iter().map(|view| &view[half]).collect();
                     arranged(&views, beside)

@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 
 use super::bands::for_each_band;
-use crate::mesh::Mesh;
+use crate::mesh::{Incidence, Mesh};
 
 /// Faces that join across less than this angle are shaded as one smooth surface.
 const SMOOTH_COSINE: f64 = 0.643;
@@ -22,13 +22,13 @@ pub(super) fn corner_normals(mesh: &Mesh) -> Vec<[Vector3<f32>; 3]> {
             *area = mesh.area_vector(first + i);
         }
     });
-    let around = Incidence::new(mesh);
+    let around = Incidence::new(mesh, |j, _| j as u32);
     let mut normals = vec![[Vector3::zeros(); 3]; mesh.faces.len()];
     for_each_band(&mut normals, 1, |first, band| {
         for (i, normals) in band.iter_mut().enumerate() {
             let j = first + i;
             *normals = mesh.faces[j].map(|v| {
-                let faces = around.faces(v as usize);
+                let faces = around.at(v as usize);
                 let mut sum = area[j];
                 if faces.len() <= MAX_VALENCE {
                     for other in faces.iter().filter(|&&i| i as usize != j) {
@@ -45,35 +45,4 @@ pub(super) fn corner_normals(mesh: &Mesh) -> Vec<[Vector3<f32>; 3]> {
         }
     });
     normals
-}
-
-/// The faces around each vertex, in one list.
-struct Incidence {
-    start: Vec<usize>,
-    face: Vec<u32>,
-}
-
-impl Incidence {
-    fn new(mesh: &Mesh) -> Self {
-        let mut start = vec![0; mesh.vertices.len() + 1];
-        for &v in mesh.faces.iter().flatten() {
-            start[v as usize + 1] += 1;
-        }
-        for v in 0..mesh.vertices.len() {
-            start[v + 1] += start[v];
-        }
-        let mut next = start.clone();
-        let mut face = vec![0; 3 * mesh.faces.len()];
-        for (j, corners) in mesh.faces.iter().enumerate() {
-            for &v in corners {
-                face[next[v as usize]] = j as u32;
-                next[v as usize] += 1;
-            }
-        }
-        Incidence { start, face }
-    }
-
-    fn faces(&self, v: usize) -> &[u32] {
-        &self.face[self.start[v]..self.start[v + 1]]
-    }
 }

@@ -10,6 +10,7 @@ use super::labels::{self, LabelField};
 use super::shading::{Light, linear_from_srgb, srgb_from_linear};
 use super::visibility::{Fragment, Planes, SAMPLES, Visibility, Visible, components};
 use crate::mesh::Mesh;
+use crate::sweep;
 
 /// The color of the cut, in sRGB: darker than any region.
 const CUT_COLOR: [f64; 3] = [0.09, 0.09, 0.11];
@@ -84,22 +85,26 @@ impl Scene {
             return None;
         }
         let mesh = Mesh::new(points().map(|x| ((x - center) / radius).into()).collect(), faces);
-        let mut own = Vec::with_capacity(referenced.len() * m);
-        for &k in &referenced {
-            own.extend_from_slice(&u[k * m..(k + 1) * m]);
-        }
-        let mut data = vec![Vector3::zeros(); referenced.len()];
-        for_each_band(&mut data, 1, |first, band| {
-            for (to, &k) in band.iter_mut().zip(&referenced[first..]) {
-                let color = data_colors[k];
-                let known = color.iter().all(|c| !c.is_nan());
-                *to = linear_from_srgb(if known { color } else { UNKNOWN }).into();
+        let colored = || {
+            let mut own = Vec::with_capacity(referenced.len() * m);
+            for &k in &referenced {
+                own.extend_from_slice(&u[k * m..(k + 1) * m]);
             }
-        });
+            let mut data = vec![Vector3::zeros(); referenced.len()];
+            for_each_band(&mut data, 1, |first, band| {
+                for (to, &k) in band.iter_mut().zip(&referenced[first..]) {
+                    let color = data_colors[k];
+                    let known = color.iter().all(|c| !c.is_nan());
+                    *to = linear_from_srgb(if known { color } else { UNKNOWN }).into();
+                }
+            });
+            (own, data)
+        };
+        let (component, (u, data)) = sweep::join(|| components(&mesh), colored);
         Some(Scene {
-            component: components(&mesh),
+            component,
             mesh,
-            u: own,
+            u,
             data,
             regions: region_colors.iter().map(|&color| linear_from_srgb(color).into()).collect(),
         })
@@ -162,9 +167,14 @@ impl Scene {
             );
         });
         let picture = |half: usize| {
-            let bytes = pixels.iter().flat_map(|pixel| pixel[half]).collect();
-            RgbImage::from_raw(width as u32, visibility.height as u32, bytes)
-                .expect("the buffer has the size")
+            let mut image = RgbImage::new(width as u32, visibility.height as u32);
+            for_each_row(&mut image, 3 * width, |y, row| {
+                let (row, _) = row.as_chunks_mut::<3>();
+                for (color, pixel) in row.iter_mut().zip(&pixels[y * width..]) {
+                    *color = pixel[half];
+                }
+            });
+            image
         };
         [picture(0), picture(1)]
     }

@@ -7,9 +7,9 @@ use super::labels::LabelField;
 use crate::mesh::Mesh;
 
 /// Meshes of no more faces are taken as they are.
-const FEW: usize = 10_000;
+const FEW: usize = 6_000;
 /// Cells along each axis of the cube [-1, 1]^3.
-const CELLS: usize = 40;
+const CELLS: usize = 32;
 
 pub(super) struct Simplified {
     pub mesh: Mesh,

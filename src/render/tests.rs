@@ -62,15 +62,19 @@ fn drawn(scene: &Scene, camera: Camera) -> RgbImage {
 fn small_preview(mesh: &Mesh, u: &[f64]) -> RgbImage {
     let data = vec![GRAY; mesh.vertices.len()];
     let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
-    let (mut cameras, _) = view::cameras(&scene.mesh, &scene.field(), View::Auto);
-    drawn(&scene, cameras.swap_remove(0))
+    drawn(&scene, cameras(&scene).swap_remove(0))
 }
 
 /// How many views there are.
 fn views(mesh: &Mesh, u: &[f64]) -> usize {
     let data = vec![GRAY; mesh.vertices.len()];
     let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
-    view::cameras(&scene.mesh, &scene.field(), View::Auto).0.len()
+    cameras(&scene).len()
+}
+
+fn cameras(scene: &Scene) -> Vec<Camera> {
+    let straight = view::straight_on(&scene.mesh);
+    view::cameras(&scene.mesh, &scene.field(), View::Auto, straight)
 }
 
 fn is_cut(image: &RgbImage, x: usize, y: usize) -> bool {
@@ -285,15 +289,15 @@ fn picture(mesh: &Mesh, u: &[f64], view: View) -> RgbImage {
 fn a_mesh_without_extent_is_a_white_picture() {
     let white = |mesh: &Mesh| {
         let image = picture(mesh, &vec![0.5; 2 * mesh.vertices.len()], View::Auto);
-        assert_eq!(image.width(), 1600);
-        let rows = legend::CAPTION as u32..legend::CAPTION as u32 + 800;
+        assert_eq!(image.width(), 2 * super::HALF as u32);
+        let rows = legend::CAPTION as u32..legend::CAPTION as u32 + super::HALF as u32;
         image.enumerate_pixels().filter(|(_, y, _)| rows.contains(y)).all(|p| p.2.0 == [255; 3])
     };
     assert!(white(&Mesh::default()));
     assert!(white(&Mesh::new(vec![Point3::origin()], vec![[0, 0, 0]])));
     let axis = [0.0, 1.0, 2.0].map(|s| Point3::new(s, 0.0, 0.0)).to_vec();
     let line = picture(&Mesh::new(axis, vec![[0, 1, 2]]), &[0.5; 6], View::Auto);
-    assert!(line.height() < 800);
+    assert!(line.height() < super::HALF as u32);
 }
 
 /// Stripes of a few pixels: each keeps half of its width at least, whatever the line.
@@ -338,7 +342,7 @@ fn a_flat_picture_fills_its_half_in_its_own_proportions() {
     }
     let image = picture(&mesh, &field(&mesh, |_| -1.0), View::Auto);
     let margin = MARGIN as u32;
-    assert_eq!(image.width(), 1600);
+    assert_eq!(image.width(), 2 * super::HALF as u32);
     assert!(image.get_pixel(margin + 1, image.height() / 2 - 10).0 != [255; 3]);
     assert!(image.height() < 200 + 2 * margin + 100, "{}", image.height());
 }

@@ -11,12 +11,12 @@ use std::str::FromStr;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::bands;
 use super::camera::Camera;
 use super::labels::{LabelField, NOWHERE};
 use super::simplified::{Simplified, simplified};
 use super::visibility::{Visibility, components};
 use crate::mesh::Mesh;
+use crate::sweep;
 
 /// Pixels along the longer side.
 const SIZE: f64 = 48.0;
@@ -88,22 +88,29 @@ impl FromStr for View {
     }
 }
 
-/// The cameras, one or two, and whether the mesh is flat and seen straight on. `mesh` lies in the unit ball and has
-/// no unreferenced vertices.
-pub(super) fn cameras(mesh: &Mesh, field: &LabelField, view: View) -> (Vec<Camera>, bool) {
+/// The direction to a viewer, and what is up for him.
+pub(super) type Direction = (Vector3<f64>, Vector3<f64>);
+
+/// The cameras, one or two. `mesh` lies in the unit ball and has no unreferenced vertices; `straight` is how it is
+/// seen straight on, if it is to be.
+pub(super) fn cameras(
+    mesh: &Mesh,
+    field: &LabelField,
+    view: View,
+    straight: Option<Direction>,
+) -> Vec<Camera> {
     let fit = |towards, up| Camera::fit(towards, up, &mesh.vertices);
-    let flat = straight_on(mesh);
     let axes = Axes::of(mesh);
-    match (view, flat) {
-        (View::Auto, Some((towards, up))) => (vec![fit(towards, up)], true),
+    match (view, straight) {
+        (_, Some((towards, up))) => vec![fit(towards, up)],
         (View::Auto, None) => {
             let views = choose(&simplified(mesh, field), &axes, field.regions());
-            (views.into_iter().map(|towards| fit(towards, axes.up)).collect(), false)
+            views.into_iter().map(|towards| fit(towards, axes.up)).collect()
         }
         (View::Axis { axis, positive }, _) => {
             let mut towards = Vector3::zeros();
             towards[axis] = if positive { 1.0 } else { -1.0 };
-            (vec![fit(towards, axes.above(towards))], false)
+            vec![fit(towards, axes.above(towards))]
         }
         (View::Around { azimuth, elevation }, _) => {
             let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
@@ -112,7 +119,7 @@ pub(super) fn cameras(mesh: &Mesh, field: &LabelField, view: View) -> (Vec<Camer
             // From a pole, what is in front is below.
             let up =
                 if elevation.cos() > 1e-6 { axes.up } else { -horizontal * elevation.signum() };
-            (vec![fit(towards, up)], false)
+            vec![fit(towards, up)]
         }
     }
 }
@@ -161,7 +168,7 @@ fn choose(mesh: &Simplified, axes: &Axes, regions: usize) -> Vec<Vector3<f64>> {
             candidates.push(horizontal + elevation * axes.up);
         }
     }
-    let merits = bands::map(&candidates, |&towards| {
+    let merits = sweep::results(candidates.clone(), |towards| {
         let camera = Camera::fit(towards, axes.up, &mesh.vertices).sized(SIZE);
         Merit::of(&Visibility::new(mesh, &component, &camera), &field, mesh)
     });
@@ -220,7 +227,7 @@ fn best_of(count: usize, score: impl Fn(usize) -> f64) -> usize {
 }
 
 /// The direction to the viewer of a flat mesh, and its up.
-fn straight_on(mesh: &Mesh) -> Option<(Vector3<f64>, Vector3<f64>)> {
+pub(super) fn straight_on(mesh: &Mesh) -> Option<Direction> {
     let count = mesh.vertices.len() as f64;
     let mean = mesh.vertices.iter().map(|x| x.coords).sum::<Vector3<f64>>() / count;
     let mut covariance = Matrix3::zeros();

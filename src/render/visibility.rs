@@ -2,14 +2,20 @@
 //!
 //! The samples of a pixel lie in different eighths along both axes, so that edges of any slope have eight steps.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use pulp::Arch;
 
 use super::bands::for_each_band;
 use super::camera::{Camera, Projected};
 use crate::mesh::Mesh;
+use crate::sweep;
 
-/// No face.
-const EMPTY: u32 = u32::MAX;
+/// No face; face j is j + 1, so that an empty picture is memory that the system cleared.
+const EMPTY: u32 = 0;
+
+/// Rows that a thread takes at once to look for the faces that are seen.
+const BAND: usize = 64;
 
 /// Samples of a pixel.
 pub(super) const SAMPLES: usize = 8;
@@ -18,14 +24,8 @@ pub(super) const SAMPLES: usize = 8;
 const X: [f32; SAMPLES] = [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
 const Y: [f32; SAMPLES] = [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.4375, -0.4375];
 
-/// One cache line.
-#[derive(Clone, Copy)]
-#[repr(align(64))]
-pub(super) struct Pixel {
-    /// The bits of the reciprocal distances.
-    w: [u32; SAMPLES],
-    face: [u32; SAMPLES],
-}
+/// One cache line: the bits of the reciprocal distances, and the faces, of its samples.
+type Pixel = [[u32; SAMPLES]; 2];
 
 /// What a pixel sees of one face.
 pub(super) struct Fragment {
@@ -34,7 +34,7 @@ pub(super) struct Fragment {
     pub samples: u8,
 }
 
-/// The faces that are seen, in their order, and at which place among them a face of the mesh is.
+/// The faces that are seen, in their order, and at which place among them each of these is.
 pub(super) struct Visible {
     pub faces: Vec<u32>,
     pub place: Vec<u32>,
@@ -117,8 +117,7 @@ impl<'a> Visibility<'a> {
                 *to = camera.project(point);
             }
         });
-        let empty = Pixel { w: [0; SAMPLES], face: [EMPTY; SAMPLES] };
-        let mut pixels = vec![empty; width * height];
+        let mut pixels = vec![[[0; SAMPLES], [EMPTY; SAMPLES]]; width * height];
         for_each_band(&mut pixels, width, |first, band| {
             // With the widest vectors there are; the bits are the same.
             Arch::new().dispatch(
@@ -126,7 +125,7 @@ impl<'a> Visibility<'a> {
                 || {
                     for (j, face) in mesh.faces.iter().enumerate() {
                         let corners = face.map(|k| projected[k as usize]);
-                        rasterize(j as u32, &corners, first, width, band);
+                        rasterize(j as u32 + 1, &corners, first, width, band);
                     }
                 },
             );
@@ -141,10 +140,10 @@ impl<'a> Visibility<'a> {
     /// The faces seen by pixel i (row-major), by their first samples; `see` is called for each.
     #[inline(always)]
     pub fn fragments(&self, i: usize, mut see: impl FnMut(Fragment)) {
-        let faces = &self.pixels[i].face;
+        let [_, faces] = &self.pixels[i];
         if faces.iter().fold(0, |differ, face| differ | (face ^ faces[0])) == 0 {
             if faces[0] != EMPTY {
-                see(Fragment { face: faces[0] as usize, samples: u8::MAX });
+                see(Fragment { face: faces[0] as usize - 1, samples: u8::MAX });
             }
             return;
         }
@@ -158,7 +157,7 @@ impl<'a> Visibility<'a> {
             for (s, &other) in faces.iter().enumerate() {
                 samples |= u8::from(other == face) << s;
             }
-            see(Fragment { face: face as usize, samples });
+            see(Fragment { face: face as usize - 1, samples });
             left &= !samples;
         }
     }
@@ -181,13 +180,18 @@ impl<'a> Visibility<'a> {
 
     /// The sample that stands for pixel i: the first one that sees the surface.
     fn first(&self, i: usize) -> Option<usize> {
-        self.pixels[i].face.iter().position(|&face| face != EMPTY)
+        self.pixels[i][1].iter().position(|&face| face != EMPTY)
+    }
+
+    /// The face that sample s of pixel i sees.
+    fn face(&self, i: usize, s: usize) -> usize {
+        self.pixels[i][1][s] as usize - 1
     }
 
     /// The face that stands for pixel i, and where its sample is.
     pub fn front(&self, i: usize) -> Option<(usize, [f64; 2])> {
         let s = self.first(i)?;
-        Some((self.pixels[i].face[s] as usize, self.middle(i, 1 << s)))
+        Some((self.face(i, s), self.middle(i, 1 << s)))
     }
 
     /// Whether all that is seen of the surface in the pixel of vertex v is nearer by more than `steps` pixels.
@@ -195,7 +199,7 @@ impl<'a> Visibility<'a> {
         let Projected { x, y, w } = self.projected[v];
         let (x, y) = (x as usize, y as usize);
         let i = y.min(self.height - 1) * self.width + x.min(self.width - 1);
-        let farthest = self.pixels[i].w.iter().filter(|&&bits| bits > 0).min();
+        let farthest = self.pixels[i][0].iter().filter(|&&bits| bits > 0).min();
         farthest
             .is_some_and(|&bits| f64::from(f32::from_bits(bits)) > w + steps * self.camera.step(w))
     }
@@ -229,7 +233,7 @@ impl<'a> Visibility<'a> {
         let (Some(s), Some(t)) = (self.first(i), self.first(k)) else {
             return false;
         };
-        let [a, b] = [self.pixels[i].face[s], self.pixels[k].face[t]].map(|face| face as usize);
+        let [a, b] = [self.face(i, s), self.face(k, t)];
         if self.mesh.faces[a].iter().any(|v| self.mesh.faces[b].contains(v)) {
             return true;
         }
@@ -237,25 +241,32 @@ impl<'a> Visibility<'a> {
         if p != q {
             return false;
         }
-        let [v, w] =
-            [self.pixels[i].w[s], self.pixels[k].w[t]].map(|bits| f64::from(f32::from_bits(bits)));
+        let [v, w] = [self.pixels[i][0][s], self.pixels[k][0][t]]
+            .map(|bits| f64::from(f32::from_bits(bits)));
         (v - w).abs() <= 2.0 * self.slope(a, v).min(self.slope(b, w)) * distance
     }
 
     /// The faces that some sample sees.
     pub fn seen_faces(&self) -> Visible {
-        let mut place = vec![EMPTY; self.mesh.faces.len()];
-        for &face in self.pixels.iter().flat_map(|pixel| &pixel.face) {
-            if face != EMPTY {
-                place[face as usize] = 0;
+        let count = self.mesh.faces.len();
+        let mut seen = Vec::with_capacity(count);
+        seen.resize_with(count, AtomicBool::default);
+        let bands = self.pixels.chunks(BAND * self.width).collect();
+        sweep::each(bands, &|band: &[Pixel]| {
+            let mut last = EMPTY;
+            for &face in band.iter().flat_map(|[_, faces]| faces) {
+                if face != last && face != EMPTY {
+                    seen[face as usize - 1].store(true, Ordering::Relaxed);
+                }
+                last = face;
             }
+        });
+        let mut visible = Visible { faces: Vec::new(), place: vec![0; count] };
+        for (j, _) in seen.iter().enumerate().filter(|(_, seen)| seen.load(Ordering::Relaxed)) {
+            visible.place[j] = visible.faces.len() as u32;
+            visible.faces.push(j as u32);
         }
-        let mut faces = Vec::new();
-        for (j, place) in place.iter_mut().enumerate().filter(|(_, place)| **place != EMPTY) {
-            *place = faces.len() as u32;
-            faces.push(j as u32);
-        }
-        Visible { faces, place }
+        visible
     }
 
     /// The perspective barycentric coordinates on face j, up to a factor, as functions of the place.
@@ -308,10 +319,10 @@ pub(super) fn components(mesh: &Mesh) -> Vec<u32> {
     (0..parent.len() as u32).map(|v| root(&mut parent, v)).collect()
 }
 
-/// Draws one face into a band of rows that starts at row `first`. Samples on an edge belong to both faces,
+/// Draws a face, `name` in the pixels, into a band of rows that starts at row `first`. Samples on an edge belong to both faces,
 /// and equal depths to the first, so that the surface has no cracks and the order of faces decides ties.
 #[inline(always)]
-fn rasterize(j: u32, corners: &[Projected; 3], first: usize, width: usize, band: &mut [Pixel]) {
+fn rasterize(name: u32, corners: &[Projected; 3], first: usize, width: usize, band: &mut [Pixel]) {
     let rows = pixels(corners.map(|p| p.y), first, first + band.len() / width);
     if rows.is_empty() {
         return;
@@ -339,7 +350,7 @@ fn rasterize(j: u32, corners: &[Projected; 3], first: usize, width: usize, band:
             }
             // In bits, which all processors compare side by side: below zero is outside, and numbers above zero are
             // ordered like their bits.
-            let Pixel { w: nearest, face } = &mut line[column];
+            let [nearest, face] = &mut line[column];
             let at =
                 |k: usize| -> [f32; SAMPLES] { std::array::from_fn(|s| middle[k] + offsets[k][s]) };
             let (a, b, c) = (at(0), at(1), at(2));
@@ -352,7 +363,7 @@ fn rasterize(j: u32, corners: &[Projected; 3], first: usize, width: usize, band:
             });
             for s in 0..SAMPLES {
                 nearest[s] = nearest[s] & !seen[s] | depth[s] & seen[s];
-                face[s] = face[s] & !seen[s] | j & seen[s];
+                face[s] = face[s] & !seen[s] | name & seen[s];
             }
         }
     }

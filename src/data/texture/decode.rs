@@ -1,7 +1,8 @@
 //! PNG and JPEG files as texels of three channels.
 //!
-//! A PNG image comes row by row and is shrunk on the way by the least 2^k that brings it to at most
-//! [`MOST_BYTES`]; a JPEG image is decoded whole. Gray and palettes are widened, alpha is dropped with a warning where it
+//! Images are shrunk on the way by the least 2^k that brings them to at most [`MOST_BYTES`]: those of PNG come row by
+//! row, and from a JPEG image the low frequencies alone are transformed back, which makes about the means of boxes.
+//! Gray and palettes are widened, alpha is dropped with a warning where it
 //! hides anything, 16 bits stay.
 //! The EXIF orientation of a JPEG image is followed where a photo is asked for, and left out of a texture, whose
 //! coordinates are made for the pixels as they are stored (so glTF has it, and viewers of meshes).
@@ -14,6 +15,7 @@ use std::path::Path;
 use image::codecs::jpeg::JpegDecoder;
 use image::metadata::Orientation;
 use image::{ColorType, ImageDecoder};
+use jpeg_decoder::PixelFormat;
 use png::{BitDepth, Transformations};
 
 use super::shrink::{Channel, Shrink};
@@ -26,10 +28,9 @@ const MOST_BYTES: u64 = 3 << 26;
 /// Larger images are refused.
 const MOST_PIXELS: u64 = 1 << 32;
 
-/// What is decoded whole: an interlaced PNG image, a progressive JPEG image, another JPEG image.
+/// What is in memory whole: an interlaced PNG image, the coefficients of a progressive JPEG image.
 const MOST_PIXELS_INTERLACED: u64 = 1 << 26;
 const MOST_PIXELS_PROGRESSIVE: u64 = 1 << 26;
-const MOST_PIXELS_JPEG: u64 = 1 << 28;
 
 /// More than a byte of a file can hold, of the bytes of a PNG image and of the pixels of a JPEG image.
 const MOST_DEFLATED: u64 = 1040;
@@ -128,9 +129,8 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
     if pixels > MOST_PIXELS_A_BYTE.saturating_mul(bytes.len() as u64) {
         return Err(promises_too_much(width, height, bytes.len() as u64, name));
     }
-    let most = if is_progressive(bytes) { MOST_PIXELS_PROGRESSIVE } else { MOST_PIXELS_JPEG };
-    if pixels > most {
-        let message = "shrink it, or save it as PNG, which can be read row by row";
+    if pixels > MOST_PIXELS_PROGRESSIVE && is_progressive(bytes) {
+        let message = "save it as baseline JPEG or as PNG, which can be read row by row";
         return Err(too_large(width, height, message, name));
     }
     let channels = match decoder.color_type() {
@@ -151,14 +151,37 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
             Orientation::NoTransforms
         }
     };
-    let mut whole = vec![0; decoder.total_bytes() as usize];
-    decoder.read_image(&mut whole).map_err(failed)?;
-    let upright = Upright { width, height, orientation };
-    let (width, height) = upright.size();
     let k = shrinking(3 * pixels);
-    let mut rows = Rows::new(width, height, k, false, channels);
-    upright.rows(&whole, channels, |row| rows.push(row));
-    Ok(Decoded { width, height, k, texels: rows.finish() })
+    let (stored, channels) = if k == 0 {
+        let mut whole = vec![0; decoder.total_bytes() as usize];
+        decoder.read_image(&mut whole).map_err(failed)?;
+        (whole, channels)
+    } else {
+        low_frequencies(bytes, [width, height], k, name)?
+    };
+    let [columns, rows] = [width, height].map(|length| length.div_ceil(1 << k));
+    let shrunk = Upright { width: columns, height: rows, orientation };
+    let (columns, rows) = shrunk.size();
+    let mut texels = Rows::new(columns, rows, 0, false, channels);
+    shrunk.rows(&stored, channels, |row| texels.push(row));
+    let (width, height) = Upright { width, height, orientation }.size();
+    Ok(Decoded { width, height, k, texels: texels.finish() })
+}
+
+/// A JPEG image at 2^-k of its size, 1 <= k <= 3, of the lowest (8 / 2^k)^2 frequencies of each block, and its
+/// channels.
+fn low_frequencies(bytes: &[u8], size: [u32; 2], k: u32, name: &Path) -> Result<(Vec<u8>, usize)> {
+    let failed = |error: jpeg_decoder::Error| cannot_decode(name, &error);
+    let mut decoder = jpeg_decoder::Decoder::new(bytes);
+    let [width, height] = size.map(|length| length.div_ceil(1 << k) as u16);
+    let scaled = decoder.scale(width, height).map_err(failed)?;
+    assert_eq!(scaled, (width, height), "a block has 8 x 8 pixels");
+    let channels = match decoder.info().map(|info| info.pixel_format) {
+        Some(PixelFormat::L8) => 1,
+        Some(PixelFormat::RGB24) => 3,
+        _ => return Err(too_large(size[0], size[1], "save it as RGB, in place of CMYK", name)),
+    };
+    Ok((decoder.decode().map_err(failed)?, channels))
 }
 
 /// Whether the frame of a JPEG image is progressive; its coefficients are then in memory all at once.

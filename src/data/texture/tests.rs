@@ -123,6 +123,36 @@ fn jpeg_is_read_too() {
     assert_near(sample(&mut texture, [0.5, 0.5]), [0.5; 3], 0.02);
 }
 
+/// Half as wide as in the file, and about the means: a ramp is in the low frequencies.
+#[test]
+fn large_jpeg_images_are_shrunk_and_turned() {
+    const SIZE: [u32; 2] = [8_321, 8_205];
+    let level = |i: u32, j: u32| (i / 64 + j / 128) as u8;
+    let ramp = GrayImage::from_fn(SIZE[0], SIZE[1], |i, j| Luma([level(i, j)]));
+    let bytes = encode(ramp, ImageFormat::Jpeg);
+    let decoded = decode::jpeg(&bytes, Path::new("t.jpg"), Turn::Upright).unwrap();
+    assert_eq!([decoded.width, decoded.height, decoded.k], [SIZE[0], SIZE[1], 1]);
+    let [width, height] = SIZE.map(|length| length.div_ceil(2));
+    let decode::Texels::Eight(texels) = decoded.texels else { panic!("8 bits") };
+    assert_eq!(texels.len(), (width * height) as usize);
+    let at = |i: u32, j: u32| texels[(j * width + i) as usize];
+    for (i, j) in [(0, 0), (17, 4000), (4160, 0), (2000, 2001), (4160, 4102)] {
+        let there = i32::from(level(2 * i, 2 * j));
+        assert!(at(i, j).iter().all(|&c| (i32::from(c) - there).abs() <= 3), "{i} {j}");
+    }
+    // The orientation of a camera held upright: columns from the left become rows from the top.
+    let mut turned = bytes;
+    let exif =
+        b"\xff\xe1\0\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+    turned.splice(2..2, *exif);
+    let decoded = decode::jpeg(&turned, Path::new("t.jpg"), Turn::Upright).unwrap();
+    assert_eq!([decoded.width, decoded.height, decoded.k], [SIZE[1], SIZE[0], 1]);
+    let decode::Texels::Eight(upright) = decoded.texels else { panic!("8 bits") };
+    for (i, j) in [(0, 0), (17, 4000), (2000, 2001), (4160, 4102)] {
+        assert_eq!(upright[(i * height + height - 1 - j) as usize], at(i, j), "{i} {j}");
+    }
+}
+
 /// A bilinear color is linear in the coordinates, so its mean over a share is its value at the share's centroid:
 /// (22 a + 7 b + 7 c) / 36 at corner a.
 #[test]
