@@ -61,7 +61,10 @@ pub fn steps<const M: usize>(
 mod tests {
     use super::*;
     use crate::problem::SmoothingMode;
-    use crate::samples::{assert_within, known_optimum, random_labels, random_tangents, rng, zoo};
+    use crate::samples::{
+        assert_within, bumpy, known_optimum, random_labels, random_problem, random_tangents, rng,
+        zoo,
+    };
     use std::ops::ControlFlow;
 
     /// Where the least energy is known: no field says more, however long its vectors are, and the optimal one says it.
@@ -127,5 +130,47 @@ mod tests {
             assert!(bounds[3] <= known.energy + 1e-12 * size, "{name}: {bounds:?}");
             assert!(bounds[3] >= 0.9 * known.energy, "{name}: {bounds:?} {}", known.energy);
         }
+    }
+
+    /// The bound is that of as many steps of the default solver from this U, no more and no fewer, of which whoever asks
+    /// hears as steps without samples, and which end when told to.
+    #[test]
+    fn steps_are_those_of_the_default_solver_from_there() {
+        let mesh = bumpy(9);
+        let problem = random_problem::<3>(&mesh, 0.05, 826);
+        let start = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(827));
+        let of_run = |iterations: u64| {
+            let options = &Options::default();
+            let setup = Setup {
+                mesh: &mesh,
+                problem: &problem,
+                start: start.clone(),
+                dual_start: None,
+                options,
+            };
+            let mut solver = solver::build(solver::DEFAULT, setup).unwrap();
+            let mut run = Run::new(&start);
+            let stop = Stop { iterations: Some(iterations), ..Stop::default() };
+            run.advance(&mut *solver, &problem, &stop, &mut |_| ControlFlow::Continue(()));
+            run.bound()
+        };
+        for n in [3, 20, 70] {
+            let (mut told, mut samples) = (0, 0);
+            let mut observe = |sample: Option<&_>| {
+                told += 1;
+                samples += u32::from(sample.is_some());
+                ControlFlow::Continue(())
+            };
+            assert_eq!(steps(&mesh, &problem, &start, n, &mut observe).unwrap(), of_run(n));
+            assert_eq!((told, samples), (n, 0));
+        }
+        let mut told = 0;
+        let mut observe = |_: Option<&_>| {
+            told += 1;
+            ControlFlow::Break(())
+        };
+        let broken = steps(&mesh, &problem, &start, 70, &mut observe).unwrap();
+        // The step after the first, not looked at, lands.
+        assert_eq!((broken, told), (of_run(2), 2));
     }
 }

@@ -23,7 +23,6 @@ use crate::mesh::geometry::frame;
 use crate::operator::Stencil;
 use crate::problem::{NEVER, Problem, relative_gap};
 use crate::prox::project_ball;
-use crate::regions;
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request};
 use crate::solver::{self, Options, Setup};
@@ -167,7 +166,6 @@ fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
 pub fn start<const M: usize>(
     finest: &Mesh,
     problem: &Problem<Stencil, M>,
-    m: usize,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Beginning<M>> {
@@ -175,9 +173,7 @@ pub fn start<const M: usize>(
     let hierarchy = Hierarchy::new(finest);
     let mut costs: Vec<Vec<Row<M>>> = Vec::new();
     for level in &hierarchy.levels {
-        let mut f = restrict(level, costs.last().unwrap_or(&problem.f));
-        regions::close_from(m, &mut f);
-        costs.push(f);
+        costs.push(restrict(level, costs.last().unwrap_or(&problem.f)));
     }
     let mut levels = Vec::new();
     let pair = hierarchy.climb(request.lambda, |l, pair| {
@@ -223,7 +219,6 @@ const TRIED: i32 = 14;
 pub fn separating<const M: usize>(
     finest: &Mesh,
     problem: &Problem<Stencil, M>,
-    m: usize,
     wanted: &[usize],
     request: &Request,
     observe: Observer<'_>,
@@ -232,7 +227,6 @@ pub fn separating<const M: usize>(
     let mut f = sweep::copy(&problem.f);
     for level in &hierarchy.levels {
         f = restrict(level, &f);
-        regions::close_from(m, &mut f);
     }
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
     let mut coarse = Problem::new(Stencil::new(mesh), f, problem.lambda);
@@ -266,8 +260,8 @@ pub fn reached<const M: usize>(iterate: solver::Iterate<'_, M>, status: Status) 
     (status != Status::Diverged).then(|| Pair { u: iterate.u.to_vec(), q: iterate.q.to_vec() })
 }
 
-/// P^T f. A label is forbidden at a coarse vertex if all that it stands for forbid it; those who do among others count
-/// with the dearest of what they allow.
+/// P^T f. A label is forbidden at a coarse vertex if all that it stands for forbid it, as they do of regions that are
+/// closed; those who do among others count with the dearest of what they allow.
 pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>> {
     let n = level.mesh.vertices.len();
     let (mut coarse, mut allowed) = (vec![Row::<M>::ZERO; n], vec![[false; M]; n]);
@@ -281,9 +275,7 @@ pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>>
         }
     }
     for (coarse, allowed) in coarse.iter_mut().zip(&allowed) {
-        if allowed.contains(&true) {
-            *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { NEVER });
-        }
+        *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { NEVER });
     }
     coarse
 }

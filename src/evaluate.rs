@@ -239,3 +239,6 @@ fn without_closed<const M: usize>(problem: &Problem<Stencil, M>, u: &[Row<M>]) -
     let row = |v: usize| Row::from_fn(|p| if open(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
     (0..u.len()).map(row).collect()
 }
+
+#[cfg(test)]
+mod tests;

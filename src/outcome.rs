@@ -124,3 +124,72 @@ pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
         csv.flush()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::Mass;
+    use crate::run::Stop;
+    use crate::samples::{random_rows, rng, shape};
+    use crate::solve::{Request, solve};
+    use crate::start::Start;
+    use std::ops::ControlFlow;
+
+    /// Of what an earlier run left, what this one did not make is gone: the picture, the field, and nothing else.
+    #[test]
+    fn a_folder_is_that_of_the_last_run() {
+        let mesh = shape("torus:12x8");
+        let s = crate::regions::array(&random_rows::<2>(mesh.vertices.len(), &mut rng(891)), 2);
+        let solution = |keep_dual: bool| {
+            let request = Request {
+                lambda: 0.02,
+                mass: Mass::Barycentric,
+                solver: crate::solver::DEFAULT.to_owned(),
+                options: crate::solver::Options::default(),
+                stop: Stop { iterations: Some(3), ..Stop::default() },
+                coarse_to_fine: false,
+                keep_dual,
+            };
+            solve(&mesh, &s, &Start::Argmin, &request, &mut |_| ControlFlow::Continue(())).unwrap()
+        };
+        let looks = |draw: bool| {
+            let region = |color| Region { color, mean: None, text: "region".into() };
+            Looks {
+                regions: vec![region([0.2; 3]), region([0.8; 3])],
+                data: draw.then(|| Shown {
+                    colors: vec![[0.5; 3]; mesh.vertices.len()],
+                    caption: "data".into(),
+                    view: "front".parse().unwrap(),
+                }),
+            }
+        };
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path().join("out");
+        let runs = [(true, true), (true, false), (false, true), (true, true), (false, false)];
+        for (keep_dual, draw) in runs {
+            write(&folder, &keep_dual, &solution(keep_dual), &mesh, &looks(draw)).unwrap();
+            std::fs::write(folder.join("notes.txt"), "mine").unwrap();
+            let mut names: Vec<String> = std::fs::read_dir(&folder)
+                .unwrap()
+                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+                .collect();
+            names.sort();
+            let mut expected = vec![
+                "labels.npy",
+                "notes.txt",
+                "segmented.ply",
+                "summary.json",
+                "trace.csv",
+                "u.npy",
+            ];
+            expected.extend(keep_dual.then_some("q.npy"));
+            expected.extend(draw.then_some("preview.png"));
+            expected.sort_unstable();
+            assert_eq!(names, expected, "{keep_dual}, {draw}");
+        }
+        // What cannot be removed is said.
+        std::fs::create_dir(folder.join("q.npy")).unwrap();
+        let error = write(&folder, &0, &solution(false), &mesh, &looks(false)).unwrap_err();
+        assert!(error.to_string().contains("q.npy"), "{error}");
+    }
+}

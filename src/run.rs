@@ -43,6 +43,8 @@ pub struct Run<const M: usize> {
     /// The field of the best bound, if it is kept; empty for the bound B, which is that of q = 0.
     best_q: Option<Vec<Tangent<M>>>,
     clock: Duration,
+    /// What time it is: a field, so that tests can say.
+    now: fn() -> Instant,
     iteration: u64,
     /// When constant labels are tried.
     constant_from: u64,
@@ -58,6 +60,7 @@ impl<const M: usize> Run<M> {
             best_bound: 0.0,
             best_q: None,
             clock: Duration::ZERO,
+            now: Instant::now,
             iteration: 0,
             constant_from: LONG,
         }
@@ -119,7 +122,7 @@ impl<const M: usize> Run<M> {
         stop: &Stop,
         observe: &mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>,
     ) -> Status {
-        let begin = Instant::now();
+        let begin = (self.now)();
         let first = self.iteration;
         if self.best_energy == f64::INFINITY
             && let Some(status) = self.sample(solver, problem, None, stop)
@@ -133,7 +136,7 @@ impl<const M: usize> Run<M> {
             if stop.iterations.is_some_and(|n| self.iteration - first >= n) {
                 return Status::IterationLimit;
             }
-            if stop.time.is_some_and(|limit| begin.elapsed() >= limit) {
+            if stop.time.is_some_and(|limit| (self.now)() - begin >= limit) {
                 end = Some(Status::TimeLimit);
             }
             let land = end.is_some()
@@ -147,9 +150,9 @@ impl<const M: usize> Run<M> {
                     sweep::copy_over(&mut previous, u);
                 }
             }
-            let tick = Instant::now();
+            let tick = (self.now)();
             solver.step(problem, land);
-            self.clock += tick.elapsed();
+            self.clock += (self.now)() - tick;
             self.iteration += 1;
             let mut sample = None;
             if land {
@@ -232,9 +235,9 @@ impl<const M: usize> Run<M> {
         let energy = self.see(problem, u);
         if self.iteration >= self.constant_from {
             self.constant_from = u64::MAX;
-            let tick = Instant::now();
+            let tick = (self.now)();
             self.try_constant(problem);
-            self.clock += tick.elapsed();
+            self.clock += (self.now)() - tick;
         }
         let smoothed =
             smoothing.map(|smoothing| problem.baseline + problem.smoothed_energy(u, smoothing));

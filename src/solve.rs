@@ -94,7 +94,7 @@ fn solve_compiled<const M: usize>(
     let s = order.applied(regions::rows(s.view()));
     let problem = problem_of::<M>(model, m, s, request)?;
     let beginning = match request.coarse_to_fine && !coarse::is_certified(&problem, request) {
-        true => Some(coarse::start(model, &problem, m, request, observe)?),
+        true => Some(coarse::start(model, &problem, request, observe)?),
         false => None,
     };
     let (pair, record) = beginning.map(|begin| (begin.pair, begin.record)).unzip();
@@ -151,7 +151,7 @@ fn remark<const M: usize>(
         sentences
             .push(format!("{} so far: the run ended before its gap was reached", named(&lost)));
     } else if !lost.is_empty() {
-        let advice = match coarse::separating(mesh, problem, m, &lost, request, observe)? {
+        let advice = match coarse::separating(mesh, problem, &lost, request, observe)? {
             // The coarse mesh may keep a region a little longer than the fine one.
             Some(lambda) => format!("try --lambda {:.1e}", 0.5 * lambda),
             None => "try a much smaller --lambda".into(),

@@ -122,7 +122,8 @@ fn certify_compiled<const M: usize>(
         let reached =
             Reached { iteration, seconds, u: &u, dual_bound, certificate, smoothed_energy };
         let gap = run.record(&problem, &reached);
-        converged |= request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance);
+        // Of the best so far, which only improve.
+        converged = request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance);
         if observe(run.trace.last()).is_break() {
             interrupted = true;
             break;
@@ -133,19 +134,26 @@ fn certify_compiled<const M: usize>(
         first.dual_bound = judge.steps(&start, observe)?;
         run.record(&problem, &first);
     }
-    if run.is_contradicted() {
-        status = Status::Contradicted;
-    } else if interrupted {
-        status = Status::Interrupted;
-    } else if converged && status != Status::Failed {
-        status = Status::Converged;
-    }
+    let status = judged(&run, status, interrupted, converged);
     if farthest > OFF {
         warnings.push(format!(
             "rows of U were up to {farthest:.1e} off the simplex, and were projected onto it"
         ));
     }
     Ok(conclude(mesh, &problem, m, request, run, status, warnings))
+}
+
+/// How a run ended: that its numbers contradict each other counts more than anything that was said of it.
+fn judged<const M: usize>(run: &Run<M>, end: Status, interrupted: bool, converged: bool) -> Status {
+    if run.is_contradicted() {
+        Status::Contradicted
+    } else if interrupted {
+        Status::Interrupted
+    } else if converged && end != Status::Failed {
+        Status::Converged
+    } else {
+        end
+    }
 }
 
 fn read(path: &Path, shape: (usize, usize)) -> Result<Array2<f64>> {
@@ -192,5 +200,45 @@ impl<const M: usize> Judge<'_, M> {
     /// They are no part of the run.
     fn steps(&self, u: &[Row<M>], observe: Observer<'_>) -> Result<f64> {
         certificate::steps(&self.exchanged.mesh, self.problem, u, self.dual_steps, observe)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::{random_problem, shape};
+
+    /// What a bound above the energy proves is said however the solver ended, and whoever broke it off; else a reached
+    /// gap is, unless it failed.
+    #[test]
+    fn a_contradiction_counts_more_than_any_end() {
+        let mesh = shape("torus:12x8");
+        let problem = random_problem::<3>(&mesh, 0.02, 883);
+        let u = vec![Row([0.25, 0.25, 0.5]); mesh.vertices.len()];
+        let run = |share: f64| {
+            let mut run = Run::new(&u);
+            let dual_bound = share * problem.energy(&u);
+            let certificate = Certificate::Offered;
+            let (iteration, seconds, smoothed_energy) = (1, 0.0, None);
+            let reached =
+                Reached { iteration, seconds, u: &u, dual_bound, certificate, smoothed_energy };
+            run.record(&problem, &reached);
+            run
+        };
+        let (wrong, right) = (run(1.0 + 1e-9), run(1.0 - 1e-9));
+        for end in [Status::Ended, Status::TimeLimit, Status::Failed, Status::Diverged] {
+            for (interrupted, converged) in
+                [(false, false), (false, true), (true, false), (true, true)]
+            {
+                let of = |run| judged(run, end, interrupted, converged);
+                assert_eq!(of(&wrong), Status::Contradicted);
+                let expected = match (interrupted, converged) {
+                    (true, _) => Status::Interrupted,
+                    (false, true) if end != Status::Failed => Status::Converged,
+                    _ => end,
+                };
+                assert_eq!(of(&right), expected);
+            }
+        }
     }
 }

@@ -144,8 +144,7 @@ impl Iterates {
         let smoothing = match line.epsilon.filter(|epsilon| !epsilon.is_nan()) {
             None => None,
             Some(epsilon) => {
-                let mode = line.epsilon_mode.as_deref().filter(|mode| !mode.is_empty());
-                let mode = mode.unwrap_or("paper");
+                let mode = line.epsilon_mode.as_deref().unwrap_or("paper");
                 let named = SmoothingMode::NAMES.iter().find(|(name, _)| *name == mode);
                 let (_, mode) = named
                     .ok_or_else(|| wrong(format!("epsilon_mode {mode:?}: paper or intrinsic")))?;

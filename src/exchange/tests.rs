@@ -30,9 +30,8 @@ fn array(folder: &Path, name: &str, array: &Array2<f64>) -> PathBuf {
     path
 }
 
-/// One iterate, scored, by a solver that ended so.
-fn scored(problem: &Exchanged, iterate: Iterate, status: Status, gap: f64) -> Solution {
-    let request = Request {
+fn request(gap: f64) -> Request {
+    Request {
         lambda: LAMBDA,
         mass: Mass::Barycentric,
         solver: "foreign".into(),
@@ -40,10 +39,22 @@ fn scored(problem: &Exchanged, iterate: Iterate, status: Status, gap: f64) -> So
         stop: Stop { relative_gap: Some(gap), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
-    };
+    }
+}
+
+fn ended(status: Status) -> End {
+    End { status, warnings: Vec::new() }
+}
+
+/// One iterate, scored, by a solver that ended so.
+fn scored(problem: &Exchanged, iterate: Iterate, status: Status, gap: f64) -> Solution {
     let iterates = Iterates { all: vec![iterate], broken: None };
-    let end = End { status, warnings: Vec::new() };
-    certify(problem, &iterates, 10, &request, end, &mut |_| ControlFlow::Continue(())).unwrap()
+    let mut go = |_: Option<&_>| ControlFlow::Continue(());
+    certify(problem, &iterates, 10, &request(gap), ended(status), &mut go).unwrap()
+}
+
+fn iterate(iteration: u64, u: &Path) -> Iterate {
+    Iterate { iteration, seconds: 0.0, smoothing: None, u: u.to_owned(), q: None }
 }
 
 /// A field or a smoothing that is no number is as good as none, and the next best certificate takes its place.
@@ -119,14 +130,123 @@ fn the_energy_is_that_of_the_problem() {
 #[test]
 fn an_epsilon_is_as_the_paper_has_it() {
     let folder = tempfile::tempdir().unwrap();
-    for n in 0..3 {
+    for n in 0..4 {
         array(folder.path(), &format!("u_{n}.npy"), &Array2::zeros((2, 2)));
     }
-    let trace = "iteration,seconds,epsilon,epsilon_mode\n0,0,0.25,\n1,1,0.25,intrinsic\n2,2,,\n";
+    // Tables of floats have NaN where nothing is.
+    let trace =
+        "iteration,seconds,epsilon,epsilon_mode\n0,0,0.25,\n1,1,0.25,intrinsic\n2,2,,\n3,3,nan,\n";
     fs::write(folder.path().join("trace.csv"), trace).unwrap();
     let iterates = Iterates::of(folder.path());
     assert!(iterates.broken.is_none(), "{:?}", iterates.broken);
     let found: Vec<_> = iterates.all.iter().map(|iterate| iterate.smoothing).collect();
     let of = |mode| Some(Smoothing { mode, epsilon: 0.25 });
-    assert_eq!(found, [of(SmoothingMode::Paper), of(SmoothingMode::Intrinsic), None]);
+    assert_eq!(found, [of(SmoothingMode::Paper), of(SmoothingMode::Intrinsic), None, None]);
+}
+
+/// How far the worst of all iterates was off the simplex is said; what is rounded is not.
+#[test]
+fn the_farthest_row_is_said() {
+    let mesh = shape("torus:12x8");
+    let problem = exchanged(&mesh);
+    let folder = tempfile::tempdir().unwrap();
+    let warnings = |offs: [f64; 2]| {
+        let iterates = (0..).zip(offs).map(|(n, off)| {
+            let mut u = Array2::from_elem((mesh.vertices.len(), 3), 1.0 / 3.0);
+            u[[40, 0]] += off;
+            iterate(n, &array(folder.path(), &format!("u_{n}.npy"), &u))
+        });
+        let iterates = Iterates { all: iterates.collect(), broken: None };
+        let mut go = |_: Option<&_>| ControlFlow::Continue(());
+        let (request, end) = (request(1e-9), ended(Status::Ended));
+        certify(&problem, &iterates, 10, &request, end, &mut go).unwrap().summary.warnings
+    };
+    // What the row has too much is taken from all three alike.
+    let said = ["rows of U were up to 1.0e-1 off the simplex, and were projected onto it"];
+    assert_eq!(warnings([0.3, 0.0]), said);
+    assert_eq!(warnings([0.0, 0.3]), said);
+    assert!(warnings([1e-7, 1e-9]).is_empty());
+}
+
+/// Who brings no start, or nothing at all, has that of the problem, with a bound of our own; a break ends the scoring.
+#[test]
+fn the_start_is_scored_where_nobody_brings_one() {
+    let mesh = shape("torus:12x8");
+    let problem = exchanged(&mesh);
+    let folder = tempfile::tempdir().unwrap();
+    let u = array(folder.path(), "u.npy", &Array2::from_elem((mesh.vertices.len(), 3), 1.0 / 3.0));
+    let missing = folder.path().join("none.npy");
+    let score = |all: Vec<Iterate>, flow: ControlFlow<()>| {
+        let iterates = Iterates { all, broken: None };
+        let (request, end) = (request(1e-9), ended(Status::Ended));
+        // Steps to a bound are no part of the run, which a break would cut short.
+        let mut observe = |sample: Option<&_>| match sample {
+            Some(_) => flow,
+            None => ControlFlow::Continue(()),
+        };
+        certify(&problem, &iterates, 10, &request, end, &mut observe).unwrap()
+    };
+    let go = ControlFlow::Continue(());
+    let start = score(Vec::new(), go);
+    assert_eq!((start.trace.len(), start.summary.status), (1, Status::Ended));
+    let first = start.trace[0];
+    assert!(first.dual_bound > start.summary.baseline + 0.1 * first.gap);
+    let brought = |all: Vec<Iterate>, flow| {
+        let Solution { trace, summary, .. } = score(all, flow);
+        let iterations: Vec<u64> = trace.iter().map(|sample| sample.iteration).collect();
+        (iterations, trace[0].energy, trace[0].dual_bound, summary.status)
+    };
+    let (energy, bound) = (first.energy, first.dual_bound);
+    let all = || vec![iterate(3, &u), iterate(5, &u)];
+    assert_eq!(brought(all(), go), (vec![0, 3, 5], energy, bound, Status::Ended));
+    assert_eq!(
+        brought(all(), ControlFlow::Break(())),
+        (vec![0, 3], energy, bound, Status::Interrupted)
+    );
+    let unread = vec![iterate(0, &missing), iterate(5, &u)];
+    assert_eq!(brought(unread, go), (vec![0], energy, bound, Status::Failed));
+    let (iterations, own, _, _) = brought(vec![iterate(0, &u), iterate(5, &u)], go);
+    assert!(iterations == [0, 5] && own != energy);
+}
+
+#[test]
+fn a_problem_out_of_range_is_refused() {
+    let mut problem = exchanged(&shape("torus:12x8"));
+    problem.f[[7, 1]] = 1e295;
+    let mut go = |_: Option<&_>| ControlFlow::Continue(());
+    let (iterates, end) = (Iterates::default(), ended(Status::Ended));
+    let refused = certify(&problem, &iterates, 10, &request(1e-9), end, &mut go);
+    let Err(error) = refused else { panic!("it passes") };
+    assert!(error.to_string().contains("range of double precision"), "{error}");
+}
+
+/// Lines count up to the first that is wrong: with more or fewer fields than the header, or with an iteration that does
+/// not ascend; two may have one time. What was being written at the end is no fault, nor is a header.
+#[test]
+fn a_trace_counts_as_far_as_it_is_right() {
+    let folder = tempfile::tempdir().unwrap();
+    for n in 0..3 {
+        array(folder.path(), &format!("u_{n}.npy"), &Array2::zeros((2, 2)));
+    }
+    let read = |trace: &str| {
+        fs::write(folder.path().join("trace.csv"), trace).unwrap();
+        let Iterates { all, broken } = Iterates::of(folder.path());
+        let iterations: Vec<u64> = all.iter().map(|iterate| iterate.iteration).collect();
+        (iterations, broken.map(|error| error.to_string()).unwrap_or_default())
+    };
+    let header = "iteration,seconds";
+    let right = |iterations: &[u64]| (iterations.to_vec(), String::new());
+    assert_eq!(read(&format!("{header}\n0,0\n1,1\n2,1\n")), right(&[0, 1, 2]));
+    assert_eq!(read(&format!("{header}\n0,0\n1")), right(&[0]));
+    assert_eq!([read("itera"), read(header)], [right(&[]), right(&[])]);
+    for (line, why) in [
+        ("1,1,1", "3 fields, the header has 2"),
+        ("1", "1 fields, the header has 2"),
+        ("0,1", "iterations must ascend"),
+        ("1,-1", "no time in seconds"),
+    ] {
+        let (iterations, broken) = read(&format!("{header}\n0,0\n{line}\n2,2\n"));
+        assert_eq!(iterations, [0]);
+        assert!(broken.contains(why) && broken.contains("line 3"), "{broken}");
+    }
 }

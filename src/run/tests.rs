@@ -1,9 +1,12 @@
 //! The loop: what it records, when it stops, and that it can be resumed.
 
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
 use super::*;
 use crate::field::Tangent;
 use crate::mesh::Mesh;
-use crate::operator::Stencil;
+use crate::operator::{Face, Stencil};
 use crate::samples::{bumpy, random_problem};
 use crate::solver::{Iterate, Options, Setup, build};
 
@@ -320,6 +323,20 @@ fn constant_labels_and_their_field_are_kept() {
     }
 }
 
+/// Labels that are the best constant ones already are certified, too.
+#[test]
+fn constant_labels_that_were_found_get_their_field() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 1e3, 114);
+    let constant = |p: usize| problem.energy(&vec![Row::one_hot(p); mesh.vertices.len()]);
+    let best = (0..3).min_by(|&a, &b| constant(a).total_cmp(&constant(b))).unwrap();
+    let mut script = Script::new(&mesh, &[Row::<3>::one_hot(best).0]);
+    let mut run = Run::new(&script.u.clone());
+    run.advance(&mut script, &problem, &every(10, LONG), &mut go);
+    assert_eq!(run.energy(), constant(best));
+    assert!(run.energy() - run.bound() <= 1e-9 * problem.spread(), "{}", run.bound());
+}
+
 /// A field of no numbers bounds nothing, and ends the run before any gap does.
 #[test]
 fn what_is_no_number_ends_a_run() {
@@ -402,4 +419,93 @@ fn a_bound_above_an_energy_is_a_contradiction() {
     assert_eq!(status, Status::Contradicted);
     let last = run.trace.last().unwrap();
     assert!(last.gap < 0.0 && run.is_contradicted(), "{}", last.gap);
+}
+
+/// Seconds of a day on which time passes by what is done, in [`only_work_is_on_the_clock`] alone.
+static TIME: AtomicU64 = AtomicU64::new(0);
+static COLUMNS: AtomicU64 = AtomicU64::new(0);
+
+const STEP: u64 = 1000;
+const LOOK: u64 = 1_000_000;
+
+fn now() -> Instant {
+    static DAWN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    *DAWN + Duration::from_secs(TIME.load(Relaxed))
+}
+
+/// An operator of which each look at the columns of a face takes a second, and a solver that stays where it is: a step
+/// takes [`STEP`], a look at its iterate [`LOOK`].
+struct Slow<T>(T);
+
+impl Operator for Slow<Stencil> {
+    fn faces(&self) -> usize {
+        self.0.faces()
+    }
+
+    fn vertices(&self) -> usize {
+        self.0.vertices()
+    }
+
+    fn area(&self, j: usize) -> f64 {
+        self.0.area(j)
+    }
+
+    fn face(&self, j: usize) -> Face {
+        TIME.fetch_add(1, Relaxed);
+        COLUMNS.fetch_add(1, Relaxed);
+        self.0.face(j)
+    }
+
+    fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M> {
+        self.0.at(u, j)
+    }
+
+    fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M> {
+        self.0.adjoint_at(q, v)
+    }
+}
+
+impl Solver<Slow<Stencil>, 3> for Slow<Script> {
+    fn step(&mut self, _: &Problem<Slow<Stencil>, 3>, _: bool) {
+        TIME.fetch_add(STEP, Relaxed);
+    }
+
+    fn iterate(&mut self) -> Iterate<'_, 3> {
+        TIME.fetch_add(LOOK, Relaxed);
+        Iterate { u: &self.0.u, q: &self.0.q }
+    }
+}
+
+/// Steps count, and the labels that are tried for them; what is looked at and certified does not. A limit of time is one
+/// of all.
+#[test]
+fn only_work_is_on_the_clock() {
+    let mesh = bumpy(6);
+    let f = random_problem::<3>(&mesh, 1e3, 113).f;
+    let problem = Problem::new(Slow(Stencil::new(&mesh)), f, 1e3);
+    let mut solver = Slow(Script::new(&mesh, &[[0.2, 0.3, 0.5]]));
+    let started = || {
+        let mut run = Run::new(&uniform(&mesh));
+        run.now = now;
+        run
+    };
+    let mut run = started();
+    run.keep_dual();
+    run.charge(Duration::from_secs(7));
+    COLUMNS.store(0, Relaxed);
+    let status = run.advance(&mut solver, &problem, &every(10, LONG + 10), &mut go);
+    assert_eq!((status, run.trace.len() as u64), (Status::IterationLimit, LONG / 10 + 2));
+    // Nobody but the constant labels asks for columns.
+    let columns = COLUMNS.load(Relaxed);
+    assert!(columns >= mesh.faces.len() as u64);
+    let seconds: Vec<f64> = run.trace.iter().map(|sample| sample.seconds).collect();
+    assert_eq!(seconds[..3], [7.0, 10_007.0, 20_007.0]);
+    assert_eq!(run.clock, Duration::from_secs(7 + STEP * (LONG + 10) + columns));
+    assert_eq!(run.seconds(), *seconds.last().unwrap());
+
+    let mut run = started();
+    let stop = Stop { time: Some(Duration::from_secs(LOOK)), ..every(10, 50) };
+    let status = run.advance(&mut solver, &problem, &stop, &mut go);
+    assert_eq!((status, run.iterations()), (Status::TimeLimit, 1));
+    assert_eq!(run.clock, Duration::from_secs(STEP));
 }

@@ -97,8 +97,13 @@ pub fn restrict(level: &Coarsening, weights: &[f64], data: &Data) -> (Vec<f64>, 
 mod tests {
     use super::*;
     use crate::data::{DataModel, PiecewiseConstant};
-    use crate::samples::{bumpy, rng, with_isolated_vertices};
+    use crate::operator::Mass;
+    use crate::run::Stop;
+    use crate::samples::{bumpy, disjoint, rng, shape, with_isolated_vertices};
+    use crate::segment::{Alternation, Initial};
+    use crate::solve::Request;
     use rand::RngExt;
+    use std::ops::ControlFlow;
 
     /// A vertex of which nothing is known has no weight in any mean.
     #[test]
@@ -140,5 +145,60 @@ mod tests {
             assert!(constant.min() >= -1e-15);
             assert!(constant.max() - constant.min() <= 1e-14);
         }
+    }
+
+    /// What a level found is where the next one starts; nothing is, where it lost a region or two have one mean: then the
+    /// means are those that were given, the labels the nearest of them, and no field goes with these.
+    #[test]
+    fn only_levels_that_keep_all_regions_pass_them_on() {
+        let part = shape("sphere:3");
+        let n = part.vertices.len();
+        let parts = disjoint([0, 1, 2].map(|_| part.clone()));
+        let sphere = shape("sphere:4");
+        let alternation = Alternation { regions: 3, initial: Initial::KMeans, seed: 0, every: 10 };
+        let started = |mesh: &Mesh, lambda: f64, values: Vec<f64>, given: [f64; 3]| {
+            let request = Request {
+                lambda,
+                mass: Mass::Barycentric,
+                solver: crate::solver::DEFAULT.to_owned(),
+                options: crate::solver::Options::default(),
+                stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },
+                coarse_to_fine: true,
+                keep_dual: false,
+            };
+            let stop = request.stop.clone();
+            let asked = Asked { alternation: &alternation, request: &request, stop, unite: true };
+            let data = Data::new(1, values).unwrap();
+            let given = given.map(|x| vec![x]).to_vec();
+            let mut go = |sample: Option<&crate::run::Sample>| {
+                assert!(sample.is_none());
+                ControlFlow::Continue(())
+            };
+            let (means, pair, record) = start::<4>(mesh, &data, given, &asked, &mut go).unwrap();
+            assert_eq!(record.levels.len(), 1);
+            let Pair { u, q } = pair.unwrap();
+            let labels: Vec<usize> = u.iter().map(|u| u.argmax()).collect();
+            (means.concat(), labels, q.iter().all(|q| q.norm() == 0.0))
+        };
+        let each = |values: [f64; 3]| values.map(|x| vec![x; n]).concat();
+        let thirds = [0, 1, 2].map(|p| vec![p; n]).concat();
+        let (means, labels, _) = started(&parts, 1e-3, each([0.0, 0.5, 1.0]), [0.1, 0.6, 0.9]);
+        let near = means.iter().zip([0.0, 0.5, 1.0]).all(|(a, b)| (a - b).abs() <= 1e-9);
+        assert!(near && labels == thirds, "{means:?}");
+        // Three parts of one region each, the third of which is taken by none of the means: two regions stay.
+        let given = [0.1, 0.6, 5.0];
+        let (means, labels, without_field) = started(&parts, 1e-3, each([0.0, 0.5, 1.0]), given);
+        assert!(means == given && without_field, "{means:?}");
+        assert_eq!(labels, [0, 1, 1].map(|p| vec![p; n]).concat());
+        // All become one where cuts are dear.
+        let heights = sphere.vertices.iter().map(|x| x.z).collect();
+        let given = [-0.8, 0.0, 0.7];
+        let (means, labels, without_field) = started(&sphere, 100.0, heights, given);
+        assert!(means == given && without_field, "{means:?}");
+        assert!((0..3).all(|p| labels.contains(&p)));
+        // Two means that are one, both of them used.
+        let given = [0.001, 0.012, 0.9];
+        let (means, labels, without_field) = started(&parts, 0.0, each([0.0, 0.01, 1.0]), given);
+        assert!(means == given && labels == thirds && without_field, "{means:?}");
     }
 }

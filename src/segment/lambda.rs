@@ -210,8 +210,12 @@ impl Explained {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::samples::rng;
+    use crate::operator::Mass;
+    use crate::run::Sample;
+    use crate::samples::{rng, shape};
+    use crate::segment::{Initial, segment};
     use rand::RngExt;
+    use std::ops::ControlFlow;
 
     /// The share of the variance that is between the regions, by the other formula: what is left is within them.
     #[test]
@@ -239,6 +243,45 @@ mod tests {
         assert!((largest(0.5, 4.0 * 9.0) - 3.0 * lambda).abs() <= 1e-15);
     }
 
+    fn alternation() -> Alternation {
+        Alternation { regions: 3, initial: Initial::KMeans, seed: 0, every: 10 }
+    }
+
+    fn request() -> Request {
+        Request {
+            lambda: 0.0,
+            mass: Mass::Barycentric,
+            solver: crate::solver::DEFAULT.to_owned(),
+            options: crate::solver::Options::default(),
+            stop: Stop { relative_gap: Some(1e-4), iterations: Some(5000), ..Stop::default() },
+            coarse_to_fine: false,
+            keep_dual: false,
+        }
+    }
+
+    /// Three bands of the unit sphere at 0, 0.5 and 1, with noise.
+    fn bands(noise: f64) -> (Mesh, Data) {
+        let mesh = shape("sphere:3");
+        let mut rng = rng(142);
+        let value =
+            |z: f64| 0.5 * f64::from(u8::from(z > -0.3)) + 0.5 * f64::from(u8::from(z > 0.3));
+        let noisy = mesh.vertices.iter().map(|x| value(x.z) + noise * rng.random_range(-1.0..1.0));
+        let values = noisy.collect();
+        (mesh, Data::new(1, values).unwrap())
+    }
+
+    /// What is found, and how many steps were told.
+    fn looked(mesh: &Mesh, data: &Data, request: &Request, from: f64) -> (Separation, u64) {
+        let mut told = 0;
+        let mut observe = |sample: Option<&Sample>| {
+            assert!(sample.is_none());
+            told += 1;
+            ControlFlow::Continue(())
+        };
+        let wanted = Wanted { mesh, data, alternation: &alternation(), request, from };
+        (separating(&wanted, &mut observe).unwrap(), told)
+    }
+
     /// Three bands, one of them narrow: the largest of the halves for which no region is lost, and the first itself if
     /// that is one.
     #[test]
@@ -246,21 +289,7 @@ mod tests {
         let mesh = crate::samples::shape("sphere:3");
         let band = |z: f64| if z > 0.9 { 1.0 } else { 0.5 * f64::from(z > 0.0) };
         let data = Data::new(1, mesh.vertices.iter().map(|x| band(x.z)).collect()).unwrap();
-        let alternation = Alternation {
-            regions: 3,
-            initial: crate::segment::Initial::KMeans,
-            seed: 0,
-            every: 10,
-        };
-        let request = Request {
-            lambda: 0.0,
-            mass: crate::operator::Mass::Barycentric,
-            solver: crate::solver::DEFAULT.to_owned(),
-            options: crate::solver::Options::default(),
-            stop: Stop { relative_gap: Some(1e-4), iterations: Some(5000), ..Stop::default() },
-            coarse_to_fine: false,
-            keep_dual: false,
-        };
+        let (alternation, request) = (alternation(), request());
         let mut go = |_: Option<&crate::run::Sample>| std::ops::ControlFlow::Continue(());
         let mut found = |from: f64| {
             let (alternation, request) = (&alternation, &request);
@@ -285,5 +314,136 @@ mod tests {
         let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
         let data = Data::new(1, values).unwrap();
         assert_eq!(Explained::of(&labels, &data, &[1.0; 3001], 4).regions, 2);
+    }
+
+    /// A few values far away, such as those that stand for missing ones, make no two regions one.
+    #[test]
+    fn values_far_away_part_no_less() {
+        let values = [vec![0.0; 1000], vec![1.0; 1000], vec![1e3; 2]].concat();
+        let regions = [vec![0; 1000], vec![1; 1000], vec![2; 2]].concat();
+        let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
+        let data = Data::new(1, values).unwrap();
+        let found = Explained::of(&labels, &data, &[1.0; 2002], 4);
+        // Specks are no regions, wherever they lie.
+        assert_eq!(found.regions, 2);
+        assert!((found.share - 1.0).abs() <= 1e-9);
+    }
+
+    /// What CLOSE is a share of is a length, not its square.
+    #[test]
+    fn means_differ_from_a_quarter_of_the_deviation_on() {
+        // Two halves at 0 and 1, each of two regions: the deviation is a half, a quarter of that an eighth.
+        for (apart, regions) in [(0.11, 2), (0.15, 4)] {
+            let values = [0.0, apart, 1.0, 1.0 + apart].map(|x| vec![x; 100]).concat();
+            let labels: Vec<Row<4>> = (0..400).map(|k| Row::one_hot(k / 100)).collect();
+            let data = Data::new(1, values).unwrap();
+            assert_eq!(Explained::of(&labels, &data, &[1.0; 400], 4).regions, regions);
+        }
+    }
+
+    /// Labels explain less of noisy data than those of k-means, which may follow the noise: two thirds are enough.
+    #[test]
+    fn two_thirds_of_what_can_be_explained_are_enough() {
+        let (mesh, data) = bands(0.4);
+        let (found, _) = looked(&mesh, &data, &request(), 0.05);
+        let lambda = found.lambda.unwrap();
+        let request = Request { lambda, ..request() };
+        let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
+        let labels =
+            segment(&mesh, &data, &alternation(), &request, &mut go).unwrap().solution.labels;
+        let labels: Vec<Row<4>> = labels.iter().map(|&p| Row::one_hot(p as usize)).collect();
+        let cells = barycentric_areas(&mesh);
+        let means = kmeans(&data.values, 1, &cells, 3, &mut Pcg64::seed_from_u64(0));
+        let most = Explained::of(&nearest::<4>(&data, &means), &data, &cells, 3);
+        let kept = Explained::of(&labels, &data, &cells, 3);
+        assert_eq!((most.regions, kept.regions, found.regions), (3, 3, 3));
+        assert!(kept.share < 0.95 * most.share && kept.share >= KEPT * most.share);
+    }
+
+    /// On a mesh that is small enough a lambda is tried as `segment` does it, to its own gap.
+    #[test]
+    fn a_lambda_takes_the_steps_of_a_segmentation() {
+        let (mesh, data) = bands(0.4);
+        let lambda = looked(&mesh, &data, &request(), 0.05).0.lambda.unwrap();
+        let (found, told) = looked(&mesh, &data, &request(), lambda);
+        assert_eq!(found.lambda, Some(lambda));
+        let stop =
+            Stop { relative_gap: Some(GAP), iterations: Some(MOST_STEPS), ..Stop::default() };
+        let request = Request { lambda, stop, ..request() };
+        let mut steps = 0;
+        let mut count = |_: Option<&Sample>| {
+            steps += 1;
+            ControlFlow::Continue(())
+        };
+        let found = segment(&mesh, &data, &alternation(), &request, &mut count).unwrap();
+        assert!(found.solution.summary.empty_regions.is_empty() && found.estimates > 1);
+        assert_eq!(told, steps);
+    }
+
+    /// Data of one value have one region and no variance that labels could explain: no lambda is tried.
+    #[test]
+    fn data_of_one_value_have_no_lambda() {
+        let mesh = shape("sphere:3");
+        let data = Data::new(1, vec![0.25; mesh.vertices.len()]).unwrap();
+        let (found, told) = looked(&mesh, &data, &request(), 1.0);
+        assert_eq!((found.regions, found.lambda, told), (1, None, 0));
+    }
+
+    /// Who breaks off gets the lambda that would have been tried first, of which values far away take no notice.
+    #[test]
+    fn who_breaks_off_gets_the_first_lambda() {
+        let (mesh, mut data) = bands(0.0);
+        data.values[5] = 1e4;
+        let mut told = 0;
+        let mut observe = |_: Option<&Sample>| {
+            told += 1;
+            ControlFlow::Break(())
+        };
+        let lambda = of_data(&mesh, &data, &alternation(), &request(), &mut observe).unwrap();
+        assert!(told <= 2, "{told}");
+        let cells = barycentric_areas(&mesh);
+        let (robust, all) = (data.robust_variance(&cells), data.variance(&cells));
+        assert_eq!(lambda, largest(robust, cells.iter().sum()));
+        assert!(all > 100.0 * robust);
+        // Labels of a run that was broken off say nothing of its lambda.
+        let (alternation, request) = (&alternation(), &request());
+        let wanted = Wanted { mesh: &mesh, data: &data, alternation, request, from: lambda };
+        assert_eq!(separating(&wanted, &mut |_| ControlFlow::Break(())).unwrap().lambda, None);
+    }
+
+    /// A time that is up leaves each lambda one step.
+    #[test]
+    fn lambdas_end_with_the_time() {
+        let (mesh, data) = bands(0.4);
+        let stop = Stop { time: Some(std::time::Duration::ZERO), ..request().stop };
+        let (_, told) = looked(&mesh, &data, &Request { stop, ..request() }, 0.05);
+        assert!(told <= TRIED as u64, "{told}");
+    }
+
+    /// Vertices of which nothing is known, and faces that have no area, change nothing.
+    #[test]
+    fn what_is_unknown_or_flat_changes_nothing() {
+        let (mesh, data) = bands(0.1);
+        let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
+        let mut found = |mesh: &Mesh, data: &Data| {
+            of_data(mesh, data, &alternation(), &request(), &mut go).unwrap()
+        };
+        let lambda = found(&mesh, &data);
+        let mut flat = mesh.clone();
+        flat.faces.extend([[0, 0, 1], [2, 3, 3]]);
+        assert_eq!(found(&flat, &data), lambda);
+        let mut unknown = data.clone();
+        unknown.values.iter_mut().step_by(9).for_each(|x| *x = f64::NAN);
+        let (found, _) = looked(&mesh, &unknown, &request(), lambda);
+        assert_eq!((found.regions, found.lambda), (3, Some(lambda)));
+    }
+
+    #[test]
+    fn data_too_large_to_be_squared_are_refused() {
+        let (mesh, mut data) = bands(0.1);
+        data.values.iter_mut().for_each(|x| *x *= 1e200);
+        let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
+        let error = of_data(&mesh, &data, &alternation(), &request(), &mut go).unwrap_err();
+        assert!(error.to_string().contains("when squared"), "{error}");
     }
 }

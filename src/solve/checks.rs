@@ -48,19 +48,18 @@ pub(crate) fn check_rows(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
     }
 }
 
-/// The faces with an area, and what was left out. What is left out couples its corners no more.
+/// The faces with an area, and what was left out. What is left out couples its corners no more. The area of what is kept
+/// is an ordinary number: that of a face is, or it counts as none, and so is the square of it, so that no sum overflows.
 pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
-    // One look at every face, as long as all are fine.
-    let mut area = sweep::sum(
+    let fine = sweep::all(
         mesh.faces.len(),
         #[inline(always)]
-        |j| if mesh.is_degenerate(j) { f64::NAN } else { mesh.face_area(j) },
+        |j| !mesh.is_degenerate(j),
     );
-    let (mut model, mut dropped) = (Cow::Borrowed(mesh), 0);
-    if area.is_nan() {
-        (model, dropped) = mesh.without_degenerate_faces();
-        area = model.area();
-    }
+    let (model, dropped) = match fine {
+        true => (Cow::Borrowed(mesh), 0),
+        false => mesh.without_degenerate_faces(),
+    };
     let mut warnings = Vec::new();
     if dropped > 0 {
         warnings.push(format!("{dropped} faces without area were left out"));
@@ -68,16 +67,10 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     if model.faces.is_empty() {
         return Err(Error::unsuitable("the mesh has no face with an area"));
     }
-    if !(area.is_normal() && area.sqrt().is_normal()) {
-        return Err(Error::unsuitable(format!(
-            "the area of the mesh is {area:e}: scale its coordinates to ordinary numbers"
-        )));
-    }
     Ok((model, warnings))
 }
 
-/// Refuses what [`model_mesh`] refuses, and looks no further than to the first face with an area. No sum overflows:
-/// a face has an area only if the square of it is a number.
+/// Refuses what [`model_mesh`] refuses, and looks no further than to the first face with an area.
 pub fn check_mesh(mesh: &Mesh) -> Result<()> {
     if (0..mesh.faces.len()).any(|j| !mesh.is_degenerate(j)) {
         return Ok(());

@@ -91,10 +91,10 @@ impl Solution {
         }
     }
 
-    /// The same for a mesh whose coincident vertices were merged: each takes what it was merged onto has.
+    /// The same for a mesh whose coincident vertices were merged: each takes what it was merged onto has. Its faces are
+    /// all there.
     pub fn spread(mut self, mesh: &Mesh, weld: &Weld) -> Self {
         self.summary.vertices = mesh.vertices.len();
-        self.summary.faces = mesh.faces.len();
         self.gathered(&weld.of)
     }
 

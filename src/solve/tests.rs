@@ -112,6 +112,10 @@ fn the_short_look_at_a_mesh_refuses_what_the_long_one_does() {
             let long = model_mesh(&mesh).map(drop).map_err(|error| error.to_string());
             let short = check_mesh(&mesh).map_err(|error| error.to_string());
             assert_eq!(short, long, "1e{exponent}");
+            match model_mesh(&mesh) {
+                Ok((model, _)) => assert!(model.area().is_normal(), "1e{exponent}"),
+                Err(error) => assert_eq!(error.to_string(), "the mesh has no face with an area"),
+            }
             refused += usize::from(short.is_err());
         }
     }
@@ -163,6 +167,8 @@ fn a_summary_is_what_u_and_q_say() {
     near(summary.rounded_relative_gap, (rounded_energy - dual_bound) / (dual_bound - baseline));
     near(found.relative_gap.unwrap(), summary.relative_gap);
     near(found.energy, found.data_term + 0.02 * found.total_variation);
+    assert_eq!((summary.faces, summary.vertices), (mesh.faces.len(), mesh.vertices.len()));
+    assert_eq!((found.faces, found.vertices), (summary.faces, summary.vertices));
     // E <= E_eps <= E + lambda sqrt(eps) area, and a q of nothing still says B.
     let bias = 0.02 * 1e-3_f64.sqrt() * mesh.area();
     let excess = found.smoothed_energy.unwrap() - energy;
@@ -214,5 +220,104 @@ fn labels_below_the_bound_are_a_contradiction() {
         assert!(!run.is_contradicted());
         let solution = conclude(&mesh, &problem, 3, &request, run, Status::Converged, Vec::new());
         assert_eq!(solution.summary.status, status);
+    }
+}
+
+/// A bound that rounding puts above the labels, and below U, neither contradicts them nor gives them a gap.
+#[test]
+fn labels_are_settled_as_well() {
+    let mesh = shape("grid:6x6");
+    let mut f = vec![Row([0.0, 1.0, 1.0]); mesh.vertices.len()];
+    f[0] = Row([2.0, 0.0, 1.0]);
+    let problem = Problem::new(Stencil::new(&mesh), f, 0.1);
+    let u = vec![Row([0.5, 0.3, 0.2]); mesh.vertices.len()];
+    let request = Request {
+        lambda: 0.1,
+        mass: Mass::Barycentric,
+        solver: DEFAULT.to_owned(),
+        options: Options::default(),
+        coarse_to_fine: false,
+        keep_dual: false,
+        stop: Stop::default(),
+    };
+    let mut run = Run::new(&u);
+    let reached = crate::run::Reached {
+        iteration: 1,
+        seconds: 0.0,
+        u: &u,
+        dual_bound: 2.0 * (1.0 + 4.0 * f64::EPSILON),
+        certificate: crate::run::Certificate::Offered,
+        smoothed_energy: None,
+    };
+    run.record(&problem, &reached);
+    let summary = conclude(&mesh, &problem, 3, &request, run, Status::Stalled, Vec::new()).summary;
+    assert_eq!(summary.rounded_energy - summary.baseline, 2.0);
+    assert!(summary.dual_bound > summary.rounded_energy && summary.gap > 0.0);
+    assert_eq!((summary.rounded_relative_gap, summary.status), (0.0, Status::Stalled));
+}
+
+/// What was found on a welded mesh has the vertices of the file, and each what it was merged onto.
+#[test]
+fn a_welded_solution_is_spread_to_all_vertices() {
+    let whole = shape("torus:12x8");
+    let mut mesh = whole.clone();
+    // The first faces apart from the others.
+    for face in &mut mesh.faces[..10] {
+        for corner in face {
+            mesh.vertices.push(mesh.vertices[*corner as usize]);
+            *corner = mesh.vertices.len() as u32 - 1;
+        }
+    }
+    let weld = crate::mesh::Weld::exact(&mesh).unwrap();
+    assert_eq!((weld.mesh.vertices.len(), weld.merged), (96, 30));
+    let s = regions::array(&random_rows::<3>(96, &mut rng(157)), 3);
+    let welded = solved(&weld.mesh, &s, &Start::Argmin);
+    let (u, labels) = (welded.u.clone(), welded.labels.clone());
+    let spread = welded.spread(&mesh, &weld);
+    let Summary { vertices, faces, .. } = spread.summary;
+    assert_eq!((vertices, faces), (126, mesh.faces.len()));
+    assert_eq!((spread.u.nrows(), spread.labels.len()), (126, 126));
+    for (v, &k) in weld.of.iter().enumerate() {
+        assert_eq!(spread.u.row(v), u.row(k as usize));
+        assert_eq!(spread.labels[v], labels[k as usize]);
+    }
+}
+
+/// Numbers as large as 1e290 are refused, of costs and of lambda times lengths, and differences below 1e-290; what is
+/// forbidden is no number, and costs that do not differ at all are fine.
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let mesh = shape("grid:6x6");
+    let n = mesh.vertices.len();
+    let check = |cost: f64, other: f64, lambda: f64| {
+        let mut f = vec![Row([0.0, 1.0, other]); n];
+        f.iter_mut().for_each(|f| f.0[1] *= cost);
+        check_range(&Problem::new(Stencil::new(&mesh), f, lambda))
+            .map_err(|error| error.to_string())
+    };
+    assert_eq!(check(1.0, NEVER, 0.1), Ok(()));
+    assert_eq!(check(1e289, NEVER, 0.1), Ok(()));
+    assert!(check(2e290, NEVER, 0.1).unwrap_err().contains("scale them down"));
+    assert_eq!(check(1.0, 0.0, 1e287), Ok(()));
+    assert!(check(1.0, 0.0, 1e290).unwrap_err().contains("scale them down"));
+    // 49 vertices.
+    assert_eq!(check(3e-292, 0.0, 0.1), Ok(()));
+    assert!(check(1e-292, 0.0, 0.1).unwrap_err().contains("scale them up"));
+    assert_eq!(check(0.0, 0.0, 0.1), Ok(()));
+}
+
+/// Whatever the layout of an array in memory, what is no number is found, at its place.
+#[test]
+fn what_is_no_number_is_found_in_any_layout() {
+    let mut rows = Array2::<f64>::zeros((5, 3));
+    let mut columns = Array2::<f64>::zeros((3, 5)).reversed_axes();
+    assert!(rows.as_slice().is_some() && columns.as_slice().is_none());
+    for array in [&mut rows, &mut columns] {
+        assert!(check_finite("numbers", array).is_ok());
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            array[[3, 1]] = x;
+            let message = check_finite("numbers", array).unwrap_err().to_string();
+            assert!(message.contains("the numbers have") && message.contains("row 3, column 1"));
+        }
     }
 }

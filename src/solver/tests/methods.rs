@@ -4,6 +4,8 @@ use super::{
     CONSISTENT, EXACT, PROJECTED_GRADIENT, VARIANTS, after, run, solver, solver_from, uniform,
 };
 use crate::field::Row;
+use crate::operator::Operator;
+use crate::problem::NEVER;
 use crate::run::Status;
 use crate::samples::{
     bumpy, disjoint, known_optimum, needles, random_labels, random_problem, rng, shape,
@@ -268,4 +270,55 @@ fn continuation_ends() {
     }
     assert!(epsilons.windows(2).all(|pair| pair[1] <= pair[0]));
     assert!((epsilons[0] / 0.04 - 256.0).abs() < 1e-9 && epsilons[19] == 0.04);
+}
+
+/// With eps the curvature changes, and with that the longest step: each step of a continuation is the first one of a
+/// method with its present eps.
+#[test]
+fn continuation_takes_the_steps_of_its_epsilon() {
+    let mesh = bumpy(6);
+    let problem = random_problem::<3>(&mesh, 0.05, 97);
+    for metric in ["mass-metric=local", "mass-metric=barycentric"] {
+        for mode in ["epsilon-mode=intrinsic", "epsilon-mode=paper"] {
+            let options = [metric, mode, "restart=always", "epsilon=0.04", "continuation=7"];
+            let start = uniform(mesh.vertices.len(), 3);
+            let mut continued = solver(("fista", &options), &mesh, &problem, start);
+            for n in 1..=10 {
+                let epsilon = format!("epsilon={}", continued.smoothing().unwrap().epsilon);
+                let here = continued.iterate().u.to_vec();
+                let options = [metric, mode, "restart=always", &epsilon];
+                let mut fixed = solver(("fista", &options), &mesh, &problem, here);
+                let (u, _) = after(&mut *continued, &problem, 1);
+                let (w, _) = after(&mut *fixed, &problem, 1);
+                let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+                assert!(apart <= 1e-12, "{metric}, {mode}, step {n}: {apart}");
+            }
+        }
+    }
+}
+
+/// M^-1 has entries of both signs, so that what a vertex forbids would look cheap or dear to others: they go as if its
+/// gradient were zero there, and it takes no such label.
+#[test]
+fn the_consistent_metric_does_not_see_what_is_forbidden() {
+    let mesh = bumpy(8);
+    let n = mesh.vertices.len();
+    let start = || {
+        let mut start = uniform::<3>(n, 3);
+        start[40] = Row([0.5, 0.0, 0.5]);
+        start
+    };
+    let mut forbidding = random_problem::<3>(&mesh, 0.05, 98);
+    let mut without = random_problem::<3>(&mesh, 0.05, 98);
+    forbidding.f[40].0[1] = NEVER;
+    let mut solver = solver(CONSISTENT, &mesh, &forbidding, start());
+    let (u, q) = after(&mut *solver, &forbidding, 1);
+    without.f[40].0[1] = -without.k.adjoint_at(&q, 40).0[1];
+    let mut free = super::solver(CONSISTENT, &mesh, &without, start());
+    let (w, _) = after(&mut *free, &without, 1);
+    for v in (0..n).filter(|&v| v != 40) {
+        assert!((u[v] - w[v]).max_abs() <= 1e-13, "{v}: {:?} {:?}", u[v], w[v]);
+    }
+    assert!(u[40].0[1] == 0.0 && (u[40].0.iter().sum::<f64>() - 1.0).abs() <= 1e-14);
+    assert!((0..n).any(|v| (u[v] - start()[v]).max_abs() > 1e-6));
 }

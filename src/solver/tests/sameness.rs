@@ -4,6 +4,7 @@ use super::{CONSISTENT, VARIANTS, after, solver, uniform};
 use crate::field::{Row, Tangent};
 use crate::operator::{Matrix, Stencil};
 use crate::problem::Problem;
+use crate::regions::close_from;
 use crate::samples::{bumpy, flipped, needles, random_labels, random_problem, rng, shape};
 use crate::sweep::with_threads;
 
@@ -98,6 +99,28 @@ fn balancing_changes_neither_threads_nor_operators() {
             let (w, _) = after(&mut *by_matrix, &slow, 50);
             let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
             assert!(apart <= 1e-9, "{name}: {apart}");
+        }
+    }
+}
+
+/// Regions that only fill up a row change nothing: they have nothing, and the others what they have without them.
+#[test]
+fn closed_regions_take_no_part() {
+    let mesh = bumpy(8);
+    let problem = random_problem::<5>(&mesh, 0.05, 77);
+    let wide = |rows: &[Row<5>]| -> Vec<Row<7>> {
+        rows.iter().map(|row| Row::from_fn(|p| if p < 5 { row.0[p] } else { 0.0 })).collect()
+    };
+    let mut f = wide(&problem.f);
+    close_from(5, &mut f);
+    let padded = Problem::new(Stencil::new(&mesh), f, problem.lambda);
+    let start = random_labels::<5>(mesh.vertices.len(), 5, &mut rng(78));
+    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        let (u, _) = after(&mut *solver(variant, &mesh, &problem, start.clone()), &problem, 30);
+        let (w, _) = after(&mut *solver(variant, &mesh, &padded, wide(&start)), &padded, 30);
+        for (u, w) in wide(&u).into_iter().zip(w) {
+            assert!((u - w).max_abs() <= 1e-10, "{variant:?}: {u:?} {w:?}");
+            assert_eq!(w.0[5..], [0.0; 2], "{variant:?}");
         }
     }
 }

@@ -1,0 +1,194 @@
+//! What is claimed of a U holds for it, also where rounding, forbidden labels or rows outside the simplex come in.
+
+use std::ops::ControlFlow;
+
+use super::*;
+use crate::mesh::geometry::barycentric_areas;
+use crate::problem::SmoothingMode;
+use crate::run::Sample;
+use crate::samples::{Known, known_optimum, random_labels, random_rows, rng, shape};
+
+const LAMBDA: f64 = 0.05;
+
+fn go(_: Option<&Sample>) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+fn question() -> Question<'static> {
+    Question { lambda: LAMBDA, mass: Mass::Barycentric, smoothing: None, q: None, dual_steps: 20 }
+}
+
+fn found(mesh: &Mesh, s: &Array2<f64>, u: &Array2<f64>, question: Question<'_>) -> Evaluation {
+    evaluate(mesh, s, u, question, &mut go).unwrap()
+}
+
+/// A torus with random costs, and labels that are random, too.
+fn example(seed: u64) -> (Mesh, Array2<f64>, Array2<f64>) {
+    let mesh = shape("torus:12x8");
+    let n = mesh.vertices.len();
+    let s = regions::array(&random_rows::<3>(n, &mut rng(seed)), 3);
+    let u = regions::array(&random_labels::<3>(n, 3, &mut rng(seed + 1)), 3);
+    (mesh, s, u)
+}
+
+/// A torus with costs of known least energy.
+fn exact(seed: u64) -> (Mesh, Vec<f64>, Known<3>) {
+    let mesh = shape("torus:12x8");
+    let (areas, known) = (barycentric_areas(&mesh), known_optimum(&mesh, 3, LAMBDA, 1.0, seed));
+    (mesh, areas, known)
+}
+
+/// Its pointwise costs, its labels and their field.
+fn arrays(areas: &[f64], Known { problem, u, q, .. }: &Known<3>) -> [Array2<f64>; 3] {
+    let s = Array2::from_shape_fn((areas.len(), 3), |(v, p)| problem.f[v].0[p] / areas[v]);
+    let q = Array2::from_shape_fn((2 * q.len(), 3), |(row, p)| q[row / 2].0[row % 2].0[p]);
+    [s, regions::array(u, 3), q]
+}
+
+/// Where D = E* = E, rounding decides which of the two is the larger. No gap is negative for that, neither of labels
+/// nor of what lies a little above them.
+#[test]
+fn what_rounding_puts_between_is_no_gap() {
+    let (mut settled, mut settled_labels) = (0, 0);
+    for seed in 900..916 {
+        let (mesh, areas, known) = exact(seed);
+        let [s, u, q] = arrays(&areas, &known);
+        let question = Question { q: Some(&q), ..question() };
+        let least = found(&mesh, &s, &u, question);
+        let gaps = [least.gap.unwrap(), least.relative_gap.unwrap(), least.rounded_relative_gap];
+        assert!(gaps.iter().all(|gap| (0.0..1e-12).contains(gap)), "{seed}: {gaps:?}");
+        settled += u32::from(least.gap == Some(0.0));
+        let above = found(&mesh, &s, &u.mapv(|u| 0.999 * u + 0.001 / 3.0), question);
+        assert!(above.gap.unwrap() > 0.0, "{seed}");
+        let gap = above.rounded_relative_gap;
+        assert!((0.0..1e-12).contains(&gap), "{seed}: {gap}");
+        settled_labels += u32::from(gap == 0.0);
+    }
+    assert!(settled >= 4 && settled_labels >= 4, "{settled} {settled_labels}");
+}
+
+/// Energies of what is no U are computed, but bound nothing: rows that sum to less or to more than one, and negative
+/// entries. What fills up a row to its compiled length is none of its entries.
+#[test]
+fn only_rows_of_the_simplex_have_a_gap() {
+    let (mesh, s, _) = example(920);
+    let row = |row: [f64; 3]| {
+        let u = Array2::from_shape_fn(s.dim(), |(_, p)| row[p]);
+        found(&mesh, &s, &u, question())
+    };
+    let inside = row([0.25, 0.25, 0.5]);
+    assert!(inside.feasible && inside.gap.is_some() && inside.relative_gap.is_some());
+    assert_eq!((inside.smallest_entry, inside.largest_row_sum_error), (0.25, 0.0));
+    for (outside, error, smallest) in [
+        ([0.25, 0.25, 0.25], 0.25, 0.25),
+        ([0.5, 0.5, 0.25], 0.25, 0.25),
+        ([1.25, 0.0, -0.25], 0.0, -0.25),
+    ] {
+        let found = row(outside);
+        assert!(!found.feasible && found.gap.is_none() && found.relative_gap.is_none());
+        assert_eq!((found.largest_row_sum_error, found.smallest_entry), (error, smallest));
+    }
+    // Rounding is no reason to refuse.
+    assert!(row([0.25 + 1e-10, 0.25, 0.5]).feasible && row([1.0, 1e-10, -1e-10]).feasible);
+    // The largest of three negative entries is a label, as it was; one that does not exist is none.
+    let (negative, first) = (row([-1.0, -2.0, -2.0]), row([1.0, 0.0, 0.0]));
+    assert_eq!(negative.rounded_energy, first.rounded_energy);
+}
+
+/// Our own steps start from the nearest U, whatever is given.
+#[test]
+fn steps_start_on_the_simplex() {
+    let (mesh, s, u) = example(930);
+    let outside = &u * 3.0 - 1.0;
+    let order = Order::as_it_is();
+    let f = vec![Row::<3>::ZERO; u.nrows()];
+    let nearest = regions::array(&Start::Given(outside.clone()).rows(3, &f, &order), 3);
+    let bound = |u| found(&mesh, &s, u, question()).dual_bound;
+    assert_eq!(bound(&outside), bound(&nearest));
+    assert_ne!(bound(&outside), bound(&u.mapv(|_| 1.0 / 3.0)));
+}
+
+/// Of all bounds at hand the best is taken, and named. A field of zeros and no steps say B; a smoothing says more at the
+/// least energy, but less than the field that belongs to it, or than many steps.
+#[test]
+fn the_best_bound_is_taken() {
+    let (mesh, areas, known) = exact(931);
+    let [s, u, q] = arrays(&areas, &known);
+    let of = |question: Question<'_>| {
+        let found = found(&mesh, &s, &u, question);
+        (found.dual_bound - found.baseline, found.certificate)
+    };
+    let nothing = Array2::zeros(q.dim());
+    let smoothing = Some(Smoothing::new(SmoothingMode::Intrinsic, 1e-3).unwrap());
+    let steps = |dual_steps| Question { dual_steps, ..question() };
+    let zero = Question { q: Some(&nothing), ..question() };
+    assert_eq!(of(zero), (0.0, Certificate::Offered));
+    assert_eq!(of(steps(0)), (0.0, Certificate::Steps));
+    let (smoothed, certificate) = of(Question { smoothing, ..zero });
+    assert!(smoothed > 0.0 && certificate == Certificate::Smoothed);
+    assert_eq!(of(Question { smoothing, ..steps(0) }), (smoothed, certificate));
+    for question in [Question { q: Some(&q), ..question() }, steps(3000)] {
+        let (best, certificate) = of(question);
+        assert!(best > smoothed, "{best} {smoothed}");
+        assert_eq!(of(Question { smoothing, ..question }), (best, certificate));
+    }
+}
+
+/// A label that is forbidden costs nothing where U has it by rounding only, and is refused where it has more or less of it.
+#[test]
+fn forbidden_labels_are_rounded_away_or_refused() {
+    let (mesh, mut s, _) = example(940);
+    s[[17, 1]] = f64::INFINITY;
+    let mut u = Array2::from_shape_fn(s.dim(), |(_, p)| f64::from(u8::from(p == 0)));
+    let clean = found(&mesh, &s, &u, question());
+    assert!(clean.warnings[0].contains("1 costs are +inf"), "{:?}", clean.warnings);
+    for off in [1e-10, -1e-10] {
+        u[[17, 1]] = off;
+        let found = found(&mesh, &s, &u, question());
+        assert_eq!((found.energy, found.rounded_energy), (clean.energy, clean.rounded_energy));
+        assert!(found.feasible && found.gap.is_some());
+    }
+    for off in [1e-6, -1e-6, 1.0] {
+        u[[17, 1]] = off;
+        let error = evaluate(&mesh, &s, &u, question(), &mut go).unwrap_err().to_string();
+        assert!(error.contains("row 17, column 1"), "{error}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let (mesh, s, u) = example(950);
+    let refused = |s: &Array2<f64>, u: &Array2<f64>, question: Question<'_>, word: &str| {
+        let error = evaluate(&mesh, s, u, question, &mut go).unwrap_err().to_string();
+        assert!(error.contains(word) && !error.contains('\n'), "{error}");
+    };
+    for lambda in [-1.0, f64::NAN, f64::INFINITY] {
+        refused(&s, &u, Question { lambda, ..question() }, "lambda");
+    }
+    refused(&s, &u, Question { lambda: 1e300, ..question() }, "range of double precision");
+    let short = |array: &Array2<f64>| array.slice(ndarray::s![1.., ..]).to_owned();
+    refused(&s, &short(&u), question(), "U has 95 x 3 entries, the costs 96 x 3");
+    refused(&short(&s), &short(&u), question(), "vertices");
+    let narrow = |array: &Array2<f64>| array.slice(ndarray::s![.., ..1]).to_owned();
+    refused(&narrow(&s), &narrow(&u), question(), "regions");
+    let mut wrong = u.clone();
+    wrong[[5, 2]] = f64::NAN;
+    refused(&s, &wrong, question(), "row 5, column 2");
+    let mut q = Array2::zeros((2 * mesh.faces.len(), 3));
+    refused(&s, &u, Question { q: Some(&short(&q)), ..question() }, "two rows for each");
+    q[[7, 1]] = f64::INFINITY;
+    refused(&s, &u, Question { q: Some(&q), ..question() }, "row 7, column 1");
+}
+
+/// Faces without area are left out, said and counted.
+#[test]
+fn what_is_left_out_is_said() {
+    let (mesh, s, u) = example(960);
+    let mut flat = mesh.clone();
+    flat.faces.extend([[0, 0, 1], [2, 3, 3]]);
+    let (found, whole) = (found(&flat, &s, &u, question()), found(&mesh, &s, &u, question()));
+    assert_eq!(found.warnings, ["2 faces without area were left out"]);
+    assert_eq!((found.faces, whole.faces), (mesh.faces.len() + 2, mesh.faces.len()));
+    assert_eq!((found.energy, found.area), (whole.energy, whole.area));
+    assert!(whole.warnings.is_empty());
+}
