@@ -61,6 +61,7 @@ pub fn steps<const M: usize>(
 mod tests {
     use super::*;
     use crate::problem::SmoothingMode;
+    use crate::run::FIRST_INTERVAL;
     use crate::samples::{
         assert_within, bumpy, known_optimum, random_labels, random_problem, random_tangents, rng,
         zoo,
@@ -132,8 +133,8 @@ mod tests {
         }
     }
 
-    /// The bound is that of as many steps of the default solver from this U, no more and no fewer, of which whoever asks
-    /// hears as steps without samples, and which end when told to.
+    /// The bound is that of as many steps of the default solver from this U, no more and no fewer, of whose samples nobody
+    /// hears, and which end when told to.
     #[test]
     fn steps_are_those_of_the_default_solver_from_there() {
         let mesh = bumpy(9);
@@ -162,7 +163,7 @@ mod tests {
                 ControlFlow::Continue(())
             };
             assert_eq!(steps(&mesh, &problem, &start, n, &mut observe).unwrap(), of_run(n));
-            assert_eq!((told, samples), (n, 0));
+            assert!((told > 0 || n < FIRST_INTERVAL) && samples == 0, "{told} {samples}");
         }
         let mut told = 0;
         let mut observe = |_: Option<&_>| {
@@ -170,7 +171,6 @@ mod tests {
             ControlFlow::Break(())
         };
         let broken = steps(&mesh, &problem, &start, 70, &mut observe).unwrap();
-        // The step after the first, not looked at, lands.
-        assert_eq!((broken, told), (of_run(2), 2));
+        assert_eq!((broken, told), (of_run(FIRST_INTERVAL), 1));
     }
 }

@@ -16,7 +16,7 @@
 
 use crate::field::{Row, Tangent};
 use crate::mesh::partition::Partition;
-use crate::operator::{Cholesky, Operator, normal_matrix};
+use crate::operator::{Adjoint, Cholesky, Operator, normal_matrix};
 use crate::problem::{NEVER, Problem};
 use crate::prox::project_ball;
 use crate::sweep::sweep;
@@ -112,7 +112,8 @@ impl<const M: usize> Constant<M> {
         // What rounding left over, once more.
         let mut rest = divergence;
         let q = gradient(&phi);
-        sweep(&mut rest[..], |v, rest| *rest = *rest - k.adjoint_at(&q, v));
+        let kt = k.adjoint();
+        sweep(&mut rest[..], |v, rest| *rest = *rest - kt.at(&q, v));
         factor.solve(&mut rest);
         phi.iter_mut().zip(&rest).for_each(|(phi, &rest)| *phi += rest);
         let mut q = gradient(&phi);

@@ -1,7 +1,7 @@
 //! The two kinds of values of the method: a row u_k of the labels U at a vertex, and the two rows of
 //! (K U)_j or of the dual field q_j on a face, in the face's orthonormal frame.
 
-use std::ops::{Add, AddAssign, Mul, Sub};
+use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// u_k in R^m: one number per region at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +54,7 @@ impl<const M: usize> Row<M> {
     /// The largest entry; NaN if there is one.
     #[inline(always)]
     pub fn max(self) -> f64 {
-        -(self * -1.0).min()
+        -(-self).min()
     }
 
     /// max_p |entry|; NaN if there is one.
@@ -72,7 +72,7 @@ impl<const M: usize> Row<M> {
     /// The region with the smallest entry, the first of them if several are equal.
     #[inline(always)]
     pub fn argmin(self) -> usize {
-        (self * -1.0).argmax()
+        (-self).argmax()
     }
 }
 
@@ -124,6 +124,22 @@ impl<const M: usize> Mul<f64> for Row<M> {
     }
 }
 
+impl<const M: usize> Mul<Row<M>> for f64 {
+    type Output = Row<M>;
+    #[inline(always)]
+    fn mul(self, row: Row<M>) -> Row<M> {
+        row * self
+    }
+}
+
+impl<const M: usize> Neg for Row<M> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Row::from_fn(|p| -self.0[p])
+    }
+}
+
 impl<const M: usize> AddAssign for Row<M> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
@@ -152,5 +168,13 @@ impl<const M: usize> Mul<f64> for Tangent<M> {
     #[inline(always)]
     fn mul(self, scale: f64) -> Self {
         Tangent([self.0[0] * scale, self.0[1] * scale])
+    }
+}
+
+impl<const M: usize> Mul<Tangent<M>> for f64 {
+    type Output = Tangent<M>;
+    #[inline(always)]
+    fn mul(self, tangent: Tangent<M>) -> Tangent<M> {
+        tangent * self
     }
 }

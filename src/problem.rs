@@ -14,7 +14,7 @@
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
-use crate::operator::Operator;
+use crate::operator::{Adjoint, Operator};
 use crate::sweep::{collect, sum, sum_blocks, sweep};
 
 /// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
@@ -101,10 +101,11 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// D(q) - B; a lower bound of every E(U) - B if |q_j| <= lambda for all j.
     pub fn dual_bound(&self, q: &[Tangent<M>]) -> f64 {
+        let kt = self.k.adjoint();
         sum(
             self.f.len(),
             #[inline(always)]
-            |v| (self.f[v] + self.k.adjoint_at(q, v)).min(),
+            |v| (self.f[v] + kt.at(q, v)).min(),
         )
     }
 

@@ -113,8 +113,8 @@ impl<const M: usize> Run<M> {
         self.constant_from = self.iteration + LONG;
     }
 
-    /// Steps until `stop` says so, or `observe` breaks off. It is called after every step, with a sample
-    /// where one was taken.
+    /// Steps until `stop` says so, or `observe` breaks off. It is asked between the passes of the solver, and with each
+    /// sample that does not end the run.
     pub fn advance<K: Operator>(
         &mut self,
         solver: &mut dyn Solver<K, M>,
@@ -123,62 +123,41 @@ impl<const M: usize> Run<M> {
         observe: &mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>,
     ) -> Status {
         let begin = (self.now)();
-        let first = self.iteration;
+        let end = stop.iterations.map_or(u64::MAX, |n| self.iteration.saturating_add(n));
         if self.best_energy == f64::INFINITY
             && let Some(status) = self.sample(solver, problem, None, stop)
         {
             return status;
         }
-        let mut previous: Vec<Row<M>> = Vec::new();
-        let mut next_sample = self.next_sample(stop);
-        let mut end = None;
         loop {
-            if stop.iterations.is_some_and(|n| self.iteration - first >= n) {
+            if self.iteration >= end {
                 return Status::IterationLimit;
             }
-            if stop.time.is_some_and(|limit| (self.now)() - begin >= limit) {
-                end = Some(Status::TimeLimit);
-            }
-            let land = end.is_some()
-                || self.iteration + 1 >= next_sample
-                || stop.iterations.is_some_and(|n| self.iteration + 1 - first >= n);
-            if land && solver.change().is_none() {
-                let u = solver.labels();
-                if previous.is_empty() {
-                    previous = sweep::copy(u);
-                } else {
-                    sweep::copy_over(&mut previous, u);
-                }
-            }
+            let steps = self.next_sample(stop).min(end) - self.iteration;
+            let (mut ended, mut first_pass) = (None, true);
+            let mut aside = Duration::ZERO;
             let tick = (self.now)();
-            solver.step(problem, land);
-            self.clock += (self.now)() - tick;
-            self.iteration += 1;
-            let mut sample = None;
-            if land {
-                let change = solver.change().unwrap_or_else(|| {
-                    let u = solver.labels();
-                    sweep::max(
-                        u.len(),
-                        #[inline(always)]
-                        |v| (u[v] - previous[v]).max_abs(),
-                    )
-                });
-                if let Some(status) = self.sample(solver, problem, Some(change), stop) {
-                    return status;
+            self.iteration += solver.advance(problem, steps, &mut || {
+                let asked = (self.now)();
+                if stop.time.is_some_and(|limit| asked - begin >= limit) {
+                    ended = Some(Status::TimeLimit);
+                } else if !first_pass && observe(None).is_break() {
+                    ended = Some(Status::Interrupted);
                 }
-                sample = self.trace.last();
-                next_sample = self.next_sample(stop);
-            }
-            let flow = observe(sample);
-            if let Some(status) = end {
+                first_pass = false;
+                aside += (self.now)() - asked;
+                ended.is_none()
+            });
+            self.clock += (self.now)() - tick - aside;
+            let change = solver.change();
+            if let Some(status) = self.sample(solver, problem, Some(change), stop) {
                 return status;
             }
-            if flow.is_break() {
-                if land {
-                    return Status::Interrupted;
-                }
-                end = Some(Status::Interrupted);
+            let flow = observe(self.trace.last());
+            match ended {
+                Some(status) => return status,
+                None if flow.is_break() => return Status::Interrupted,
+                None => {}
             }
         }
     }

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 
 use crate::field::{Row, Tangent};
 use crate::mesh::{Mesh, Shape};
-use crate::operator::{Operator, Stencil};
+use crate::operator::{Adjoint, Operator, Stencil};
 use crate::problem::{NEVER, Problem};
 use crate::prox::project_ball;
 
@@ -218,7 +218,7 @@ pub fn known_optimum<const M: usize>(
         .map(|v| {
             let theta = share * rng.random_range(-1.0..1.0);
             energy += theta;
-            let balance = k.adjoint_at(&q, v) * -1.0;
+            let balance = -k.adjoint().at(&q, v);
             Row::from_fn(|p| {
                 let nu = if u[v].0[p] == 0.0 { share * rng.random::<f64>() } else { 0.0 };
                 if p < m { balance.0[p] + theta + nu } else { NEVER }

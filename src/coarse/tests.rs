@@ -12,6 +12,7 @@ use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::order::Order;
 use crate::operator::{Mass, Operator};
 use crate::regions;
+use crate::run::FIRST_INTERVAL;
 use crate::samples::{
     assert_within, bumpy, disjoint, flipped, known_optimum, needles, random_dual, random_labels,
     random_problem, random_rows, rng, shape, soup, with_isolated_vertices, zoo,
@@ -352,7 +353,7 @@ fn it_ends_when_told_to() {
     let mut request = request(problem.lambda, 0.0, DEFAULT);
     let most = |record: Record| record.levels.iter().map(|level| level.iterations).max().unwrap();
     let broken = start(&mesh, &problem, &request, &mut |_| ControlFlow::Break(())).unwrap();
-    assert!(broken.pair.is_some() && most(broken.record) <= 2);
+    assert!(broken.pair.is_some() && most(broken.record) <= FIRST_INTERVAL);
     request.stop.time = Some(Duration::ZERO);
     let late = start(&mesh, &problem, &request, &mut go).unwrap();
     assert!(late.pair.is_some() && most(late.record) <= 1);
@@ -426,27 +427,32 @@ fn every_region_that_is_wanted_is_saved() {
     assert_eq!(saving(&[0]), 1.0);
 }
 
-/// A lambda is tried as exactly as was asked for, within bounds, and found in as many steps as a solve with it takes.
+/// A lambda is tried as exactly as was asked for, within bounds, and found after as many questions whether to go on as a solve with it has.
 #[test]
 fn a_lambda_is_tried_as_exactly_as_asked() {
     let (mesh, s) = caps(1.0);
     let taken = |gap: f64| {
         let request = request(0.1, gap, DEFAULT);
         let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &request);
-        let mut steps = 0;
+        let mut asked = 0;
         let mut count = |sample: Option<&crate::run::Sample>| {
             assert!(sample.is_none());
-            steps += 1;
+            asked += 1;
             ControlFlow::Continue(())
         };
         let found = separating(&mesh, &problem.unwrap(), &[1], &request, &mut count).unwrap();
         assert_eq!(found, Some(0.05));
-        // Of the step that reaches the gap nobody is told.
-        steps + 1
+        asked
     };
     let solving = |gap: f64| {
         let request = Request { coarse_to_fine: false, ..request(0.05, gap, DEFAULT) };
-        solved(&mesh, &s, &request).summary.iterations
+        let mut asked = 0;
+        let mut count = |_: Option<&crate::run::Sample>| {
+            asked += 1;
+            ControlFlow::Continue(())
+        };
+        solve(&mesh, &s, &Start::Argmin, &request, &mut count).unwrap();
+        asked
     };
     assert_eq!(taken(1e-3), solving(1e-3));
     assert_eq!(taken(1e-6), solving(GAPS[0]));
@@ -510,8 +516,11 @@ fn a_level_starts_where_the_coarser_one_ends() {
         ControlFlow::Break(())
     };
     let Beginning { pair, record } = start(&mesh, &problem, &request, &mut observe).unwrap();
-    assert!(record.levels.len() >= 2 && record.levels.iter().all(|level| level.iterations == 2));
-    assert_eq!(told, 2 * record.levels.len());
+    assert!(
+        record.levels.len() >= 2
+            && record.levels.iter().all(|level| level.iterations == FIRST_INTERVAL)
+    );
+    assert_eq!(told, record.levels.len());
 
     let hierarchy = Hierarchy::new(&mesh);
     let mut costs = vec![problem.f.clone()];
@@ -534,8 +543,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
         };
         let setup = Setup { mesh, problem: &problem, start, dual_start, options };
         let mut solver = solver::build(DEFAULT, setup)?;
-        solver.step(&problem, false);
-        solver.step(&problem, true);
+        solver.advance(&problem, FIRST_INTERVAL, &mut || true);
         Ok(reached(solver.iterate(), Status::Interrupted))
     });
     let (found, expected) = (pair.unwrap(), expected.unwrap().unwrap());

@@ -5,7 +5,7 @@
 
 use sprs::{CsMat, TriMat};
 
-use super::{Face, Operator};
+use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 
@@ -75,6 +75,8 @@ fn row_times<const M: usize>(
 }
 
 impl Operator for Matrix {
+    type Adjoint<'a> = Transposed<'a>;
+
     fn faces(&self) -> usize {
         self.corners.len()
     }
@@ -98,8 +100,18 @@ impl Operator for Matrix {
         Tangent([row_times(&self.k, 2 * j, |v| u[v]), row_times(&self.k, 2 * j + 1, |v| u[v])])
     }
 
+    fn adjoint(&self) -> Transposed<'_> {
+        Transposed(&self.k_transposed)
+    }
+}
+
+/// K^T in compressed rows.
+#[derive(Clone, Copy)]
+pub struct Transposed<'a>(&'a CsMat<f64>);
+
+impl Adjoint for Transposed<'_> {
     #[inline(always)]
-    fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M> {
-        row_times(&self.k_transposed, v, |row| q[row / 2].0[row % 2])
+    fn at<const M: usize>(self, q: &[Tangent<M>], v: usize) -> Row<M> {
+        row_times(self.0, v, |row| q[row / 2].0[row % 2])
     }
 }

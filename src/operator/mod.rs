@@ -4,8 +4,8 @@
 //! (K U)_j = A_j grad_j U  in R^{2 x m},  in an orthonormal frame of face j
 //! ```
 //!
-//! Every method here is one face sweep that uses (K u)_j and one vertex sweep that uses (K^T q)_v, so an
-//! operator offers just these two rows; a line of the paper becomes one fused loop and no K u is stored.
+//! Every method here is one face sweep that uses (K u)_j and one vertex sweep that uses (K^T q)_v, so an operator and
+//! its adjoint offer just these rows; a line of the paper becomes one fused loop and no K u is stored.
 //! [`Stencil`] is the fast one; [`Matrix`], assembled from another formula, is the reference.
 
 pub mod bounds;
@@ -38,6 +38,10 @@ pub struct Face {
 }
 
 pub trait Operator: Sync {
+    type Adjoint<'a>: Adjoint
+    where
+        Self: 'a;
+
     fn faces(&self) -> usize;
 
     fn vertices(&self) -> usize;
@@ -47,14 +51,8 @@ pub trait Operator: Sync {
 
     fn face(&self, j: usize) -> Face;
 
-    /// The three numbers a face that fast kernels work on, if this operator is made of them.
-    fn stencil(&self) -> Option<&Stencil> {
-        None
-    }
-
-    /// Makes what [`adjoint_at`](Operator::adjoint_at) needs and other rows do not; before a sweep it is made by all
-    /// threads, in the middle of one by one of them.
-    fn prepare_adjoint(&self) {}
+    /// K^T. The first call may assemble it with all threads, so it is taken before a sweep and not in one.
+    fn adjoint(&self) -> Self::Adjoint<'_>;
 
     /// (K u)_j; u has one row per vertex.
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
@@ -66,7 +64,10 @@ pub trait Operator: Sync {
             *norm = self.at(u, j).norm();
         }
     }
+}
 
+/// K^T by its rows.
+pub trait Adjoint: Copy + Sync {
     /// (K^T q)_v; q has one tangent per face.
-    fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M>;
+    fn at<const M: usize>(self, q: &[Tangent<M>], v: usize) -> Row<M>;
 }

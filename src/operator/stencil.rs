@@ -16,7 +16,7 @@ use nalgebra::Point3;
 use pulp::Arch;
 
 use super::norms::Norms;
-use super::{Face, Operator};
+use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::{Incidence, Mesh};
 use crate::sweep;
@@ -26,11 +26,12 @@ pub struct Stencil {
     vertices: usize,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
-    /// For K^T, once it is wanted.
-    adjoint: OnceLock<Adjoint>,
+    /// For K^T, assembled when it is first asked for.
+    incidence: OnceLock<ColumnsAtVertices>,
 }
 
-struct Adjoint {
+/// K^T of a stencil.
+pub struct ColumnsAtVertices {
     /// The columns of each face, once more: to take them from the weights costs a sixth of a vertex sweep.
     columns: Vec<[f64; 2]>,
     /// The corners at each vertex: 3 j + i for corner i of face j, which is also the place of its column.
@@ -48,8 +49,8 @@ impl Stencil {
         let has_area = |j: usize| weights[j][0] > 0.0;
         assert!(sweep::all(weights.len(), has_area), "a face has no area");
         let corners = sweep::copy(&mesh.faces);
-        let (vertices, adjoint) = (mesh.vertices.len(), OnceLock::new());
-        Stencil { corners, vertices, weights, adjoint }
+        let (vertices, incidence) = (mesh.vertices.len(), OnceLock::new());
+        Stencil { corners, vertices, weights, incidence }
     }
 
     /// The three vertices of each face.
@@ -60,12 +61,6 @@ impl Stencil {
     /// c1, c2, c3 of each face.
     pub fn weights(&self) -> &[[f64; 3]] {
         &self.weights
-    }
-
-    /// Each range of vertices is a task.
-    fn adjoint(&self, columns: Vec<[[f64; 2]; 3]>, ranges: &[usize]) -> Adjoint {
-        let around = Incidence::in_ranges(ranges, &self.corners, |j, i| (3 * j + i) as u32);
-        Adjoint { columns: columns.into_flattened(), around }
     }
 }
 
@@ -83,6 +78,8 @@ fn columns([c1, c2, c3]: [f64; 3]) -> [[f64; 2]; 3] {
 }
 
 impl Operator for Stencil {
+    type Adjoint<'a> = &'a ColumnsAtVertices;
+
     fn faces(&self) -> usize {
         self.corners.len()
     }
@@ -97,21 +94,22 @@ impl Operator for Stencil {
         2.0 * c1 * c3
     }
 
-    fn stencil(&self) -> Option<&Stencil> {
-        Some(self)
-    }
-
-    fn prepare_adjoint(&self) {
-        if self.adjoint.get().is_none() {
+    fn adjoint(&self) -> &ColumnsAtVertices {
+        // Assembled outside of `get_or_init`: a thread that waits there for its helpers may be given a task that asks for
+        // K^T again.
+        if self.incidence.get().is_none() {
             let columns = sweep::collect(
                 self.weights.len(),
                 #[inline(always)]
                 |j| columns(self.weights[j]),
-            );
-            let adjoint = self.adjoint(columns, &sweep::ranges(self.vertices));
+            )
+            .into_flattened();
+            let ranges = sweep::ranges(self.vertices);
+            let around = Incidence::in_ranges(&ranges, &self.corners, |j, i| (3 * j + i) as u32);
             // Another thread may have been faster, with the same.
-            let _ = self.adjoint.set(adjoint);
+            let _ = self.incidence.set(ColumnsAtVertices { columns, around });
         }
+        self.incidence.get().expect("it was assembled above")
     }
 
     #[inline(always)]
@@ -130,14 +128,12 @@ impl Operator for Stencil {
     fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
         Arch::new().dispatch(Norms { stencil: self, u, first, norms });
     }
+}
 
+impl Adjoint for &ColumnsAtVertices {
     #[inline(always)]
-    fn adjoint_at<const M: usize>(&self, q: &[Tangent<M>], v: usize) -> Row<M> {
-        let Adjoint { columns, around } = self.adjoint.get_or_init(|| {
-            // By this thread alone: waiting for others, it would be given another row to do in the meantime.
-            let columns = self.weights.iter().map(|&weights| columns(weights)).collect();
-            self.adjoint(columns, &[0, self.vertices])
-        });
+    fn at<const M: usize>(self, q: &[Tangent<M>], v: usize) -> Row<M> {
+        let ColumnsAtVertices { columns, around } = self;
         let mut sum = Row::ZERO;
         for &corner in around.at(v) {
             let [a, b] = columns[corner as usize];

@@ -4,7 +4,7 @@ use rand::RngExt;
 
 use super::*;
 use crate::mesh::Mesh;
-use crate::operator::Stencil;
+use crate::operator::{Adjoint, Stencil};
 use crate::samples::{
     assert_within, bumpy, known_optimum, observed_order, random_dual, random_labels,
     random_problem, random_rows, rng, shape, zoo,
@@ -77,7 +77,7 @@ fn the_gradient_of_the_smoothed_energy() {
             let q: Vec<Tangent<3>> =
                 (0..k.faces()).map(|j| smoothing.dual(k.at(&u, j), k.area(j), lambda)).collect();
             assert!(q.iter().all(|q| q.norm() <= lambda * (1.0 + 1e-15)));
-            let slope: f64 = (0..n).map(|v| (problem.f[v] + k.adjoint_at(&q, v)).dot(w[v])).sum();
+            let slope: f64 = (0..n).map(|v| (problem.f[v] + k.adjoint().at(&q, v)).dot(w[v])).sum();
             let at = |h: f64| {
                 let moved: Vec<Row<3>> = u.iter().zip(&w).map(|(&u, &w)| u + w * h).collect();
                 problem.smoothed_energy(&moved, smoothing)

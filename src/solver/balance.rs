@@ -1,6 +1,6 @@
 //! The weight omega between primal and dual steps: where it starts, and how it follows the moves.
 //!
-//! At landing steps some 100, 300, 700, ... after the start omega is looked at again. Where some |q_j| has
+//! At the first feasible pairs after 100, 300, 700, ... steps omega is balanced anew. Where some |q_j| has
 //! reached lambda, primal and dual moves since the last time should have the same length, in the norms that
 //! the steps define, |u - u'|_D = |q - q'|_{1/Sigma}, as in D. Applegate et al., *Practical large-scale linear
 //! programming using primal-dual hybrid gradient*, NeurIPS 2021, section 3.3. Where none has, the total
@@ -75,13 +75,17 @@ impl<const M: usize> Balance<M> {
         }
     }
 
-    /// To be called after every step; says whether omega is due, if the step has landed.
-    pub(super) fn due(&mut self, land: bool) -> bool {
-        self.steps += 1;
-        land && self.steps >= self.window && self.changes < MOST_CHANGES
+    /// So many steps were made.
+    pub(super) fn count(&mut self, steps: u64) {
+        self.steps += steps;
     }
 
-    /// The omega to go on with, for a pair that has landed by steps tau and sigma: the geometric mean with the
+    /// Whether the window is over.
+    pub(super) fn is_due(&self) -> bool {
+        self.steps >= self.window && self.changes < MOST_CHANGES
+    }
+
+    /// The omega to go on with, for a feasible pair, reached by steps tau and sigma: the geometric mean with the
     /// one that would have given both moves the same length; or omega / 4 while no q_j has reached lambda.
     /// None if omega should stay.
     pub(super) fn omega<K: Operator>(

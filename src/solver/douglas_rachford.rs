@@ -20,7 +20,7 @@
 //! rho (2 - rho) ( |x - u|_D^2 + |z - y|_{1/Sigma}^2 ) + rho |u - u_before|_{M-T}^2.
 //! ```
 //!
-//! The weight of the third term is rho: that is why rho does not change at landing steps.
+//! The weight of the third term is rho: that is why rho stays what it is at the last step, too.
 //!
 //! Kept in place of q_bar is q = q_bar + Sigma K u, for then D u_bar - K^T q_bar - T u = D (u_bar - u) - K^T q,
 //! and T is not applied; after u has moved by delta, y = q + Sigma K delta.
@@ -32,11 +32,11 @@
 //! that M is made once.
 
 use super::balance::{Balance, dual_scale};
-use super::{Description, Iterate, OptionDescription, Setup, Solver};
+use super::{Description, Iterate, OptionDescription, Setup, Step};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
-use crate::operator::{Cholesky, GaussSeidel, Operator, normal_matrix};
+use crate::operator::{Adjoint, Cholesky, GaussSeidel, Operator, normal_matrix};
 use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
 use crate::sweep::sweep;
@@ -122,11 +122,11 @@ pub struct DouglasRachford<const M: usize> {
     delta: Vec<Row<M>>,
     /// The same, in the order of the inner solve.
     solution: Vec<Row<M>>,
-    /// The feasible pair of the last landing step.
+    /// The feasible pair of the last step at which it was wanted.
     x: Vec<Row<M>>,
     z: Vec<Tangent<M>>,
-    /// Whether that was the last step.
-    landed: bool,
+    /// Whether that was the latest step.
+    is_feasible: bool,
     d: Vec<f64>,
     s: Vec<f64>,
     inner: Inner,
@@ -156,14 +156,15 @@ impl<const M: usize> DouglasRachford<M> {
         let balance = Balance::new(options, &u, dual_start.as_ref())?;
         let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; k.faces()]);
         // With D (u_bar - u) = K^T q a saddle point (u, q) stays where it is.
+        let kt = k.adjoint();
         let u_bar = (u.iter().zip(&d).enumerate())
-            .map(|(v, (&u, d))| u + k.adjoint_at(&q, v) * (1.0 / (omega * d)))
+            .map(|(v, (&u, d))| u + 1.0 / (omega * d) * kt.at(&q, v))
             .collect();
         Ok(DouglasRachford {
             balance,
             x: u.clone(),
             z: q.clone(),
-            landed: true,
+            is_feasible: true,
             delta: vec![Row::ZERO; u.len()],
             solution: vec![Row::ZERO; u.len()],
             u,
@@ -184,9 +185,53 @@ impl<const M: usize> DouglasRachford<M> {
         sweep(
             (&mut self.u_bar[..], &self.u[..]),
             #[inline(always)]
-            |_, (u_bar, &u)| *u_bar = u + (*u_bar - u) * factor,
+            |_, (u_bar, &u)| *u_bar = u + factor * (*u_bar - u),
         );
         self.omega = omega;
+    }
+
+    /// One iteration, which keeps (x, z) where it is wanted.
+    fn iterate_and_keep<K: Operator>(&mut self, wanted: bool, problem: &Problem<K, M>) {
+        let Problem { k, f, lambda, .. } = problem;
+        let kt = k.adjoint();
+        let Self { u, u_bar, q, delta, solution, x, z, d, s, inner, omega, rho, .. } = self;
+        let (omega, inverse_omega, rho) = (*omega, 1.0 / *omega, *rho);
+        // delta = M^-1 ( D (u_bar - u) - K^T (q_bar + Sigma K u) )
+        inner.solve(
+            solution,
+            #[inline(always)]
+            |v| d[v] * (u_bar[v] - u[v]) - inverse_omega * kt.at(q, v),
+        );
+        // u <- u + delta,   x = Proj_simplex( 2u - u_bar - tau f ),   u_bar <- u_bar + rho (x - u)
+        sweep(
+            (&mut u[..], &mut u_bar[..], &mut delta[..], &mut x[..], &d[..], &f[..]),
+            #[inline(always)]
+            |v, (u, u_bar, delta, kept, &d, &f)| {
+                *delta = inner.at(solution, v);
+                *u += *delta;
+                let x = project_simplex(2.0 * *u - *u_bar - inverse_omega / d * f);
+                *u_bar += rho * (x - *u);
+                if wanted {
+                    *kept = x;
+                }
+            },
+        );
+        // y = q + Sigma K delta,   z = Proj_{|.|<=lambda}( y + Sigma K u ),   q <- y + rho (z - y)
+        sweep(
+            (&mut q[..], &mut z[..], &s[..]),
+            #[inline(always)]
+            |j, (q, kept, &s)| {
+                let sigma = omega * s;
+                let y = *q + sigma * k.at(delta, j);
+                let z = project_ball(y + sigma * k.at(u, j), *lambda);
+                *q = y + rho * (z - y);
+                if wanted {
+                    *kept = z;
+                }
+            },
+        );
+        self.is_feasible = wanted;
+        self.balance.iter_mut().for_each(|balance| balance.count(1));
     }
 }
 
@@ -203,49 +248,16 @@ fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
     (d, local.into_iter().map(|x| x * reach).collect())
 }
 
-impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
-    fn step(&mut self, problem: &Problem<K, M>, land: bool) {
-        let Problem { k, f, lambda, .. } = problem;
-        let Self { u, u_bar, q, delta, solution, x, z, d, s, inner, omega, rho, .. } = self;
-        let (omega, inverse_omega, rho) = (*omega, 1.0 / *omega, *rho);
-        // delta = M^-1 ( D (u_bar - u) - K^T (q_bar + Sigma K u) )
-        inner.solve(
-            solution,
-            #[inline(always)]
-            |v| (u_bar[v] - u[v]) * d[v] + k.adjoint_at(q, v) * -inverse_omega,
-        );
-        // u <- u + delta,   x = Proj_simplex( 2u - u_bar - tau f ),   u_bar <- u_bar + rho (x - u)
-        sweep(
-            (&mut u[..], &mut u_bar[..], &mut delta[..], &mut x[..], &d[..], &f[..]),
-            #[inline(always)]
-            |v, (u, u_bar, delta, x_landed, &d, &f)| {
-                *delta = inner.at(solution, v);
-                *u += *delta;
-                let x = project_simplex(*u * 2.0 - *u_bar + f * -(inverse_omega / d));
-                *u_bar += (x - *u) * rho;
-                if land {
-                    *x_landed = x;
-                }
-            },
-        );
-        // y = q + Sigma K delta,   z = Proj_{|.|<=lambda}( y + Sigma K u ),   q <- y + rho (z - y)
-        sweep(
-            (&mut q[..], &mut z[..], &s[..]),
-            #[inline(always)]
-            |j, (q, z_landed, &s)| {
-                let sigma = omega * s;
-                let y = *q + k.at(delta, j) * sigma;
-                let z = project_ball(y + k.at(u, j) * sigma, *lambda);
-                *q = y + (z - y) * rho;
-                if land {
-                    *z_landed = z;
-                }
-            },
-        );
-        self.landed = land;
-        if let Some(balance) = &mut self.balance
-            && balance.due(land)
-        {
+impl<K: Operator, const M: usize> Step<K, M> for DouglasRachford<M> {
+    fn step(&mut self, problem: &Problem<K, M>) {
+        self.iterate_and_keep(false, problem);
+    }
+
+    fn last_step(&mut self, problem: &Problem<K, M>) {
+        self.iterate_and_keep(true, problem);
+        let Self { x, z, d, s, omega, balance, .. } = self;
+        if let Some(balance) = balance.as_mut().filter(|balance| balance.is_due()) {
+            let (omega, inverse_omega) = (*omega, 1.0 / *omega);
             let now = Iterate { u: x, q: z };
             let (inverse_tau, inverse_sigma) =
                 (|v: usize| omega * d[v], |j: usize| inverse_omega / s[j]);
@@ -255,8 +267,8 @@ impl<K: Operator, const M: usize> Solver<K, M> for DouglasRachford<M> {
         }
     }
 
-    fn iterate(&mut self) -> Iterate<'_, M> {
-        if self.landed {
+    fn iterate(&self) -> Iterate<'_, M> {
+        if self.is_feasible {
             Iterate { u: &self.x, q: &self.z }
         } else {
             Iterate { u: &self.u, q: &self.q }
@@ -295,13 +307,13 @@ mod tests {
         let mut solver = DouglasRachford::new(setup).unwrap();
         for factor in [5.0, 0.01, 1.0] {
             solver.set_omega(factor * 0.1);
-            (0..5).for_each(|_| Solver::<Stencil, 3>::step(&mut solver, &known.problem, true));
+            (0..5).for_each(|_| Step::<Stencil, 3>::last_step(&mut solver, &known.problem));
             assert!(solver.x.iter().zip(&known.u).all(|(&x, &u)| (x - u).max_abs() <= 1e-9));
             assert!(solver.z.iter().zip(&known.q).all(|(&z, &q)| (z - q).norm() <= 1e-9));
         }
     }
 
-    /// The inequality at the top of this file, step by step, landing or not.
+    /// The inequality at the top of this file, step by step, last ones or not.
     #[test]
     fn the_distance_to_a_saddle_point_falls() {
         let mesh = bumpy(6);
@@ -350,7 +362,7 @@ mod tests {
                 (0..q.len()).map(|j| q[j] - k.at(u, j) * (omega * s[j])).collect()
             };
             let saddle_u_bar: Vec<Row<2>> = (0..n)
-                .map(|v| known.u[v] + k.adjoint_at(&known.q, v) * (1.0 / (omega * solver.d[v])))
+                .map(|v| known.u[v] + 1.0 / (omega * solver.d[v]) * k.adjoint().at(&known.q, v))
                 .collect();
             let saddle_q_bar = q_bar(&known.q, &known.u, &solver.s);
 
@@ -363,7 +375,10 @@ mod tests {
                     + dual(&r, &saddle_q_bar, &solver.s)
                     + rho * inner(&u, &known.u);
                 let first = *first.get_or_insert(distance);
-                Solver::<Stencil, 2>::step(&mut solver, &known.problem, step % 5 == 0);
+                match step % 5 == 0 {
+                    true => Step::<Stencil, 2>::last_step(&mut solver, &known.problem),
+                    false => Step::<Stencil, 2>::step(&mut solver, &known.problem),
+                }
                 let next = q_bar(&solver.q, &solver.u, &solver.s);
                 let after = primal(&solver.u_bar, &saddle_u_bar, &solver.d)
                     + dual(&next, &saddle_q_bar, &solver.s)

@@ -12,10 +12,10 @@
 //! algorithms for nonsmooth composite convex minimization*, Comput. Optim. Appl. 66, 2017.
 
 use super::metric::{EPSILON, EPSILON_MODE, Metric, MetricName, descend, smoothing};
-use super::{Description, Iterate, OptionDescription, Setup, Solver};
+use super::{Description, Iterate, OptionDescription, Setup, Step};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::operator::Operator;
+use crate::operator::{Adjoint, Operator};
 use crate::problem::{Problem, Smoothing};
 use crate::prox::project_simplex;
 use crate::sweep::{sum, sweep};
@@ -124,8 +124,9 @@ impl<const M: usize> Fista<M> {
     }
 }
 
-impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
-    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>, _land: bool) {
+impl<K: Operator, const M: usize> Step<K, M> for Fista<M> {
+    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>) {
+        let kt = k.adjoint();
         let smoothing = self.current_smoothing();
         let tau = self.tau * self.enlargement();
         let Self { u, next, y, q, d, t, .. } = self;
@@ -140,7 +141,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
             (&mut next[..], &y[..], &f[..], &d[..]),
             #[inline(always)]
             |v, (next, &y, &f, &d)| {
-                *next = project_simplex(descend(y, f + k.adjoint_at(q, v), tau, d));
+                *next = project_simplex(descend(y, f + kt.at(q, v), tau, d));
             },
         );
         let uphill = || sum(u.len(), |v| d[v] * (y[v] - next[v]).dot(next[v] - u[v])) > 0.0;
@@ -155,14 +156,14 @@ impl<K: Operator, const M: usize> Solver<K, M> for Fista<M> {
         sweep(
             (&mut y[..], &next[..], &u[..]),
             #[inline(always)]
-            |_, (y, &next, &u)| *y = next + (next - u) * momentum,
+            |_, (y, &next, &u)| *y = next + momentum * (next - u),
         );
         std::mem::swap(u, next);
         *t = t_next;
         self.iteration += 1;
     }
 
-    fn iterate(&mut self) -> Iterate<'_, M> {
+    fn iterate(&self) -> Iterate<'_, M> {
         Iterate { u: &self.u, q: &self.q }
     }
 

@@ -108,7 +108,7 @@ pub(super) fn smoothing(options: &Options, k: &impl Operator) -> Result<Smoothin
 #[inline(always)]
 pub(super) fn descend<const M: usize>(u: Row<M>, g: Row<M>, tau: f64, d: f64) -> Row<M> {
     if d > 0.0 {
-        u + g * (-tau / d)
+        u - (tau / d) * g
     } else if g.max() > g.min() {
         Row::one_hot(g.argmin())
     } else {

@@ -1,7 +1,7 @@
 //! The solvers: one algorithm, one reference, one file; none imports another.
 //!
-//! To add one: write its file with a [`Description`] and an implementation of [`Solver`], then name it
-//! in [`DESCRIPTIONS`] and [`build`]. Clock, stopping and recording are `run.rs`'s; a solver only steps.
+//! To add one: write its file with a [`Description`] and an implementation of [`Step`], then name it
+//! in [`DESCRIPTIONS`] and [`build`]. Clock, stopping and samples are those of `run.rs`; a solver only advances.
 
 mod balance;
 mod chambolle_pock;
@@ -10,14 +10,17 @@ mod fista;
 mod metric;
 mod options;
 mod projected_gradient;
+mod step;
 
 #[cfg(test)]
 mod tests;
 
+pub use chambolle_pock::Engines;
 pub use douglas_rachford::DouglasRachford;
 pub use fista::Fista;
 pub use options::{OptionDescription, Options};
 pub use projected_gradient::ProjectedGradient;
+pub use step::{OneByOne, Step};
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
@@ -25,15 +28,19 @@ use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
+/// What runs a method. Most methods implement [`Step`], of which [`OneByOne`] makes a solver; what makes several steps in
+/// one pass implements this.
 pub trait Solver<K, const M: usize> {
-    /// One iteration; allocates nothing (but solves with a factorization their workspace).
-    ///
-    /// `land` says that the iterate will be looked at after this step: a method whose iterates are
-    /// infeasible or poor on the way, such as an over-relaxed one, makes this step a plain one, or keeps a better
-    /// pair to show.
-    fn step(&mut self, problem: &Problem<K, M>, land: bool);
+    /// Makes so many steps, at least one, and ends with a feasible pair. `go_on` is asked before every pass of one or
+    /// several steps; where it says no, one step more is the last. Returns how many were made.
+    fn advance(
+        &mut self,
+        problem: &Problem<K, M>,
+        steps: u64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> u64;
 
-    /// After a landing step (or none): a feasible U, rows in the simplex, and a feasible dual field.
+    /// A feasible U, rows in the simplex, and a feasible dual field.
     fn iterate(&mut self) -> Iterate<'_, M>;
 
     /// U alone, where that is cheaper.
@@ -49,11 +56,8 @@ pub trait Solver<K, const M: usize> {
         problem.dual_bound(self.iterate().q)
     }
 
-    /// max |u^n - u^{n-1}| of the last step, if it has landed, for methods that see it on their way; `None`, always,
-    /// for those that do not, whose U is then compared from outside.
-    fn change(&mut self) -> Option<f64> {
-        None
-    }
+    /// max |u^n - u^{n-1}| of the last step; zero before the first.
+    fn change(&mut self) -> f64;
 
     /// f or lambda changed to those of `problem`, and no step may come before this: drop momentum, fit the
     /// steps, keep the iterate.
@@ -111,19 +115,16 @@ pub fn describe(name: &str) -> Result<&'static Description> {
 }
 
 /// The solver of that name, ready for its first step.
-pub fn build<'a, K: Operator + 'a, const M: usize>(
+pub fn build<'a, K: Engines + 'a, const M: usize>(
     name: &str,
     setup: Setup<'_, K, M>,
 ) -> Result<Box<dyn Solver<K, M> + 'a>> {
     setup.options.check(describe(name)?)?;
-    if name != "chambolle-pock" {
-        setup.problem.k.prepare_adjoint();
-    }
     Ok(match name {
-        "projected-gradient" => Box::new(ProjectedGradient::new(setup)?),
-        "fista" => Box::new(Fista::new(setup)?),
+        "projected-gradient" => Box::new(OneByOne::new(ProjectedGradient::new(setup)?)),
+        "fista" => Box::new(OneByOne::new(Fista::new(setup)?)),
         "chambolle-pock" => chambolle_pock::build(setup)?,
-        "douglas-rachford" => Box::new(DouglasRachford::new(setup)?),
+        "douglas-rachford" => Box::new(OneByOne::new(DouglasRachford::new(setup)?)),
         _ => unreachable!("every described solver is built here"),
     })
 }

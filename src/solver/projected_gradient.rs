@@ -13,10 +13,10 @@
 //! gap does not close.
 
 use super::metric::{EPSILON, EPSILON_MODE, Metric, MetricName, descend, smoothing};
-use super::{Description, Iterate, OptionDescription, Setup, Solver};
+use super::{Description, Iterate, OptionDescription, Setup, Step};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::operator::Operator;
+use crate::operator::{Adjoint, Operator};
 use crate::problem::{NEVER, Problem, Smoothing};
 use crate::prox::project_simplex;
 use crate::sweep::sweep;
@@ -86,9 +86,10 @@ fn replace_closed<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
     Row::from_fn(|p| if f.0[p] == NEVER { value } else { g.0[p] })
 }
 
-impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
-    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>, _land: bool) {
+impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
+    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>) {
         let Self { u, q, gradient, metric, smoothing, tau } = self;
+        let (kt, tau) = (k.adjoint(), *tau);
         // q_j = lambda (K U)_j / sqrt(|(K U)_j|^2 + eps_j^2),   so that dE_eps/dU = f + K^T q        (9)
         sweep(
             &mut q[..],
@@ -101,7 +102,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
                 (&mut u[..], &f[..], &d[..]),
                 #[inline(always)]
                 |v, (u, &f, &d)| {
-                    *u = project_simplex(descend(*u, f + k.adjoint_at(q, v), *tau, d));
+                    *u = project_simplex(descend(*u, f + kt.at(q, v), tau, d));
                 },
             ),
             Metric::Full(mass) => {
@@ -110,7 +111,7 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
                     (&mut gradient[..], &f[..]),
                     #[inline(always)]
                     |v, (g, &f)| {
-                        *g = replace_closed(f + k.adjoint_at(q, v), f, 0.0);
+                        *g = replace_closed(f + kt.at(q, v), f, 0.0);
                     },
                 );
                 mass.solve(gradient);
@@ -118,14 +119,14 @@ impl<K: Operator, const M: usize> Solver<K, M> for ProjectedGradient<M> {
                     (&mut u[..], &gradient[..], &f[..]),
                     #[inline(always)]
                     |_, (u, &g, &f)| {
-                        *u = project_simplex(*u + replace_closed(g, f, NEVER) * -*tau);
+                        *u = project_simplex(*u - tau * replace_closed(g, f, NEVER));
                     },
                 );
             }
         }
     }
 
-    fn iterate(&mut self) -> Iterate<'_, M> {
+    fn iterate(&self) -> Iterate<'_, M> {
         Iterate { u: &self.u, q: &self.q }
     }
 

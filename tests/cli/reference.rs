@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use meshseg::Mesh;
 use meshseg::field::{Row, Tangent};
 use meshseg::mesh::io;
-use meshseg::operator::{Operator, Stencil};
+use meshseg::operator::{Adjoint, Operator, Stencil};
 use meshseg::problem::{Problem, Smoothing, SmoothingMode};
 use meshseg::prox::{project_ball, project_simplex};
 use nalgebra::Vector3;
@@ -83,7 +83,7 @@ fn python_finds_the_same_gradients_energies_and_projections() {
         let q: Vec<Tangent<M>> =
             (0..k.faces()).map(|j| smoothing.dual(k.at(&u, j), k.area(j), lambda)).collect();
         let gradient =
-            Array2::from_shape_fn((f.len(), M), |(v, p)| (f[v] + k.adjoint_at(&q, v)).0[p]);
+            Array2::from_shape_fn((f.len(), M), |(v, p)| (f[v] + k.adjoint().at(&q, v)).0[p]);
         folder.array(&format!("gradient_{name}.npy"), &gradient);
         write_npy(folder.path(&format!("epsilon_{name}.npy")), &arr0(epsilon)).unwrap();
         let line = format!("evaluate {GIVEN} --u u.npy --epsilon {epsilon} --epsilon-mode {name}");

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3x2, Vector3};
 use super::{OnAny, column};
 use crate::field::Row;
 use crate::mesh::Mesh;
-use crate::operator::{Matrix, Operator, Stencil};
+use crate::operator::{Adjoint, Matrix, Operator, Stencil};
 use crate::samples::{
     assert_within, bumpy, flipped, needles, random_rotation, random_rows, random_tangents,
     random_vector, rng, shape, zoo,
@@ -13,9 +13,9 @@ use crate::samples::{
 
 /// <K u, q> = c <u, K^T q> with c = 1, c fitted over many pairs so that no wrong scale passes; the
 /// residual of each pair is small against the sum of the absolute terms.
-struct Adjoint;
+struct Adjointness;
 
-impl OnAny for Adjoint {
+impl OnAny for Adjointness {
     fn check<K: Operator>(&self, name: &str, k: &K) {
         let mut rng = rng(1);
         let (mut cross, mut square) = (0.0, 0.0);
@@ -24,7 +24,7 @@ impl OnAny for Adjoint {
             let q = random_tangents::<3>(k.faces(), &mut rng);
             let left: Vec<f64> = (0..k.faces()).map(|j| k.at(&u, j).dot(q[j])).collect();
             let right: Vec<f64> =
-                (0..k.vertices()).map(|v| k.adjoint_at(&q, v).dot(u[v])).collect();
+                (0..k.vertices()).map(|v| k.adjoint().at(&q, v).dot(u[v])).collect();
             let size: f64 = left.iter().chain(&right).map(|x| x.abs()).sum();
             let (left, right) = (left.iter().sum::<f64>(), right.iter().sum::<f64>());
             assert!((left - right).abs() <= 1e-13 * size, "{name}: {left:e} {right:e}");
@@ -38,7 +38,7 @@ impl OnAny for Adjoint {
 
 #[test]
 fn the_adjoint_is_the_adjoint() {
-    zoo().iter().for_each(|(name, mesh)| Adjoint.on_both(name, mesh));
+    zoo().iter().for_each(|(name, mesh)| Adjointness.on_both(name, mesh));
 }
 
 /// K 1 = 0, to the rounding error of the largest column.
@@ -174,7 +174,7 @@ fn stencil_and_matrix_agree() {
         }
         let size = mesh.area().sqrt() / (mesh.faces.len() as f64).sqrt();
         for v in 0..mesh.vertices.len() {
-            let difference = stencil.adjoint_at(&q, v) - matrix.adjoint_at(&q, v);
+            let difference = stencil.adjoint().at(&q, v) - matrix.adjoint().at(&q, v);
             assert!(difference.max_abs() <= 100.0 * tolerance * size, "{name}, vertex {v}");
         }
     }

@@ -6,7 +6,7 @@ use sprs::CsMat;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::operator::bounds::{diagonal_above, row_bound};
-use crate::operator::{Cholesky, GaussSeidel, Matrix, Operator, Stencil, normal_matrix};
+use crate::operator::{Adjoint, Cholesky, GaussSeidel, Matrix, Operator, Stencil, normal_matrix};
 use crate::samples::{assert_within, disjoint, random_rows, rng, shape, zoo};
 use crate::sweep::with_threads;
 
@@ -56,7 +56,7 @@ fn the_normal_matrix_is_what_it_is_named() {
         let x = random_rows::<3>(mesh.vertices.len(), &mut rng(32));
         let q: Vec<_> = (0..k.faces()).map(|j| k.at(&x, j) * w[j]).collect();
         for (v, tx) in times(&t, &x).into_iter().enumerate() {
-            let exact = x[v] * d[v] + k.adjoint_at(&q, v);
+            let exact = x[v] * d[v] + k.adjoint().at(&q, v);
             let row = t.outer_view(v).unwrap();
             let size: f64 = row.data().iter().map(|value| value.abs()).sum();
             assert!((tx - exact).max_abs() <= 1e-13 * size, "{name}: {tx:?} {exact:?}");

@@ -7,30 +7,25 @@
 //!
 //! A. Chambolle, T. Pock, *A first-order primal-dual algorithm for convex problems with applications to
 //! imaging*, J. Math. Imaging Vis. 40, 2011; relaxation: L. Condat, *A primal-dual splitting method for
-//! convex optimization*, J. Optim. Theory Appl. 158, 2013. Relaxed iterates are infeasible and poor; a landing
-//! step has rho = 1, after which u = x and q = y.
+//! convex optimization*, J. Optim. Theory Appl. 158, 2013. Relaxed iterates are infeasible and poor; the last step before
+//! one is looked at has rho = 1, after which u = x and q = y.
 //!
 //! `rows` is the text of the method, for any operator. `fused` computes the same iterates from the stencil's
 //! numbers, several in one pass over memory. They share the step lengths (`steps`) and their weight
 //! (`../balance.rs`).
 
+mod engine;
 mod fused;
 mod rows;
 mod steps;
 
-use pulp::Arch;
-
-use fused::{Fused, Plan};
-use rows::Rows;
+pub use engine::{Engines, build};
 use steps::Steps;
 
 use super::balance::Balance;
-use super::{Description, Iterate, OptionDescription, Setup, Solver};
-use crate::error::{Error, Result};
-use crate::field::Tangent;
+use super::{Description, Iterate, OptionDescription};
 use crate::operator::Operator;
 use crate::problem::Problem;
-use crate::sweep::join;
 
 pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
@@ -77,74 +72,25 @@ pub const DESCRIPTION: Description = Description {
     ],
 };
 
-#[derive(Clone, Copy, PartialEq)]
-enum Engine {
-    Auto,
-    Fused,
-    Rows,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Precision {
-    Double,
-    Single,
-}
-
-/// The solver in the engine and the precision that the options ask for.
-pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
-    setup: Setup<'_, K, M>,
-) -> Result<Box<dyn Solver<K, M> + 'a>> {
-    let Setup { problem, options, start: u, dual_start, .. } = setup;
-    let engine = options.choice(
-        "engine",
-        &[("auto", Engine::Auto), ("fused", Engine::Fused), ("rows", Engine::Rows)],
-    )?;
-    let precision =
-        options.choice("precision", &[("f64", Precision::Double), ("f32", Precision::Single)])?;
-    let rho = options.number("rho", f64::MIN_POSITIVE..2.0)?.unwrap_or(1.9);
-    let method = || -> Result<Method<M>> {
-        let steps = Steps::new(problem, options)?;
-        let balance = Balance::new(options, &u, dual_start.as_ref())?;
-        Ok(Method { steps, balance, rho })
-    };
-    match (engine, precision, problem.k.stencil()) {
-        (Engine::Fused | Engine::Auto, Precision::Double, Some(stencil)) => {
-            let (method, plan) = join(method, || Plan::new::<f64, M>(stencil, Arch::new()));
-            Ok(Box::new(Fused::<f64, M>::new(problem, stencil, u, dual_start, method?, plan)))
-        }
-        (Engine::Fused | Engine::Auto, Precision::Single, Some(stencil)) => {
-            let (method, plan) = join(method, || Plan::new::<f32, M>(stencil, Arch::new()));
-            Ok(Box::new(Fused::<f32, M>::new(problem, stencil, u, dual_start, method?, plan)))
-        }
-        (Engine::Auto | Engine::Rows, Precision::Double, _) => {
-            let method = method()?;
-            problem.k.prepare_adjoint();
-            let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; problem.k.faces()]);
-            Ok(Box::new(Rows { u_bar: u.clone(), u, q, method }))
-        }
-        (Engine::Rows, Precision::Single, _) => Err(Error::unsuitable(
-            "solver options engine=rows and precision=f32 exclude each other: rows are in double precision",
-        )),
-        (_, _, None) => Err(Error::unsuitable(
-            "solver option engine=fused needs the gradient as a stencil, not as a matrix",
-        )),
-    }
-}
-
-/// What both engines need beside their fields.
-struct Method<const M: usize> {
+/// What the engines need beside their fields.
+pub struct Method<const M: usize> {
     steps: Steps,
     balance: Option<Balance<M>>,
     rho: f64,
 }
 
 impl<const M: usize> Method<M> {
-    /// To be called after every step; says whether `rebalance` is due.
-    fn due(&mut self, land: bool) -> bool {
-        self.balance.as_mut().is_some_and(|balance| balance.due(land))
+    /// So many steps were made.
+    fn count(&mut self, steps: u64) {
+        self.balance.iter_mut().for_each(|balance| balance.count(steps));
     }
 
-    /// Looks at omega, and says whether the steps changed.
+    /// Whether `rebalance` is due.
+    fn is_due(&self) -> bool {
+        self.balance.as_ref().is_some_and(Balance::is_due)
+    }
+
+    /// Balances omega for a feasible pair, and says whether the steps changed.
     fn rebalance<K: Operator>(&mut self, problem: &Problem<K, M>, now: Iterate<'_, M>) -> bool {
         let Self { steps, balance, .. } = self;
         let omega = balance.as_mut().and_then(|balance| {

@@ -3,10 +3,10 @@
 use super::Method;
 use super::steps::Steps;
 use crate::field::{Row, Tangent};
-use crate::operator::Operator;
+use crate::operator::{Adjoint, Operator};
 use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
-use crate::solver::{Iterate, Solver};
+use crate::solver::{Iterate, Step};
 use crate::sweep::sweep;
 
 pub struct Rows<const M: usize> {
@@ -17,20 +17,20 @@ pub struct Rows<const M: usize> {
     pub method: Method<M>,
 }
 
-impl<K: Operator, const M: usize> Solver<K, M> for Rows<M> {
-    fn step(&mut self, problem: &Problem<K, M>, land: bool) {
+impl<const M: usize> Rows<M> {
+    /// One iteration. Without `rho`, that is with rho = 1, the pair is (x, y), which is feasible.
+    fn iterate_with<K: Operator>(&mut self, rho: Option<f64>, problem: &Problem<K, M>) {
         let Problem { k, f, lambda, .. } = problem;
-        let Self { u, u_bar, q, method: Method { steps: Steps { sigma, tau, .. }, rho, .. } } =
-            self;
-        let rho = if land { 1.0 } else { *rho };
+        let kt = k.adjoint();
+        let Self { u, u_bar, q, method: Method { steps: Steps { sigma, tau, .. }, .. } } = self;
         // x = Proj_simplex( u - tau (f + K^T q) ),   u_bar = 2x - u,   u <- u + rho (x - u)
         sweep(
             (&mut u[..], &mut u_bar[..], &tau[..], &f[..]),
             #[inline(always)]
             |v, (u, u_bar, &tau, &f)| {
-                let x = project_simplex(*u + (f + k.adjoint_at(q, v)) * -tau);
-                *u_bar = x * 2.0 + *u * -1.0;
-                *u = if land { x } else { *u + (x - *u) * rho };
+                let x = project_simplex(*u - tau * (f + kt.at(q, v)));
+                *u_bar = 2.0 * x - *u;
+                *u = rho.map_or(x, |rho| *u + rho * (x - *u));
             },
         );
         // y = Proj_{|.|<=lambda}( q + sigma K u_bar ),   q <- q + rho (y - q)
@@ -38,16 +38,28 @@ impl<K: Operator, const M: usize> Solver<K, M> for Rows<M> {
             (&mut q[..], &sigma[..]),
             #[inline(always)]
             |j, (q, &sigma)| {
-                let y = project_ball(*q + k.at(u_bar, j) * sigma, *lambda);
-                *q = if land { y } else { *q + (y - *q) * rho };
+                let y = project_ball(*q + sigma * k.at(u_bar, j), *lambda);
+                *q = rho.map_or(y, |rho| *q + rho * (y - *q));
             },
         );
-        if self.method.due(land) {
+    }
+}
+
+impl<K: Operator, const M: usize> Step<K, M> for Rows<M> {
+    fn step(&mut self, problem: &Problem<K, M>) {
+        self.iterate_with(Some(self.method.rho), problem);
+        self.method.count(1);
+    }
+
+    fn last_step(&mut self, problem: &Problem<K, M>) {
+        self.iterate_with(None, problem);
+        self.method.count(1);
+        if self.method.is_due() {
             self.method.rebalance(problem, Iterate { u: &self.u, q: &self.q });
         }
     }
 
-    fn iterate(&mut self) -> Iterate<'_, M> {
+    fn iterate(&self) -> Iterate<'_, M> {
         Iterate { u: &self.u, q: &self.q }
     }
 

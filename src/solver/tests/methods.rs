@@ -1,36 +1,40 @@
-//! What is particular to one method: feasibility at landings, momentum, the metric that misleads.
+//! What is particular to one method: feasibility, momentum, the metric that misleads.
 
 use super::{
     CONSISTENT, EXACT, PROJECTED_GRADIENT, VARIANTS, after, run, solver, solver_from, uniform,
 };
 use crate::field::Row;
-use crate::operator::Operator;
+use crate::operator::{Adjoint, Operator};
 use crate::problem::NEVER;
 use crate::run::Status;
 use crate::samples::{
     bumpy, disjoint, known_optimum, needles, random_labels, random_problem, rng, shape,
 };
 
-/// After a landing step rows lie in the simplex and the dual field in its balls.
+/// However many steps are made at once, rows end in the simplex and the dual field in its balls.
 #[test]
-fn landing_iterates_are_feasible() {
+fn iterates_are_feasible() {
     for mesh in [bumpy(8), needles(4, 1e-6), shape("sphere:2").scaled(1e4)] {
         let problem = random_problem::<7>(&mesh, 0.02 * mesh.area().sqrt(), 81);
         let start = random_labels(mesh.vertices.len(), 7, &mut rng(82));
         for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
             let mut solver = solver(variant, &mesh, &problem, start.clone());
-            for n in 1..60 {
-                let land = n % 7 == 0;
-                solver.step(&problem, land);
-                if land {
-                    let iterate = solver.iterate();
-                    for u in iterate.u {
-                        assert!(u.min() >= 0.0, "{variant:?}: {u:?}");
-                        assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-12, "{variant:?}");
-                    }
-                    let bound = problem.lambda * (1.0 + 1e-14);
-                    assert!(iterate.q.iter().all(|q| q.norm() <= bound), "{variant:?}");
+            for steps in [1, 7, 2, 16, 3, 25] {
+                // Whoever says no after some steps gets one more.
+                let mut left = steps;
+                let mut go_on = || {
+                    left -= 1;
+                    left > 0
+                };
+                let made = solver.advance(&problem, 20, &mut go_on);
+                assert!((1..=20).contains(&made), "{variant:?}: {made}");
+                let iterate = solver.iterate();
+                for u in iterate.u {
+                    assert!(u.min() >= 0.0, "{variant:?}: {u:?}");
+                    assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-12, "{variant:?}");
                 }
+                let bound = problem.lambda * (1.0 + 1e-14);
+                assert!(iterate.q.iter().all(|q| q.norm() <= bound), "{variant:?}");
             }
         }
     }
@@ -68,7 +72,7 @@ fn projected_gradient_descends() {
             let mut before = problem.smoothed_energy(solver.iterate().u, smoothing);
             let first = before;
             for _ in 0..200 {
-                solver.step(&problem, true);
+                solver.advance(&problem, 1, &mut || true);
                 let now = problem.smoothed_energy(solver.iterate().u, smoothing);
                 assert!(now <= before + 1e-13 * problem.spread(), "{variant:?}: {before} {now}");
                 before = now;
@@ -185,13 +189,13 @@ fn the_momentum_is_that_of_the_paper() {
     let (mut y, mut before, mut t) = (start.clone(), start, 1.0_f64);
     for n in 1..=12 {
         let mut gradient = solver(variant, &mesh, &problem, y.clone());
-        gradient.step(&problem, true);
+        gradient.advance(&problem, 1, &mut || true);
         let u = gradient.iterate().u.to_vec();
         let next = 0.5 * (1.0 + (1.0 + 4.0 * t * t).sqrt());
         let momentum = (t - 1.0) / next;
         y = u.iter().zip(&before).map(|(&u, &b)| u + (u - b) * momentum).collect();
         (before, t) = (u, next);
-        fista.step(&problem, true);
+        fista.advance(&problem, 1, &mut || true);
         for (u, expected) in fista.iterate().u.iter().zip(&before) {
             assert!((*u - *expected).max_abs() <= 1e-13, "step {n}");
         }
@@ -209,7 +213,7 @@ fn momentum_is_dropped_where_it_leads_uphill() {
     let (mut y, mut before, mut t, mut dropped) = (start.clone(), start, 1.0_f64, 0);
     for n in 1..=150 {
         let mut gradient = solver(("fista", &options), &mesh, &problem, y.clone());
-        gradient.step(&problem, true);
+        gradient.advance(&problem, 1, &mut || true);
         let u = gradient.iterate().u.to_vec();
         let uphill: f64 =
             y.iter().zip(&u).zip(&before).map(|((&y, &u), &b)| (y - u).dot(u - b)).sum();
@@ -218,7 +222,7 @@ fn momentum_is_dropped_where_it_leads_uphill() {
         dropped += usize::from(uphill > 0.0);
         y = u.iter().zip(&before).map(|(&u, &b)| u + (u - b) * momentum).collect();
         (before, t) = (u, next);
-        fista.step(&problem, true);
+        fista.advance(&problem, 1, &mut || true);
         for (u, expected) in fista.iterate().u.iter().zip(&before) {
             assert!((*u - *expected).max_abs() <= 1e-10, "step {n}");
         }
@@ -266,7 +270,7 @@ fn continuation_ends() {
     let mut epsilons = Vec::new();
     for _ in 0..20 {
         epsilons.push(solver.smoothing().unwrap().epsilon);
-        solver.step(&problem, true);
+        solver.advance(&problem, 1, &mut || true);
     }
     assert!(epsilons.windows(2).all(|pair| pair[1] <= pair[0]));
     assert!((epsilons[0] / 0.04 - 256.0).abs() < 1e-9 && epsilons[19] == 0.04);
@@ -313,7 +317,7 @@ fn the_consistent_metric_does_not_see_what_is_forbidden() {
     forbidding.f[40].0[1] = NEVER;
     let mut solver = solver(CONSISTENT, &mesh, &forbidding, start());
     let (u, q) = after(&mut *solver, &forbidding, 1);
-    without.f[40].0[1] = -without.k.adjoint_at(&q, 40).0[1];
+    without.f[40].0[1] = -without.k.adjoint().at(&q, 40).0[1];
     let mut free = super::solver(CONSISTENT, &mesh, &without, start());
     let (w, _) = after(&mut *free, &without, 1);
     for v in (0..n).filter(|&v| v != 40) {

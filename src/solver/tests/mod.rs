@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::Problem;
 use crate::run::{Run, Status, Stop};
-use crate::solver::{Options, Setup, Solver, build};
+use crate::solver::{Engines, Options, Setup, Solver, build};
 
 /// Every method, in each variant that converges to a minimizer.
 const VARIANTS: [(&str, &[&str]); 10] = [
@@ -36,7 +36,7 @@ const PROJECTED_GRADIENT: Range<usize> = 8..10;
 /// The one that does not.
 const CONSISTENT: (&str, &[&str]) = ("projected-gradient", &["mass-metric=consistent"]);
 
-fn solver<'a, K: Operator + 'a, const M: usize>(
+fn solver<'a, K: Engines + 'a, const M: usize>(
     variant: (&str, &[&str]),
     mesh: &Mesh,
     problem: &Problem<K, M>,
@@ -46,7 +46,7 @@ fn solver<'a, K: Operator + 'a, const M: usize>(
 }
 
 /// Started from U and, where a method has one, a dual field.
-fn solver_from<'a, K: Operator + 'a, const M: usize>(
+fn solver_from<'a, K: Engines + 'a, const M: usize>(
     (name, options): (&str, &[&str]),
     mesh: &Mesh,
     problem: &Problem<K, M>,
@@ -61,13 +61,13 @@ fn uniform<const M: usize>(n: usize, m: usize) -> Vec<Row<M>> {
     vec![Row::from_fn(|p| if p < m { 1.0 / m as f64 } else { 0.0 }); n]
 }
 
-/// The iterate after so many steps, the last of them a landing one.
+/// The iterate after so many steps.
 fn after<K: Operator, const M: usize>(
     solver: &mut dyn Solver<K, M>,
     problem: &Problem<K, M>,
-    steps: usize,
+    steps: u64,
 ) -> (Vec<Row<M>>, Vec<Tangent<M>>) {
-    (1..=steps).for_each(|n| solver.step(problem, n == steps));
+    assert_eq!(solver.advance(problem, steps, &mut || true), steps);
     (solver.iterate().u.to_vec(), solver.iterate().q.to_vec())
 }
 

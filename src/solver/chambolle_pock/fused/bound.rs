@@ -26,11 +26,10 @@ pub struct KnownBounds<'a, T> {
 }
 
 /// The same of a part in single precision. A vertex sums its faces in the order of all parts.
-pub struct Bounds<'a, K, T, const M: usize> {
+pub struct Bounds<'a, T, const M: usize> {
     pub part: &'a Part<T>,
     pub layout: &'a Layout,
-    pub problem: &'a Problem<K, M>,
-    pub stencil: &'a Stencil,
+    pub problem: &'a Problem<Stencil, M>,
     pub units: Units,
     /// The lane of each row in a vector of double precision.
     pub order: &'a [usize],
@@ -71,12 +70,12 @@ fn lower(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
-impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
+impl<T: Real, const M: usize> WithSimd for Bounds<'_, T, M> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Bounds { part, layout, problem, stencil, units, order, shares, bounds } = self;
+        let Bounds { part, layout, problem, units, order, shares, bounds } = self;
         let (width, window) = (width::<T, S>(), &part.window);
         let (own, first_faces) = (&window.own, window.held_faces.start);
         let share_rows = share_rows(layout);
@@ -87,7 +86,7 @@ impl<K, T: Real, const M: usize> WithSimd for Bounds<'_, K, T, M> {
             lambda: simd.splat_f64s(problem.lambda),
             surely_inside: simd.splat_f64s(surely_inside::<f64>(problem.lambda)),
             unit: simd.splat_f64s(1.0 / units.q),
-            weights: stencil.weights(),
+            weights: problem.k.weights(),
             order,
             rows: rows_of_halves::<T, S>(&layout.lanes.order, order),
             share_rows,

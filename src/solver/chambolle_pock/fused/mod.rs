@@ -20,7 +20,8 @@ use pulp::Arch;
 
 use bound::{Bounds, KnownBounds};
 use buffer::Slices;
-use lanes::{Real, lane_order};
+pub use lanes::Real;
+use lanes::lane_order;
 use layout::{Lanes, Layout, Window};
 use letter::Letter;
 use part::{Part, Units, groups, share_rows};
@@ -29,7 +30,7 @@ use pass::{DEEPEST, Pass};
 use super::Method;
 use super::steps::Steps;
 use crate::field::{Row, Tangent};
-use crate::operator::{Operator, Stencil};
+use crate::operator::{Adjoint, Operator, Stencil};
 use crate::problem::Problem;
 use crate::prox::project_ball;
 use crate::solver::{Iterate, Solver};
@@ -50,21 +51,16 @@ pub struct Fused<T, const M: usize> {
     letters: [Vec<Vec<Letter<T>>>; 2],
     units: Units,
     method: Method<M>,
-    /// How many steps were made, and how many were asked for and are still to be made; none of these lands.
+    /// How many steps were made.
     made: usize,
-    pending: usize,
-    /// The number of each face in the order of the layout; empty until q is looked at.
+    /// The number of each face in the order of the layout; empty until q is asked for.
     places: Vec<u32>,
-    /// What was looked at last, in the order of the mesh; q is empty until then.
+    /// The iterate in the order of the mesh when it was last asked for; q is empty until then.
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
     /// D(q) vertex by vertex, and what the parts need for it; empty until then.
     bounds: Vec<f64>,
     shares: Vec<Slices<f64, 1>>,
-    u_unpacked: bool,
-    q_unpacked: bool,
-    /// Whether the last step landed; if not, u is infeasible and stays so.
-    landed: bool,
     /// As of the last step.
     lambda: f64,
 }
@@ -89,21 +85,21 @@ impl Plan {
 
 impl<T: Real, const M: usize> Fused<T, M> {
     /// By a plan for the same numbers.
-    pub fn new<K: Operator>(
-        problem: &Problem<K, M>,
-        stencil: &Stencil,
+    pub fn new(
+        problem: &Problem<Stencil, M>,
         u: Vec<Row<M>>,
         q: Option<Vec<Tangent<M>>>,
         method: Method<M>,
         plan: Plan,
     ) -> Self {
         let Plan { arch, layout, windows } = plan;
+        let stencil = &problem.k;
         let units = units::<T>(stencil, &method.steps);
         let letters_from = |sender| Letter::from(sender, &windows);
         let mut letters = [0, 1].map(|_| (0..windows.len()).map(letters_from).collect::<Vec<_>>());
         let kq = q.as_ref().map(|q| {
-            problem.k.prepare_adjoint();
-            collect(u.len(), |v| problem.k.adjoint_at(q, v))
+            let kt = stencil.adjoint();
+            collect(u.len(), |v| kt.at(q, v))
         });
         let parts: Vec<Part<T>> = results(windows, |window| {
             let mut part = Part::new(window, &layout, u.len(), M);
@@ -128,15 +124,11 @@ impl<T: Real, const M: usize> Fused<T, M> {
             units,
             method,
             made: 0,
-            pending: 0,
             places: Vec::new(),
             u,
             q: q.unwrap_or_default(),
             bounds: Vec::new(),
             shares,
-            u_unpacked: false,
-            q_unpacked: false,
-            landed: true,
             lambda: problem.lambda,
         }
     }
@@ -166,21 +158,31 @@ fn units<T: Real>(stencil: &Stencil, steps: &Steps) -> Units {
     Units { q: inverse(steps.dual_scale()), k: inverse(longest) }
 }
 
-impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
-    fn step(&mut self, problem: &Problem<K, M>, land: bool) {
-        (self.lambda, self.landed) = (problem.lambda, land);
-        (self.u_unpacked, self.q_unpacked) = (false, false);
-        self.pending += 1;
-        if land || self.pending == self.parts[0].window.depth() {
-            self.pass(land);
+impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
+    fn advance(
+        &mut self,
+        problem: &Problem<Stencil, M>,
+        steps: u64,
+        go_on: &mut dyn FnMut() -> bool,
+    ) -> u64 {
+        self.lambda = problem.lambda;
+        let depth = self.parts[0].window.depth() as u64;
+        let (mut made, mut last) = (0, false);
+        while !last {
+            let going = go_on();
+            let iterations = if going { depth.min(steps - made) } else { 1 };
+            made += iterations;
+            last = !going || made == steps;
+            self.pass(iterations as usize, last);
         }
-        if self.method.due(land) {
+        self.method.count(made);
+        if self.method.is_due() {
             self.unpack();
-            let now = Iterate { u: &self.u, q: &self.q };
-            if self.method.rebalance(problem, now) {
+            if self.method.rebalance(problem, Iterate { u: &self.u, q: &self.q }) {
                 self.set_steps(problem);
             }
         }
+        made
     }
 
     fn iterate(&mut self) -> Iterate<'_, M> {
@@ -192,8 +194,7 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         &self.u
     }
 
-    fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64 {
-        self.settle();
+    fn dual_bound(&mut self, problem: &Problem<Stencil, M>) -> f64 {
         if self.made == 0 && self.q.is_empty() {
             // K^T q = 0.
             return sum(
@@ -202,7 +203,6 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
                 |v| problem.f[v].min(),
             );
         }
-        let stencil = problem.k.stencil().expect("the engine was built from it");
         let Self { arch, layout, parts, units, bounds, shares, u, .. } = self;
         let (arch, layout, units, order) = (*arch, &*layout, *units, &lane_order::<f64>(*arch)[..]);
         bounds.resize(u.len(), 0.0);
@@ -221,7 +221,6 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
                     part,
                     layout,
                     problem,
-                    stencil,
                     units,
                     order,
                     shares: shares.all()[0],
@@ -236,12 +235,12 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
         )
     }
 
-    fn change(&mut self) -> Option<f64> {
+    fn change(&mut self) -> f64 {
         let changes = self.parts.iter().map(|part| part.change);
-        Some(changes.fold(0.0, |most, change| if change > most { change } else { most }))
+        changes.fold(0.0, |most, change| if change > most { change } else { most })
     }
 
-    fn restart(&mut self, problem: &Problem<K, M>) {
+    fn restart(&mut self, problem: &Problem<Stencil, M>) {
         self.unpack();
         self.lambda = problem.lambda;
         self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
@@ -252,16 +251,8 @@ impl<K: Operator, T: Real, const M: usize> Solver<K, M> for Fused<T, M> {
 }
 
 impl<T: Real, const M: usize> Fused<T, M> {
-    /// Makes the steps that are pending, before anyone looks.
-    fn settle(&mut self) {
-        if self.pending > 0 {
-            self.pass(false);
-        }
-    }
-
-    /// Makes the steps that are pending; the last one may land.
-    fn pass(&mut self, land: bool) {
-        let iterations = std::mem::take(&mut self.pending);
+    /// Some iterations in one pass, no more than its depth; `last` says whether the last one has rho = 1.
+    fn pass(&mut self, iterations: usize, last: bool) {
         let before = self.made;
         self.made += iterations;
         let lambda = self.lambda * self.units.q;
@@ -273,38 +264,32 @@ impl<T: Real, const M: usize> Fused<T, M> {
             for letter in received.iter().flatten().filter(|letter| letter.to == k) {
                 letter.read(part);
             }
-            arch.dispatch(Pass::<T, M> { part, layout, lambda, rho, before, iterations, land });
+            arch.dispatch(Pass::<T, M> { part, layout, lambda, rho, before, iterations, last });
             for letter in sent {
                 letter.write(part);
             }
         });
     }
 
-    fn set_steps<K: Operator>(&mut self, problem: &Problem<K, M>) {
-        let stencil = problem.k.stencil().expect("the engine was built from it");
+    fn set_steps(&mut self, problem: &Problem<Stencil, M>) {
         let Self { parts, units, method, .. } = self;
         each(parts.iter_mut().collect(), &|part| {
-            part.set_steps(&method.steps, stencil.weights(), *units);
+            part.set_steps(&method.steps, problem.k.weights(), *units);
         });
     }
 
     /// u in the order of the mesh, feasible in double precision too.
     fn unpack_u(&mut self) {
-        if std::mem::replace(&mut self.u_unpacked, true) {
-            return;
-        }
-        self.settle();
-        let Self { parts, u, landed, .. } = self;
+        let Self { parts, u, .. } = self;
         let ends = parts.iter().map(|part| part.own().end);
         let cuts: Vec<usize> = [0].into_iter().chain(ends).collect();
-        let feasible = T::DOUBLE || !*landed;
         sweep_parts(
             u,
             &cuts,
             #[inline(always)]
             |first, u| {
                 owner(parts, first).read_u(u);
-                if !feasible {
+                if !T::DOUBLE {
                     for row in u {
                         // A projection would give to closed regions too.
                         *row = *row * (1.0 / row.0.iter().sum::<f64>());
@@ -316,10 +301,6 @@ impl<T: Real, const M: usize> Fused<T, M> {
 
     /// q in the order of the mesh, feasible in double precision too.
     fn unpack_q(&mut self) {
-        if std::mem::replace(&mut self.q_unpacked, true) {
-            return;
-        }
-        self.settle();
         let Self { layout, parts, units, places, q, lambda, .. } = self;
         if places.is_empty() {
             places.resize(layout.faces.len(), 0);

@@ -35,8 +35,8 @@ pub struct Pass<'a, T, const M: usize> {
     /// How many iterations were made before, and are now, up to the depth of the window.
     pub before: usize,
     pub iterations: usize,
-    /// Whether the last of them lands.
-    pub land: bool,
+    /// Whether the last of them has rho = 1 and ends with a feasible pair.
+    pub last: bool,
 }
 
 /// How far an iteration has come.
@@ -50,7 +50,8 @@ struct Front {
     /// The next block of vertices whose K^T q is summed up.
     sums: usize,
     tidy: bool,
-    land: bool,
+    /// Whether rho = 1.
+    plain: bool,
 }
 
 impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
@@ -81,7 +82,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             rho: T::splat(simd, self.rho),
             negligible: [1.0, self.lambda].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
             tidy: false,
-            land: false,
+            plain: false,
         };
         let mut fronts = [Front::default(); DEEPEST];
         let fronts = &mut fronts[..self.iterations];
@@ -98,15 +99,15 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             front.tidy = n % TIDY_EVERY == 0;
         }
         let last = self.iterations - 1;
-        fronts[last].land = self.land;
+        fronts[last].plain = self.last;
         let vertex_rows = ROW * width * groups(M);
         let group = ROW * share_rows(layout);
         while fronts[last].block < fronts[last].end {
             for n in 0..self.iterations {
-                let Front { mut block, end, mut faces, mut sums, tidy, land } = fronts[n];
+                let Front { mut block, end, mut faces, mut sums, tidy, plain } = fronts[n];
                 let may_move = if n == 0 { end } else { end.min(fronts[n - 1].sums) };
                 let stop = may_move.min(block + CHUNK);
-                (step.tidy, step.land) = (tidy, land);
+                (step.tidy, step.plain) = (tidy, plain);
                 let shares = &mut shares[n * groups(M) * group..][..groups(M) * group];
                 while block < stop {
                     let b = block - first_block;
@@ -127,7 +128,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
                         sums += 1;
                     }
                 }
-                fronts[n] = Front { block, end, faces, sums, tidy, land };
+                fronts[n] = Front { block, end, faces, sums, tidy, plain };
             }
         }
         self.part.change = T::largest(simd, change);
@@ -145,15 +146,16 @@ struct Step<T: Real, S: Simd> {
     /// Of u and q.
     negligible: [T::Vector<S>; 2],
     tidy: bool,
-    land: bool,
+    /// Whether rho = 1.
+    plain: bool,
 }
 
 impl<T: Real, S: Simd> Step<T, S> {
-    /// u <- u + rho (x - u), or x itself if the step lands.
+    /// u <- u + rho (x - u), or x itself for rho = 1.
     #[inline(always)]
     fn relax(&self, u: T::Vector<S>, x: T::Vector<S>) -> T::Vector<S> {
         let simd = self.simd;
-        if self.land { x } else { T::mul_add(simd, T::sub(simd, x, u), self.rho, u) }
+        if self.plain { x } else { T::mul_add(simd, T::sub(simd, x, u), self.rho, u) }
     }
 
     /// Steps of a fixed ratio lead to numbers too small to be normal, which cost a hundred times as much.
@@ -190,7 +192,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         for g in 0..groups(M) {
             let mut u_bar = [self.zero; 4];
             for p in 4 * g..M.min(4 * g + 4) {
-                if self.land {
+                if self.plain {
                     let (forth, back) = (T::sub(simd, x[p], u[p]), T::sub(simd, u[p], x[p]));
                     change = T::max(simd, T::max(simd, forth, back), change);
                 }
@@ -258,7 +260,7 @@ impl<T: Real, S: Simd> Step<T, S> {
             let (mut second, mut third) = ([self.zero; 4], [self.zero; 4]);
             for p in 4 * g..M.min(4 * g + 4) {
                 for i in 0..2 {
-                    q[i][p] = if self.land {
+                    q[i][p] = if self.plain {
                         T::mul(simd, y[i][p], scale)
                     } else {
                         let moves = T::mul_add(simd, y[i][p], scale, T::neg(simd, q[i][p]));

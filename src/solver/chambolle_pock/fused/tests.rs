@@ -4,11 +4,12 @@ use std::borrow::Cow;
 
 use pulp::Arch;
 
+use super::super::Method;
 use super::super::rows::Rows;
 use super::super::steps::Steps;
-use super::super::{Fused, Method, Plan};
 use super::lanes::Real;
 use super::pass::DEEPEST;
+use super::{Fused, Plan};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
@@ -20,7 +21,7 @@ use crate::samples::{
     with_isolated_vertices, zoo,
 };
 use crate::solver::balance::Balance;
-use crate::solver::{Options, Solver};
+use crate::solver::{OneByOne, Options, Solver};
 use crate::sweep::with_threads;
 
 type State<const M: usize> = (Vec<Row<M>>, Vec<Tangent<M>>);
@@ -41,20 +42,20 @@ fn fused<T: Real, const M: usize>(
 ) -> Fused<T, M> {
     let (u, q) = start.clone();
     let plan = Plan::new::<T, M>(&problem.k, arch);
-    Fused::new(problem, &problem.k, u, Some(q), method(problem, start), plan)
+    Fused::new(problem, u, Some(q), method(problem, start), plan)
 }
 
-fn rows<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Rows<M> {
+fn rows<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> OneByOne<Rows<M>, M> {
     let (u, q) = start.clone();
-    Rows { u_bar: u.clone(), u, q, method: method(problem, start) }
+    OneByOne::new(Rows { u_bar: u.clone(), u, q, method: method(problem, start) })
 }
 
 fn after<const M: usize>(
     mut solver: impl Solver<Stencil, M>,
     problem: &Problem<Stencil, M>,
-    steps: usize,
+    steps: u64,
 ) -> State<M> {
-    (1..=steps).for_each(|n| solver.step(problem, n == steps));
+    assert_eq!(solver.advance(problem, steps, &mut || true), steps);
     let now = solver.iterate();
     (now.u.to_vec(), now.q.to_vec())
 }
@@ -141,7 +142,7 @@ fn own_rows<T: Real, const M: usize>(fused: &Fused<T, M>) -> Vec<Row<M>> {
     u
 }
 
-/// What the engine says of itself after a landing step is what its fields say.
+/// What the engine says of itself is what its fields say.
 fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
     let mesh = &*mesh.without_degenerate_faces().0;
     let mut problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 118);
@@ -151,23 +152,19 @@ fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
     let mut bits = Vec::new();
     for threads in [1, 2, 3] {
         with_threads(Some(threads), || {
-            // The other one is looked at before each landing step; the first makes all six steps in one pass.
+            // The first makes six steps in as few passes as it can, the other one each by itself.
             let [mut fused, mut other] =
                 [0, 1].map(|_| fused::<T, M>(&problem, &start, Arch::new()));
             let mut said = Vec::new();
-            for n in 1..=24 {
-                let land = n % 6 == 0;
-                fused.step(&problem, land);
-                let before = land.then(|| {
-                    other.settle();
-                    own_rows(&other)
-                });
-                other.step(&problem, land);
-                let Some(before) = before else { continue };
+            for _ in 0..4 {
+                fused.advance(&problem, 6, &mut || true);
+                (0..5).for_each(|_| other.pass(1, false));
+                let before = own_rows(&other);
+                other.pass(1, true);
                 let moves = own_rows(&fused).into_iter().zip(before).map(|(u, before)| u - before);
                 let largest = moves.map(Row::max_abs).fold(0.0, f64::max);
                 let solver: &mut dyn Solver<Stencil, M> = &mut fused;
-                let (bound, change) = (solver.dual_bound(&problem), solver.change().unwrap());
+                let (bound, change) = (solver.dual_bound(&problem), solver.change());
                 let now = solver.iterate();
                 assert!(now.u.iter().all(|u| u.0[M - 1] == 0.0), "{name}: a closed region");
                 assert_within(bound, problem.dual_bound(now.q), 1e-12, problem.spread());
@@ -224,7 +221,7 @@ fn instruction_sets_agree() {
 /// What the engine says after some steps, which is the bound of its q.
 fn bound<T: Real>(problem: &Problem<Stencil, 4>, start: &State<4>, arch: Arch) -> f64 {
     let mut solver: Box<dyn Solver<Stencil, 4>> = Box::new(fused::<T, 4>(problem, start, arch));
-    (1..=6).for_each(|n| solver.step(problem, n == 6));
+    solver.advance(problem, 6, &mut || true);
     let said = solver.dual_bound(problem);
     assert_within(said, problem.dual_bound(solver.iterate().q), 1e-12, problem.spread());
     said
@@ -263,7 +260,9 @@ fn what_changes_on_the_way_changes_in_both() {
     ];
     for round in 0..6 {
         let states = [0, 1].map(|i| {
-            (1..=60).for_each(|n| solvers[i].step(&problem, n % 20 == 0));
+            for _ in 0..3 {
+                solvers[i].advance(&problem, 20, &mut || true);
+            }
             let now = solvers[i].iterate();
             (now.u.to_vec(), now.q.to_vec())
         });
