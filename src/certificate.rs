@@ -14,8 +14,8 @@ use crate::mesh::Mesh;
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, Smoothing};
 use crate::prox::project_ball;
+use crate::request::Observer;
 use crate::run::{Run, Stop};
-use crate::solve::Observer;
 use crate::solver::{self, Options, Setup};
 use crate::sweep::sweep;
 

@@ -7,7 +7,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::experiment::Misfit;
+use crate::misfit::Misfit;
 
 pub type Result<T> = std::result::Result<T, Error>;
 

@@ -93,7 +93,7 @@ pub fn evaluate(
             s.ncols()
         )));
     }
-    crate::solve::check_lambda(question.lambda)?;
+    crate::request::check_lambda(question.lambda)?;
     crate::solve::check_rows("costs", s.nrows(), mesh)?;
     crate::solve::check_finite("entries of U", u)?;
     let (s, mut warnings) = costs::checked(s, question.mass)?;

@@ -23,6 +23,7 @@
 
 pub mod certificate;
 pub mod coarse;
+pub mod colormap;
 mod constant;
 pub mod costs;
 pub mod data;
@@ -37,14 +38,18 @@ mod font;
 #[cfg(target_os = "linux")]
 pub mod memory;
 pub mod mesh;
+pub mod misfit;
 pub mod npy;
+mod one_line;
 pub mod operator;
+mod optics;
 pub mod outcome;
 pub mod problem;
 pub mod prox;
 pub mod regions;
 pub mod remarks;
 pub mod render;
+pub mod request;
 pub mod run;
 #[cfg(test)]
 mod samples;
@@ -53,6 +58,7 @@ pub mod solve;
 pub mod solver;
 pub mod start;
 pub mod sweep;
+pub mod transfer;
 mod unreached;
 
 pub use error::{Error, Result};

@@ -3,12 +3,11 @@
 mod checks;
 mod solution;
 
-use std::ops::ControlFlow;
 use std::time::Duration;
 
 use ndarray::{Array1, Array2};
 
-pub(crate) use checks::{check_finite, check_lambda, check_range, check_rows};
+pub(crate) use checks::{check_finite, check_range, check_rows};
 pub use checks::{check_mesh, model_mesh};
 pub(crate) use solution::conclude;
 pub use solution::{Solution, Summary};
@@ -19,42 +18,16 @@ use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
-use crate::operator::{Mass, Quadrature, Stencil};
+use crate::operator::{Quadrature, Stencil};
 use crate::problem::{NEVER, Problem};
 use crate::regions::{self, with_regions};
 use crate::remarks::{empty_regions, named};
-use crate::run::{Run, Sample, Status, Stop};
-use crate::solver::{self, Options, Setup};
+pub use crate::request::{Observer, Request};
+use crate::run::{Run, Status};
+use crate::solver::{self, Setup};
 use crate::start::Start;
 use crate::sweep;
 use crate::unreached::unreached;
-
-/// What is asked of a solver, apart from the problem itself.
-#[derive(Clone, Debug)]
-pub struct Request {
-    /// Weight of the total variation, in units of cost times length.
-    pub lambda: f64,
-    pub mass: Mass,
-    /// One of the names in [`solver::DESCRIPTIONS`].
-    pub solver: String,
-    pub options: Options,
-    pub stop: Stop,
-    /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
-    pub coarse_to_fine: bool,
-    /// Keep the dual field of the best bound, [`Solution::q`].
-    pub keep_dual: bool,
-}
-
-impl Request {
-    /// Refuses what no solver could work with.
-    pub fn check(&self) -> Result<()> {
-        check_lambda(self.lambda)?;
-        self.options.check(solver::describe(&self.solver)?)
-    }
-}
-
-/// Called after every step, with a sample where one was taken; may break the run off.
-pub type Observer<'a> = &'a mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>;
 
 /// Minimizes E for pointwise costs s (V x m, see [`costs`]) on a mesh as it is: no scaling.
 pub fn solve(

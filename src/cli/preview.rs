@@ -1,9 +1,9 @@
 //! How the regions of a run look: the palette, the means beside it, the words of the legend.
 
 use meshseg::Mesh;
+use meshseg::colormap::categorical;
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::outcome::{Looks, Shown};
-use meshseg::render::colormap::categorical;
 use meshseg::render::{Region, View};
 use ndarray::{Array1, Array2, ArrayView1};
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use meshseg::colormap::categorical;
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::seen::{self, DataSource, Manner, Seen};
 use meshseg::data::texture::Texel;
@@ -10,7 +11,6 @@ use meshseg::mesh::Source;
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::outcome::{self, Looks, Shown};
 use meshseg::render;
-use meshseg::render::colormap::categorical;
 use meshseg::segment::{Alternation, Initial, Segmentation, lambda, segment};
 use meshseg::solve::{Summary, check_mesh};
 use meshseg::sweep;

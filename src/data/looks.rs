@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Data;
 use super::range::robust_unit_range;
-use crate::render::colormap::sequential;
+use crate::colormap::sequential;
 use crate::sweep;
 
 /// Vertices that principal components are estimated from, at the most.

@@ -13,11 +13,11 @@ use super::curved::{Curved, SIGN, curved};
 use super::projection::{Fit, Projection};
 use super::texture::Texel;
 use super::{Data, looks};
+use crate::colormap::sequential;
 use crate::error::{Error, Result};
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::{Mesh, Source, Weld};
 use crate::npy;
-use crate::render::colormap::sequential;
 use crate::unreached::INHERIT;
 
 pub use images::image_files;

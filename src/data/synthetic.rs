@@ -16,8 +16,8 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
 
 use super::Data;
+use crate::colormap::categorical;
 use crate::mesh::Mesh;
-use crate::render::colormap::categorical;
 
 /// The true labels and the noisy data.
 pub struct Waves {

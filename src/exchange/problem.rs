@@ -33,6 +33,7 @@ use crate::operator::export::ByteString;
 use crate::operator::{Mass, Matrix, mass};
 use crate::problem::NEVER;
 use crate::regions::{self, with_regions};
+use crate::request::check_lambda;
 use crate::solve::{self, check_mesh, model_mesh};
 use crate::start::Start;
 
@@ -72,7 +73,7 @@ impl Exchanged {
         mass: Mass,
         start: &Start,
     ) -> Result<Self> {
-        solve::check_lambda(lambda)?;
+        check_lambda(lambda)?;
         regions::check(s.ncols())?;
         solve::check_rows("costs", s.nrows(), mesh)?;
         let (s, _) = costs::checked(s, mass)?;
@@ -163,7 +164,7 @@ impl Exchanged {
         let (_, mass) = (Mass::NAMES.iter().find(|(name, _)| *name == mass))
             .ok_or_else(|| unsuitable(format!("mass {mass:?} is unknown")))?;
         let of_file = |error: Error| error.of_file(path);
-        solve::check_lambda(lambda).map_err(of_file)?;
+        check_lambda(lambda).map_err(of_file)?;
         regions::check(f.ncols()).map_err(of_file)?;
         if points.iter().any(|x| !x.is_finite()) {
             return Err(unsuitable("points has an entry that is not finite".into()));

@@ -3,11 +3,9 @@
 //! Costs are s_p(x) = |C(x) - mu_p|^2 with fixed means: the palette of synthetic data, else area-weighted
 //! k-means. So every solver has the same convex problem.
 
-use std::fmt;
 use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use ndarray::Array2;
 use rand::SeedableRng;
@@ -16,7 +14,9 @@ use rand_pcg::Pcg64;
 use sha2::{Digest, Sha256};
 use tracing::subscriber::{self, NoSubscriber};
 
+use super::choice::DataChoice;
 use super::spec::{External, InstanceCell, LambdaChoice};
+use crate::colormap::categorical;
 use crate::costs;
 use crate::data::Data;
 use crate::data::kmeans::kmeans;
@@ -30,53 +30,10 @@ use crate::mesh::{Mesh, Source};
 use crate::npy;
 use crate::operator::Mass;
 use crate::regions;
-use crate::render::colormap::categorical;
 use crate::run::Stop;
 use crate::segment::{Alternation, Initial, lambda};
 use crate::solve::{Request, check_mesh};
 use crate::solver::{DEFAULT, Options};
-
-/// The key `data` of an instance.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum DataChoice {
-    /// Synthetic: see [`waves`].
-    Waves,
-    /// What comes with the mesh: its texture or its colors.
-    Own,
-    Seen(DataSource),
-    /// Pointwise costs, V x m.
-    Costs(PathBuf),
-}
-
-impl FromStr for DataChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match (text, text.split_once(':')) {
-            ("waves", _) => Ok(DataChoice::Waves),
-            ("own", _) => Ok(DataChoice::Own),
-            (_, Some(("costs", file))) if file.ends_with(".npy") => {
-                Ok(DataChoice::Costs(file.into()))
-            }
-            _ => text.parse().map(DataChoice::Seen).map_err(|_| {
-                "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
-                 \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
-                    .into()
-            }),
-        }
-    }
-}
-
-impl fmt::Display for DataChoice {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            DataChoice::Waves => f.write_str("waves"),
-            DataChoice::Own => f.write_str("own"),
-            DataChoice::Seen(source) => source.fmt(f),
-            DataChoice::Costs(path) => write!(f, "costs:{}", path.display()),
-        }
-    }
-}
 
 /// Where files are looked for.
 pub struct Places {

@@ -1,45 +1,14 @@
 //! A TOML file whose every value knows its place, so that what is wrong with it is shown where it stands.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::nearest::did_you_mean;
-use super::quoting::one_line;
-
-/// What is wrong with an experiment file, and where.
-#[derive(Debug)]
-pub struct Misfit {
-    pub path: PathBuf,
-    pub text: String,
-    /// Bytes of `text`.
-    pub place: Range<usize>,
-    pub message: String,
-}
-
-impl Misfit {
-    /// Line and column, counted from 1.
-    pub fn position(&self) -> (usize, usize) {
-        let before = &self.text[..self.place.start];
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
-        (line, column)
-    }
-}
-
-impl fmt::Display for Misfit {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (line, column) = self.position();
-        let path = one_line(&self.path.display().to_string());
-        write!(f, "{path}, line {line}, column {column}: {}", self.message)
-    }
-}
-
-impl std::error::Error for Misfit {}
+use crate::misfit::Misfit;
 
 /// A message and the bytes it is about; [`Document::misfit`] makes it whole.
 #[derive(Debug)]

@@ -4,6 +4,7 @@
 //! `spec` is the file, `plan` its runs, `runner` makes what is missing in the `store`; everything else reads
 //! results from disk.
 
+mod choice;
 mod data;
 mod document;
 mod emit;
@@ -11,6 +12,7 @@ mod external;
 mod figures;
 mod grid;
 mod machine;
+mod manifest;
 mod nearest;
 mod plan;
 mod quoting;
@@ -20,15 +22,16 @@ mod runner;
 mod spec;
 mod store;
 
+pub use crate::misfit::Misfit;
 pub use data::Places;
-pub use document::Misfit;
 pub use emit::{Cluster, Command, emit};
 pub use machine::{LoadWatch, Machine, Program};
+pub use manifest::Manifest;
 pub use nearest::did_you_mean;
 pub use plan::{Plan, Planned};
 pub use quoting::{one_line, operand};
 pub use report::{Report, Why, report, why};
 pub use results::{Done, Origin};
-pub use runner::{Event, Manifest, Tally, run};
+pub use runner::{Event, Tally, run};
 pub use spec::{InstanceCell, SolverCell, Spec};
 pub use store::Store;

@@ -1,5 +1,7 @@
 //! Names of people's files and labels, quoted for what reads them: a shell, Snakemake, the head of a batch job.
 
+pub use crate::one_line::one_line;
+
 /// One word for a POSIX shell.
 pub fn shell(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "/._-:=+,".contains(c);
@@ -23,20 +25,6 @@ pub fn braces(text: &str) -> String {
 /// A text of Python, which escapes as JSON does.
 pub fn python(text: &str) -> String {
     serde_json::Value::from(text).to_string()
-}
-
-/// For a comment or a message: whatever would end or overwrite the line is escaped.
-pub fn one_line(text: &str) -> String {
-    let mut line = String::new();
-    for c in text.chars() {
-        // Line and paragraph separators end lines, too.
-        if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
-            line.extend(c.escape_unicode());
-        } else {
-            line.push(c);
-        }
-    }
-    line
 }
 
 /// A name where nothing can be quoted, such as that of a job: letters, digits, dots, dashes and underscores.

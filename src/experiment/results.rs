@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer};
 
 use super::machine::{Machine, Program};
-use super::runner::Manifest;
+use super::manifest::Manifest;
 use super::store::{Store, lacking};
 use crate::error::{Error, Result};
 use crate::file;

@@ -7,11 +7,11 @@ use std::path::Path;
 use std::time::{Instant, SystemTime};
 
 use ndarray::Array1;
-use serde::{Deserialize, Serialize};
 
 use super::data::{Instance, Places};
 use super::external::Attempt;
 use super::machine::{LOADED, LoadWatch, Machine, Program};
+use super::manifest::Manifest;
 use super::plan::{Plan, Planned};
 use super::results::Origin;
 use super::store::Store;
@@ -22,39 +22,6 @@ use crate::run::{Sample, Status, Stop};
 use crate::solve::{Request, Solution, solve};
 use crate::start::Start;
 use crate::{file, npy, sweep};
-
-/// `manifest.json`: everything about a run but its result.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Manifest {
-    pub id: String,
-    pub experiment: String,
-    pub instance: String,
-    pub instance_id: String,
-    pub solver: String,
-    pub repetition: u64,
-    pub program: Program,
-    pub machine: Machine,
-    pub threads: usize,
-    /// Of the last minute, before the run.
-    pub load_average: f64,
-    /// Cores that other processes kept busy.
-    pub others: f64,
-    /// Whether they were too many for the timing to be trusted.
-    pub loaded: bool,
-    pub seed: u64,
-    /// What the seed was for.
-    pub generator: String,
-    /// UTC.
-    pub start: String,
-    pub end: String,
-    /// The share of the vertices whose label is not the one that synthetic data were made of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mislabeled: Option<f64>,
-    /// From the mesh in memory to the last label, the certificates included; `seconds` of the summary is the steps
-    /// alone.
-    pub wall_seconds: f64,
-    pub exit: String,
-}
 
 /// What happens on the way.
 pub enum Event<'a> {

@@ -29,11 +29,12 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::document::{self, Fits, Misfit, Placed, Scalar, Section, Wrong};
+use super::document::{self, Fits, Placed, Scalar, Section, Wrong};
 use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, MOST_RUNS};
 use super::nearest::did_you_mean;
 use crate::error::{Error, Result};
+use crate::misfit::Misfit;
 use crate::run::{Stop, time_limit};
 
 pub use instance::{InstanceCell, LambdaChoice};

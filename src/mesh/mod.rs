@@ -6,6 +6,7 @@
 pub mod charts;
 pub mod coarsen;
 pub mod curvature;
+mod extent;
 pub mod geometry;
 mod incidence;
 pub mod io;
@@ -26,12 +27,13 @@ use nalgebra::{Point3, Vector3};
 
 use crate::sweep;
 
+pub use extent::BoundingBox;
 pub use incidence::Incidence;
 pub use materials::{Material, Materials, Placement, is_place};
 pub use resolution::resolution;
 pub use shapes::Shape;
 pub use source::{Source, source};
-pub use statistics::{BoundingBox, Statistics};
+pub use statistics::Statistics;
 pub use weld::Weld;
 
 /// A triangle mesh, with what its file says about its vertices' looks.

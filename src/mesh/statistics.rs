@@ -5,24 +5,10 @@
 
 use serde::Serialize;
 
-use nalgebra::Point3;
-
 use super::Mesh;
+use super::extent::{BoundingBox, bounding_box, components};
 use super::partition::Partition;
 use super::weld::{coincident, nearly_coincident};
-
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct BoundingBox {
-    pub min: [f64; 3],
-    pub max: [f64; 3],
-}
-
-impl BoundingBox {
-    /// From corner to corner.
-    pub fn diagonal(&self) -> f64 {
-        (Point3::from(self.max) - Point3::from(self.min)).norm()
-    }
-}
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
@@ -134,30 +120,8 @@ impl Statistics {
     }
 }
 
-/// How many components the faces with three different corners have, connected through shared vertices.
-pub fn components(mesh: &Mesh) -> usize {
-    let mut joined = Partition::new(mesh.vertices.len());
-    let mut in_face = vec![false; mesh.vertices.len()];
-    for &[a, b, c] in mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a) {
-        joined.join(a, b);
-        joined.join(a, c);
-        for v in [a, b, c] {
-            in_face[v as usize] = true;
-        }
-    }
-    joined.classes(&in_face)
-}
-
 fn count(marked: &[bool]) -> usize {
     marked.iter().filter(|&&marked| marked).count()
-}
-
-/// Of all vertices.
-pub(super) fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
-    let first = mesh.vertices.first()?;
-    let (min, max) =
-        mesh.vertices.iter().fold((*first, *first), |(min, max), x| (min.inf(x), max.sup(x)));
-    Some(BoundingBox { min: min.into(), max: max.into() })
 }
 
 #[cfg(test)]

@@ -4,16 +4,18 @@
 //! |(K u)_j|^2 = sum_p (c1 ua)_p^2 + (c2 ua + c3 ub)_p^2,   ua = u2 - u1, ub = u3 - u1
 //! ```
 //!
-//! The same bits as the norm of [`Operator::at`], whatever the vector instructions.
+//! The same bits as the norm of the face's own [`product`], whatever the vector instructions.
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
-use super::{Operator, Stencil};
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 
 pub struct Norms<'a, const M: usize> {
-    pub stencil: &'a Stencil,
+    /// The three vertices of each face.
+    pub corners: &'a [[u32; 3]],
+    /// c1, c2, c3 of each face.
+    pub weights: &'a [[f64; 3]],
     pub u: &'a [Row<M>],
     pub first: usize,
     /// Of the faces from `first` on.
@@ -25,11 +27,11 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Norms { stencil, u, first, norms } = self;
+        let Norms { corners: all_corners, weights: all_weights, u, first, norms } = self;
         let faces = first..first + norms.len();
         let lanes = size_of::<S::f64s>() / size_of::<f64>();
-        let corners = stencil.corners()[faces.clone()].chunks_exact(lanes);
-        let weights = stencil.weights()[faces.clone()].chunks_exact(lanes);
+        let corners = all_corners[faces.clone()].chunks_exact(lanes);
+        let weights = all_weights[faces.clone()].chunks_exact(lanes);
         let mut blocks = norms.chunks_exact_mut(lanes);
         for ((corners, weights), norms) in corners.zip(weights).zip(&mut blocks) {
             let [c1, c2, c3, _] = gather(
@@ -61,9 +63,21 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
         let rest = blocks.into_remainder();
         let last = faces.end - rest.len();
         for (norm, j) in rest.iter_mut().zip(last..) {
-            *norm = stencil.at(u, j).norm();
+            *norm = product(all_corners[j], all_weights[j], u).norm();
         }
     }
+}
+
+/// (K u)_j.
+#[inline(always)]
+pub fn product<const M: usize>(
+    corners: [u32; 3],
+    [c1, c2, c3]: [f64; 3],
+    u: &[Row<M>],
+) -> Tangent<M> {
+    let [u1, u2, u3] = corners.map(|v| u[v as usize]);
+    let (ua, ub) = (u2 - u1, u3 - u1);
+    Tangent([ua * c1, ua * c2 + ub * c3])
 }
 
 /// Entries 4g to 4g + 3 of u at one corner of each face, or zeros where a row has none.

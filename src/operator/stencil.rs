@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 use nalgebra::Point3;
 use pulp::Arch;
 
-use super::norms::Norms;
+use super::norms::{Norms, product};
 use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::{Incidence, Mesh};
@@ -119,14 +119,12 @@ impl Operator for Stencil {
 
     #[inline(always)]
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M> {
-        let [u1, u2, u3] = self.corners[j].map(|v| u[v as usize]);
-        let [c1, c2, c3] = self.weights[j];
-        let (ua, ub) = (u2 - u1, u3 - u1);
-        Tangent([ua * c1, ua * c2 + ub * c3])
+        product(self.corners[j], self.weights[j], u)
     }
 
     fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
-        Arch::new().dispatch(Norms { stencil: self, u, first, norms });
+        let (corners, weights) = (&self.corners, &self.weights);
+        Arch::new().dispatch(Norms { corners, weights, u, first, norms });
     }
 }
 

@@ -9,9 +9,9 @@
 
 use std::ops::Range;
 
-use super::bands::{for_each_band, for_each_row};
-use super::visibility::Visibility;
 use crate::mesh::Mesh;
+use crate::optics::bands::{for_each_band, for_each_row};
+use crate::optics::visibility::Visibility;
 use crate::sweep;
 
 /// No surface.

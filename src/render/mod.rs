@@ -5,9 +5,6 @@
 //! halves are seen by the same cameras under one light, so that only their colors differ; a flat mesh is seen
 //! straight on and unlit. The same input gives the same bytes.
 
-mod bands;
-mod camera;
-pub mod colormap;
 mod labels;
 mod legend;
 mod normals;
@@ -18,11 +15,10 @@ mod simplified;
 mod tests;
 mod text;
 mod view;
-mod visibility;
 
 use crate::mesh::Mesh;
+use crate::optics::camera::Camera;
 use crate::sweep;
-use camera::Camera;
 use image::RgbImage;
 use scene::Scene;
 

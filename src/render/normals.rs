@@ -6,8 +6,8 @@
 
 use nalgebra::Vector3;
 
-use super::bands::for_each_band;
 use crate::mesh::{Incidence, Mesh};
+use crate::optics::bands::for_each_band;
 
 /// Faces that join across less than this angle are shaded as one smooth surface.
 const SMOOTH_COSINE: f64 = 0.643;

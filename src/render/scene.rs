@@ -4,12 +4,12 @@ use image::RgbImage;
 use nalgebra::Vector3;
 use pulp::Arch;
 
-use super::bands::{for_each_band, for_each_row};
-use super::camera::Camera;
 use super::labels::{self, LabelField};
 use super::shading::{Light, linear_from_srgb, srgb_from_linear};
-use super::visibility::{Fragment, Planes, SAMPLES, Visibility, Visible, components};
 use crate::mesh::Mesh;
+use crate::optics::bands::{for_each_band, for_each_row};
+use crate::optics::camera::Camera;
+use crate::optics::visibility::{Fragment, Planes, SAMPLES, Visibility, Visible, components};
 use crate::sweep;
 
 /// The color of the cut, in sRGB: darker than any region.

@@ -3,6 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::*;
+use crate::colormap;
+use crate::optics::camera;
 
 const GRAY: [f64; 3] = [0.6; 3];
 const BLUE: [f64; 3] = [0.1, 0.3, 0.8];

@@ -11,11 +11,11 @@ use std::str::FromStr;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::camera::Camera;
 use super::labels::{LabelField, NOWHERE};
 use super::simplified::{Simplified, simplified};
-use super::visibility::{Visibility, components};
 use crate::mesh::Mesh;
+use crate::optics::camera::Camera;
+use crate::optics::visibility::{Visibility, components};
 use crate::sweep;
 
 /// Pixels along the longer side.

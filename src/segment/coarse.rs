@@ -139,7 +139,7 @@ mod tests {
             let s = DataModel::<3>::costs(&PiecewiseConstant::new(data, mu.clone()));
             s.iter().zip(weights).map(|(&s, &w)| s * w).collect()
         };
-        let exact = coarse::restrict(&level, &costs(&data, &weights));
+        let exact = crate::transfer::restrict(&level, &costs(&data, &weights));
         for (f, exact) in costs(&means, &coarse_weights).into_iter().zip(exact) {
             let constant = exact - f;
             assert!(constant.min() >= -1e-15);

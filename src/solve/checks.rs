@@ -10,14 +10,6 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::{NEVER, Problem};
 use crate::sweep;
 
-pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
-    if lambda >= 0.0 && lambda.is_finite() {
-        Ok(())
-    } else {
-        Err(Error::unsuitable(format!("lambda = {lambda:?}: must be a finite number from 0")))
-    }
-}
-
 pub(crate) fn check_finite(what: &str, array: &Array2<f64>) -> Result<()> {
     if let Some(numbers) = array.as_slice()
         && sweep::all(

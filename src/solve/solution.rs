@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use ndarray::{Array1, Array2};
 use serde::Serialize;
 
-use super::Request;
 use crate::coarse::Record;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
@@ -14,6 +13,7 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, relative_gap, rounded};
 use crate::regions;
 use crate::remarks::empty_regions;
+use crate::request::Request;
 use crate::run::{Run, Sample, Status};
 use crate::sweep;
 

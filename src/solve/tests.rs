@@ -5,9 +5,12 @@ use std::ops::ControlFlow;
 use ndarray::Axis;
 
 use super::*;
+use crate::operator::Mass;
 use crate::problem::{Smoothing, SmoothingMode};
+use crate::run::{Sample, Stop};
 use crate::samples::{random_rows, rng, shape, shuffled, with_isolated_vertices};
 use crate::solver::DEFAULT;
+use crate::solver::Options;
 use crate::sweep::with_threads;
 
 fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {

@@ -2,8 +2,8 @@
 
 use std::fs;
 
+use meshseg::colormap::categorical;
 use meshseg::mesh::io;
-use meshseg::render::colormap::categorical;
 
 use crate::support::{Folder, names, stderr};
 

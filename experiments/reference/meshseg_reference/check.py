@@ -77,15 +77,3 @@ def compare(problem: Problem, folder: Path) -> dict[str, float]:
 
 def report(problem: Problem, folder: Path) -> None:
     print(json.dumps(compare(problem, folder)))
-
-
-def main(arguments: list[str]) -> int:
-    from meshseg_reference.__main__ import main as run
-
-    return run(["check", *arguments])
-
-
-if __name__ == "__main__":
-    import sys
-
-    sys.exit(main(sys.argv[1:]))

@@ -191,7 +191,7 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     let faces: Vec<u8> = mesh.faces.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
     let data: Vec<u8> = colors.iter().flatten().map(|c| (255.0 * c).round() as u8).collect();
     let palette: Vec<[f64; 3]> =
-        (0..run.summary.regions).map(crate::render::colormap::categorical).collect();
+        (0..run.summary.regions).map(crate::colormap::categorical).collect();
     let [towards, up] = crate::render::standing(&mesh);
     Ok(Some(json!({
         "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
-use super::super::data::DataChoice;
+use super::super::choice::DataChoice;
 use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;

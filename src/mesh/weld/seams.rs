@@ -4,7 +4,7 @@ use super::equal::firsts;
 use super::near::near;
 use super::{Weld, moved};
 use crate::mesh::Mesh;
-use crate::mesh::statistics::{bounding_box, components};
+use crate::mesh::extent::{bounding_box, components};
 
 /// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
 const NEARLY: f64 = 1e-6;

@@ -2,23 +2,7 @@
 
 import type { Instance, Report, Run, Solver } from "../data";
 import { middleOf, type Middle } from "./middle";
-
-export type Quantity = "relative_gap" | "suboptimality" | "energy";
-export type Axis = "iteration" | "seconds";
-
-export interface View {
-  quantity: Quantity;
-  axis: Axis;
-  logX: boolean;
-  logY: boolean;
-}
-
-export interface Sample {
-  run: Run;
-  index: number;
-  x: number;
-  y: number;
-}
+import type { Sample, View } from "./samples";
 
 export interface Curve {
   solver: Solver;

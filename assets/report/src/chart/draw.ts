@@ -3,8 +3,9 @@
 import { line } from "d3-shape";
 import { s } from "../dom";
 import { color, dash, type Ink } from "../theme";
-import type { Curve, View } from "./curves";
+import type { Curve } from "./curves";
 import type { Point } from "./middle";
+import type { View } from "./samples";
 import { scaleOf, ticksOf, type Domain, type Scale } from "./scale";
 
 export interface Drawing {

@@ -1,7 +1,7 @@
 // The median and the quartiles of the repetitions of one solver.
 
 import { bisector, quantileSorted } from "d3-array";
-import type { Sample, View } from "./curves";
+import type { Sample, View } from "./samples";
 
 export interface Point {
   x: number;

@@ -3,8 +3,9 @@
 import { h, s } from "../dom";
 import { gap, seconds, significant } from "../format";
 import { color, dash, ink } from "../theme";
-import type { Curve, Quantity, Sample } from "./curves";
+import type { Curve } from "./curves";
 import type { Frame } from "./draw";
+import type { Quantity, Sample } from "./samples";
 import type { Domain } from "./scale";
 
 export interface Shown {

@@ -2,7 +2,8 @@
 
 import type { Instance } from "../data";
 import { counted, significant } from "../format";
-import type { Axis, Curves, Quantity, View } from "./curves";
+import type { Curves } from "./curves";
+import type { Axis, Quantity, View } from "./samples";
 
 export const Y_LABELS: Record<Quantity, string> = {
   relative_gap: "certified relative gap",

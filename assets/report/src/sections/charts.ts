@@ -1,9 +1,10 @@
 // Section: the curves of one instance, on the axes of choice.
 
-import { curvesOf, type Axis, type Curve, type Curves, type Quantity, type View } from "../chart/curves";
+import { curvesOf, type Curve, type Curves } from "../chart/curves";
 import { draw, type Drawing, type Frame } from "../chart/draw";
 import { legend } from "../chart/legend";
 import { follow } from "../chart/pointer";
+import type { Axis, Quantity, View } from "../chart/samples";
 import { domainOf, type Domain } from "../chart/scale";
 import { emptyText, factsOf, notesOf, X_LABELS, Y_LABELS } from "../chart/words";
 import type { Instance, Report } from "../data";

@@ -7,7 +7,7 @@ use crate::sweep;
 const PIXELS_A_THREAD: usize = 1 << 16;
 
 /// Calls `row(y, pixels)` for every row of `width` entries.
-pub(super) fn for_each_row<T: Send>(
+pub(crate) fn for_each_row<T: Send>(
     pixels: &mut [T],
     width: usize,
     row: impl Fn(usize, &mut [T]) + Sync,
@@ -20,7 +20,7 @@ pub(super) fn for_each_row<T: Send>(
 }
 
 /// Calls `fill(first row, pixels)` for bands of consecutive rows, one a thread.
-pub(super) fn for_each_band<T: Send>(
+pub(crate) fn for_each_band<T: Send>(
     pixels: &mut [T],
     width: usize,
     fill: impl Fn(usize, &mut [T]) + Sync,

@@ -1,0 +1,20 @@
+// What a chart shows of runs: samples of their traces, on the axes of a view.
+
+import type { Run } from "../data";
+
+export type Quantity = "relative_gap" | "suboptimality" | "energy";
+export type Axis = "iteration" | "seconds";
+
+export interface View {
+  quantity: Quantity;
+  axis: Axis;
+  logX: boolean;
+  logY: boolean;
+}
+
+export interface Sample {
+  run: Run;
+  index: number;
+  x: number;
+  y: number;
+}

@@ -1,0 +1,49 @@
+//! Which data an instance has.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use crate::data::seen::DataSource;
+
+/// The key `data` of an instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DataChoice {
+    /// Synthetic: see [`waves`](crate::data::synthetic::waves).
+    Waves,
+    /// What comes with the mesh: its texture or its colors.
+    Own,
+    Seen(DataSource),
+    /// Pointwise costs, V x m.
+    Costs(PathBuf),
+}
+
+impl FromStr for DataChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.split_once(':')) {
+            ("waves", _) => Ok(DataChoice::Waves),
+            ("own", _) => Ok(DataChoice::Own),
+            (_, Some(("costs", file))) if file.ends_with(".npy") => {
+                Ok(DataChoice::Costs(file.into()))
+            }
+            _ => text.parse().map(DataChoice::Seen).map_err(|_| {
+                "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
+                 \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
+                    .into()
+            }),
+        }
+    }
+}
+
+impl fmt::Display for DataChoice {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            DataChoice::Waves => f.write_str("waves"),
+            DataChoice::Own => f.write_str("own"),
+            DataChoice::Seen(source) => source.fmt(f),
+            DataChoice::Costs(path) => write!(f, "costs:{}", path.display()),
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What is asked of a solve, and who is told of its steps.
+
+use std::ops::ControlFlow;
+
+use crate::error::{Error, Result};
+use crate::operator::Mass;
+use crate::run::{Sample, Stop};
+use crate::solver::{self, Options};
+
+/// What is asked of a solver, apart from the problem itself.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Weight of the total variation, in units of cost times length.
+    pub lambda: f64,
+    pub mass: Mass,
+    /// One of the names in [`solver::DESCRIPTIONS`].
+    pub solver: String,
+    pub options: Options,
+    pub stop: Stop,
+    /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
+    pub coarse_to_fine: bool,
+    /// Keep the dual field of the best bound, [`crate::solve::Solution::q`].
+    pub keep_dual: bool,
+}
+
+impl Request {
+    /// Refuses what no solver could work with.
+    pub fn check(&self) -> Result<()> {
+        check_lambda(self.lambda)?;
+        self.options.check(solver::describe(&self.solver)?)
+    }
+}
+
+/// Called after every step, with a sample where one was taken; may break the run off.
+pub type Observer<'a> = &'a mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>;
+
+pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
+    if lambda >= 0.0 && lambda.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::unsuitable(format!("lambda = {lambda:?}: must be a finite number from 0")))
+    }
+}

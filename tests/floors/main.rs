@@ -1,0 +1,122 @@
+//! The house is as DESIGN.md says: every room stands there, imports point downwards, and no files import each other in a
+//! circle, in none of the three languages.
+
+mod graph;
+mod python;
+mod rust;
+mod typescript;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use graph::{Edges, circles};
+use rust::Crate;
+
+/// The rooms of section 2 of DESIGN.md, from the top: files and folders of `src`.
+fn floors() -> Vec<String> {
+    let design = fs::read_to_string("DESIGN.md").expect("the map");
+    let house =
+        design.split("\n## ").find(|part| part.starts_with("2. The house")).expect("section 2");
+    let rooms = house.lines().skip_while(|line| !line.starts_with("    src/lib.rs"));
+    let rooms = rooms.skip(1).take_while(|line| line.starts_with("        "));
+    let names = rooms.map(|line| line[8..].split_once(' ').expect("what it is").0);
+    let names =
+        names.filter_map(|name| name.strip_suffix(".rs").or_else(|| name.strip_suffix('/')));
+    names.map(str::to_owned).collect()
+}
+
+fn library() -> Crate {
+    Crate::read(Path::new("src/lib.rs"))
+}
+
+fn program() -> Crate {
+    Crate::read(Path::new("src/main.rs"))
+}
+
+#[test]
+fn the_map_has_every_room_once() {
+    let floors = floors();
+    let named: BTreeSet<&String> = floors.iter().collect();
+    assert_eq!(named.len(), floors.len(), "a room stands twice in DESIGN.md");
+    let there: BTreeSet<String> = library().rooms().chain(program().rooms()).collect();
+    assert_eq!(named, there.iter().collect(), "the map, and the house");
+}
+
+#[test]
+fn no_import_points_upwards() {
+    let floors = floors();
+    let floor = |room: &str| floors.iter().position(|name| name == room);
+    let library = library();
+    let mut named = library.named(None);
+    named.extend(program().named(Some(&library)));
+    let upwards: Vec<String> = named
+        .iter()
+        .filter(|(from, to)| floor(from) > floor(to))
+        .map(|(from, to)| format!("{from} imports {to}, which stands above it"))
+        .collect();
+    assert!(upwards.is_empty(), "{}", upwards.join("\n"));
+}
+
+/// A parent may call what is below it: that is what it is made of. What its children share, it may define for them.
+#[test]
+fn no_files_of_the_crate_import_each_other_in_a_circle() {
+    let library = library();
+    let mut edges = library.edges(None);
+    edges.extend(program().edges(Some(&library)));
+    let beside = |(from, to): &(String, String)| {
+        let home = from.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/');
+        !to.starts_with(&format!("{home}/"))
+    };
+    none(circles(&edges.into_iter().filter(beside).collect()));
+}
+
+#[test]
+fn no_files_of_the_page_import_each_other_in_a_circle() {
+    let edges = typescript::edges(Path::new("assets/report/src"));
+    assert!(edges.contains(&("chart/curves.ts".into(), "chart/samples.ts".into())));
+    none(circles(&edges));
+}
+
+#[test]
+fn no_reference_solvers_import_each_other_in_a_circle() {
+    let edges = python::edges(Path::new("experiments/reference/meshseg_reference"));
+    // Also where it is imported late.
+    assert!(edges.contains(&("__main__".into(), "check".into())));
+    none(circles(&edges));
+}
+
+fn none(circles: Vec<Vec<String>>) {
+    let told: Vec<String> = circles.iter().map(|files| files.join(" and ")).collect();
+    assert!(told.is_empty(), "in a circle: {}", told.join("\n"));
+}
+
+/// What these tests would miss if the reader were blind.
+#[test]
+fn imports_are_followed_to_the_files_where_things_stand() {
+    let edges = library().edges(None);
+    let has = |from: &str, to: &str| edges.contains(&(format!("src/{from}"), format!("src/{to}")));
+    assert!(has("solve.rs", "coarse.rs"));
+    // Handed on by `solve`, by `data`, by the root.
+    assert!(has("segment.rs", "request.rs"));
+    assert!(has("segment.rs", "data/constant.rs"));
+    assert!(has("solver/chambolle_pock/rows.rs", "solver/mod.rs"));
+    // Without a `use`; a macro; from a parent.
+    assert!(has("evaluate.rs", "request.rs"));
+    assert!(has("evaluate.rs", "regions.rs"));
+    assert!(has("mesh/weld/near.rs", "mesh/weld/table.rs"));
+    // Only tests do, and only a comment.
+    assert!(!edges.iter().any(|(_, to)| to == "src/samples.rs"));
+    assert!(!has("regions.rs", "run.rs"));
+}
+
+#[test]
+fn circles_are_found() {
+    let edges = |pairs: &[(&str, &str)]| -> Edges {
+        pairs.iter().map(|&(a, b)| (a.to_owned(), b.to_owned())).collect()
+    };
+    let line = edges(&[("a", "b"), ("b", "c"), ("a", "c"), ("d", "c")]);
+    assert!(circles(&line).is_empty());
+    let circle = edges(&[("a", "b"), ("b", "c"), ("c", "b"), ("c", "d"), ("x", "y"), ("y", "x")]);
+    assert_eq!(circles(&circle), [["b", "c"], ["x", "y"]]);
+}
