@@ -23,6 +23,7 @@ environment:
 
 lint:
 	cargo fmt --all --check
+	rustfmt --edition 2024 --check src/solver/*.rs src/solver/chambolle_pock/mod.rs
 	cargo clippy --release --locked --all-targets -- -D warnings
 
 bench:

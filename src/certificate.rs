@@ -16,7 +16,7 @@ use crate::problem::{Problem, Smoothing};
 use crate::prox::project_ball;
 use crate::request::Observer;
 use crate::run::{Run, Stop};
-use crate::solver::{self, Options, Setup};
+use crate::solver::{Method, Setup};
 use crate::sweep::sweep;
 
 /// Steps of our own, where nothing else is at hand.
@@ -48,9 +48,8 @@ pub fn steps<const M: usize>(
     steps: u64,
     observe: Observer<'_>,
 ) -> Result<f64> {
-    let setup =
-        Setup { mesh, problem, start: u.to_vec(), dual_start: None, options: &Options::default() };
-    let mut solver = solver::build(solver::DEFAULT, setup)?;
+    let setup = Setup { mesh, problem, start: u.to_vec(), dual_start: None };
+    let mut solver = Method::default().build(setup)?;
     let mut run = Run::new(u);
     let stop = Stop { iterations: Some(steps), ..Stop::default() };
     run.advance(&mut *solver, problem, &stop, &mut |_| observe(None));
@@ -141,15 +140,9 @@ mod tests {
         let problem = random_problem::<3>(&mesh, 0.05, 826);
         let start = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(827));
         let of_run = |iterations: u64| {
-            let options = &Options::default();
-            let setup = Setup {
-                mesh: &mesh,
-                problem: &problem,
-                start: start.clone(),
-                dual_start: None,
-                options,
-            };
-            let mut solver = solver::build(solver::DEFAULT, setup).unwrap();
+            let start_of = start.clone();
+            let setup = Setup { mesh: &mesh, problem: &problem, start: start_of, dual_start: None };
+            let mut solver = Method::default().build(setup).unwrap();
             let mut run = Run::new(&start);
             let stop = Stop { iterations: Some(iterations), ..Stop::default() };
             run.advance(&mut *solver, &problem, &stop, &mut |_| ControlFlow::Continue(()));

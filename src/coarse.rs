@@ -15,7 +15,7 @@ use crate::operator::Stencil;
 use crate::problem::{Problem, relative_gap};
 use crate::request::{Observer, Request};
 use crate::run::{Run, Status, Stop};
-use crate::solver::{self, Options, Setup};
+use crate::solver::{Iterate, Method, Setup};
 use crate::start::allowed;
 use crate::sweep::{self, collect, sweep};
 use crate::transfer::{prolong, prolong_dual, restrict};
@@ -179,8 +179,8 @@ pub fn start<const M: usize>(
             None => (cheapest(&problem.f), None),
         };
         let mut run = Run::new(&start);
-        let setup = Setup { mesh, problem: &problem, start, dual_start, options: &request.options };
-        let mut solver = solver::build(&request.solver, setup)?;
+        let setup = Setup { mesh, problem: &problem, start, dual_start };
+        let mut solver = request.method.build(setup)?;
         let stop = stop(request, begin.elapsed());
         let status = run.advance(&mut *solver, &problem, &stop, &mut |_| observe(None));
         levels.push(LevelRecord::of(mesh, run.iterations()));
@@ -225,9 +225,8 @@ pub fn separating<const M: usize>(
         coarse.lambda = problem.lambda * 0.5_f64.powi(i);
         let start = cheapest(&coarse.f);
         let mut run = Run::new(&start);
-        let options = &Options::default();
-        let setup = Setup { mesh, problem: &coarse, start, dual_start: None, options };
-        let mut solver = solver::build(solver::DEFAULT, setup)?;
+        let setup = Setup { mesh, problem: &coarse, start, dual_start: None };
+        let mut solver = Method::default().build(setup)?;
         // As exact as was asked: where cuts are dear, a small gap leaves room for regions that go in the end.
         let gap = request.stop.relative_gap.unwrap_or(0.0).clamp(GAPS[0], GAPS[1]);
         let stop =
@@ -247,7 +246,7 @@ pub fn separating<const M: usize>(
 }
 
 /// What a level ends with, if that is made of numbers.
-pub fn reached<const M: usize>(iterate: solver::Iterate<'_, M>, status: Status) -> Option<Pair<M>> {
+pub fn reached<const M: usize>(iterate: Iterate<'_, M>, status: Status) -> Option<Pair<M>> {
     (status != Status::Diverged).then(|| Pair { u: iterate.u.to_vec(), q: iterate.q.to_vec() })
 }
 

@@ -144,8 +144,7 @@ mod tests {
             let request = Request {
                 lambda: 0.02,
                 mass: Mass::Barycentric,
-                solver: crate::solver::DEFAULT.to_owned(),
-                options: crate::solver::Options::default(),
+                method: crate::solver::Method::default(),
                 stop: Stop { iterations: Some(3), ..Stop::default() },
                 coarse_to_fine: false,
                 keep_dual,

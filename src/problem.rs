@@ -12,6 +12,8 @@
 //! alone. A problem therefore keeps f_k - min_p f_kp and B apart: its energies and bounds are E - B and D - B,
 //! `relative_gap` is (E - D) / (E - B), and nothing that is decided or claimed depends on such a constant.
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
@@ -145,14 +147,15 @@ pub struct Smoothing {
     pub epsilon: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum SmoothingMode {
-    /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as equations (7) and (9) print it. Its bias depends
-    /// on the mesh.
-    Paper,
     /// lambda A_j sqrt(|grad_j U|^2 + eps): the same for every resolution, with a bias of at most
     /// lambda sqrt(eps) times the area.
     Intrinsic,
+    /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as equations (7) and (9) print it. Its bias depends
+    /// on the mesh.
+    Paper,
 }
 
 impl SmoothingMode {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::error::{Error, Result};
 use crate::operator::Mass;
 use crate::run::{Sample, Stop};
-use crate::solver::{self, Options};
+use crate::solver::Method;
 
 /// What is asked of a solver, apart from the problem itself.
 #[derive(Clone, Debug)]
@@ -13,9 +13,7 @@ pub struct Request {
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
     pub mass: Mass,
-    /// One of the names in [`solver::DESCRIPTIONS`].
-    pub solver: String,
-    pub options: Options,
+    pub method: Method,
     pub stop: Stop,
     /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
     pub coarse_to_fine: bool,
@@ -26,8 +24,7 @@ pub struct Request {
 impl Request {
     /// Refuses what no solver could work with.
     pub fn check(&self) -> Result<()> {
-        check_lambda(self.lambda)?;
-        self.options.check(solver::describe(&self.solver)?)
+        check_lambda(self.lambda)
     }
 }
 

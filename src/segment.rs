@@ -32,7 +32,7 @@ use crate::regions::{self, with_regions};
 use crate::remarks::named;
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request, Solution, check_range, check_rows, conclude, model_mesh};
-use crate::solver::{self, Iterate, Setup, Solver};
+use crate::solver::{Iterate, Setup, Solver};
 use crate::sweep::collect;
 use crate::unreached::unreached;
 
@@ -310,9 +310,8 @@ fn alternate<const M: usize>(
     if request.keep_dual {
         run.keep_dual();
     }
-    let setup =
-        Setup { mesh: level.mesh, problem: &problem, start, dual_start, options: &request.options };
-    let mut solver = solver::build(&request.solver, setup)?;
+    let setup = Setup { mesh: level.mesh, problem: &problem, start, dual_start };
+    let mut solver = request.method.build(setup)?;
 
     let range = range(level.data);
     let deviation = level.data.robust_variance(&request.mass.weights(level.mesh)).sqrt();
@@ -357,9 +356,8 @@ fn alternate<const M: usize>(
                 problem: &problem,
                 start: start.collect(),
                 dual_start: Some(dual_start.collect()),
-                options: &request.options,
             };
-            solver = solver::build(&request.solver, setup)?;
+            solver = request.method.build(setup)?;
         }
         run.forget();
     };

@@ -24,7 +24,7 @@ use crate::regions::{self, with_regions};
 use crate::remarks::{empty_regions, named};
 pub use crate::request::{Observer, Request};
 use crate::run::{Run, Status};
-use crate::solver::{self, Setup};
+use crate::solver::Setup;
 use crate::start::Start;
 use crate::sweep;
 use crate::unreached::unreached;
@@ -79,9 +79,8 @@ fn solve_compiled<const M: usize>(
     if request.keep_dual {
         run.keep_dual();
     }
-    let setup =
-        Setup { mesh: model, problem: &problem, start, dual_start, options: &request.options };
-    let mut solver = solver::build(&request.solver, setup)?;
+    let setup = Setup { mesh: model, problem: &problem, start, dual_start };
+    let mut solver = request.method.build(setup)?;
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
     run.charge(spent);
     let stop = request.stop.after(spent);

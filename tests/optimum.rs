@@ -14,7 +14,7 @@ use meshseg::mesh::{Mesh, Shape};
 use meshseg::operator::Mass;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, Solution, solve};
-use meshseg::solver::Options;
+use meshseg::solver::{Method, Options};
 use meshseg::start::Start;
 use nalgebra::Vector3;
 use ndarray::Array2;
@@ -150,8 +150,7 @@ fn certified(solver: &str, mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solutio
     let request = Request {
         lambda,
         mass: Mass::Barycentric,
-        solver: solver.to_owned(),
-        options: Options::default(),
+        method: Method::named(solver).unwrap(),
         stop,
         coarse_to_fine: false,
         keep_dual: false,
@@ -322,8 +321,7 @@ fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
             let request = Request {
                 lambda,
                 mass: Mass::Barycentric,
-                solver: "chambolle-pock".to_owned(),
-                options: Options::parse(options).unwrap(),
+                method: Method::parse("chambolle-pock", &Options::parse(options).unwrap()).unwrap(),
                 stop: Stop { iterations: Some(50), ..Stop::default() },
                 coarse_to_fine: false,
                 keep_dual: false,

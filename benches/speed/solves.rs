@@ -8,7 +8,7 @@ use criterion::{BenchmarkGroup, Criterion};
 use meshseg::operator::{Mass, Stencil};
 use meshseg::run::{Run, Status, Stop};
 use meshseg::solve::{Request, solve};
-use meshseg::solver::Options;
+use meshseg::solver::chambolle_pock::{self, Precision};
 use meshseg::start::Start;
 use meshseg::sweep::with_threads;
 use ndarray::Array2;
@@ -62,13 +62,14 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
     let torus = torus();
     let rows = costs_as_numbered::<4>();
     let s = Array2::from_shape_fn((rows.len(), 4), |(v, p)| rows[v].0[p]);
-    for precision in ["precision=f32", "precision=f64"] {
+    for (name, precision) in
+        [("precision=f32", Precision::Single), ("precision=f64", Precision::Double)]
+    {
         for gap in [1e-3, 1e-4] {
             let request = Request {
                 lambda,
                 mass: Mass::Barycentric,
-                solver: "chambolle-pock".into(),
-                options: Options::parse(&[precision]).expect("options are pairs"),
+                method: chambolle_pock::Settings { precision, ..Default::default() }.into(),
                 stop: stop(gap),
                 coarse_to_fine: true,
                 keep_dual: false,
@@ -80,8 +81,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
                 assert_eq!(solution.summary.status, Status::Converged);
                 solution.summary.seconds
             };
-            let id =
-                format!("chambolle-pock {precision} from coarser meshes to {gap:e}, 2 threads");
+            let id = format!("chambolle-pock {name} from coarser meshes to {gap:e}, 2 threads");
             timed(group, id, once);
         }
     }

@@ -9,7 +9,7 @@ use meshseg::field::Row;
 use meshseg::mesh::Mesh;
 use meshseg::operator::{Matrix, Stencil};
 use meshseg::problem::Problem;
-use meshseg::solver::{DESCRIPTIONS, Engines, Options, Setup, Solver, build};
+use meshseg::solver::{Engines, Method, Options, Setup, Solver};
 use meshseg::sweep::{collect, with_threads};
 
 use super::csr::{Csr, Float};
@@ -64,8 +64,8 @@ fn steps_of<const M: usize>(criterion: &mut Criterion, mesh: &Mesh, torus: &Mesh
         group.throughput(Throughput::Bytes(bytes_a_step(mesh, M, 8)));
         step(&mut group, mesh, &stencil, name, "engine=fused", "fused f64", threads);
         step(&mut group, mesh, &stencil, name, "engine=rows", "rows f64", threads);
-        for description in &DESCRIPTIONS[1..] {
-            step(&mut group, mesh, &stencil, description.name, "", "f64", threads);
+        for method in &Method::all()[1..] {
+            step(&mut group, mesh, &stencil, method.name(), "", "f64", threads);
         }
     }
     group.finish();
@@ -131,8 +131,10 @@ pub fn solver<'a, K: Engines + 'a, const M: usize>(
     let start = collect(problem.f.len(), |v| Row::one_hot(problem.f[v].argmin()));
     let options: Vec<&str> = option.split_whitespace().collect();
     let options = Options::parse(&options).expect("options are pairs");
-    let setup = Setup { mesh, problem, start, dual_start: None, options: &options };
-    build(name, setup).expect("the options are valid")
+    let method = Method::parse(name, &options).expect("the options are valid");
+    method
+        .build(Setup { mesh, problem, start, dual_start: None })
+        .expect("nothing excludes another")
 }
 
 /// Yardsticks are worth nothing if they compute something else.

@@ -1,5 +1,6 @@
 //! `meshseg problem`: problems for solvers outside the program, and what they bring back.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
@@ -11,7 +12,7 @@ use meshseg::outcome;
 use meshseg::render::View;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, model_mesh};
-use meshseg::solver::Options;
+use meshseg::solver::Method;
 use meshseg::start::Start;
 use meshseg::{Error, Result, costs};
 
@@ -213,13 +214,17 @@ fn import(arguments: &ImportTrace) -> Outcome {
     let request = Request {
         lambda: problem.lambda,
         mass: problem.mass,
-        solver: name.clone(),
-        options: Options::default(),
+        method: Method::default(),
         stop: Stop { relative_gap: Some(*gap), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
     };
-    let end = End { status: Status::Ended, warnings: Vec::new() };
+    let end = End {
+        solver: name.clone(),
+        options: BTreeMap::new(),
+        status: Status::Ended,
+        warnings: Vec::new(),
+    };
     let mut progress = Progress::new(*gap);
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     let solution = certify(&problem, &iterates, *dual_steps, &request, end, &mut observe)?;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use meshseg::solver::{DEFAULT, DESCRIPTIONS};
+use meshseg::solver::Method;
 
 use super::{Outcome, print};
 
@@ -12,19 +12,22 @@ pub struct Arguments {}
 
 pub fn run(_: &Arguments) -> Outcome {
     let mut text = String::new();
-    for description in DESCRIPTIONS {
-        let default = if description.name == DEFAULT { " (default)" } else { "" };
+    for mut method in Method::all() {
+        let description = method.description();
+        let default = if method == Method::default() { " (default)" } else { "" };
         let _ = writeln!(text, "{}{default}", description.name);
         let _ = writeln!(text, "    {}", description.summary);
         let _ = writeln!(text, "    reference  {}", description.reference);
         let _ = writeln!(text, "    steps      {}", description.steps);
-        for option in description.options {
+        for setting in method.settings() {
             let _ = writeln!(
                 text,
                 "    --solver-option {}={}  [default: {}]",
-                option.key, option.values, option.default
+                setting.key,
+                setting.values(),
+                setting.value()
             );
-            let _ = writeln!(text, "               {}", option.help);
+            let _ = writeln!(text, "               {}", setting.help);
         }
         text.push('\n');
     }

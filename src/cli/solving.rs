@@ -9,7 +9,7 @@ use meshseg::remarks;
 use meshseg::render::View;
 use meshseg::run::{Status, Stop, time_limit};
 use meshseg::solve::{Request, Summary};
-use meshseg::solver::{DEFAULT, DESCRIPTIONS, Options};
+use meshseg::solver::{Method, Options};
 use meshseg::{Error, Result};
 
 use super::{Failure, Outcome, named, table};
@@ -21,8 +21,8 @@ pub struct Solving {
     mass: Mass,
 
     /// See `meshseg solvers`
-    #[arg(long, default_value = DEFAULT, value_parser = clap::builder::PossibleValuesParser::new(
-        DESCRIPTIONS.iter().map(|description| description.name)))]
+    #[arg(long, default_value = Method::default().name(), value_parser = clap::builder::PossibleValuesParser::new(
+        Method::all().iter().map(Method::name)))]
     solver: String,
 
     /// Option of the solver, may be repeated
@@ -124,8 +124,7 @@ impl Solving {
         let request = Request {
             lambda,
             mass: self.mass,
-            solver: self.solver.clone(),
-            options: Options::parse(&options)?,
+            method: Method::parse(&self.solver, &Options::parse(&options)?)?,
             stop: Stop {
                 relative_gap: Some(not_negative("--gap", self.gap)?),
                 iterations: Some(self.max_iterations),

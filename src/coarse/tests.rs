@@ -18,16 +18,15 @@ use crate::samples::{
     soup, with_isolated_vertices, zoo,
 };
 use crate::solve::{Solution, solve};
-use crate::solver::{DEFAULT, DESCRIPTIONS, Options};
+use crate::solver::fista;
 use crate::start::Start;
 use crate::sweep::with_threads;
 
-fn request(lambda: f64, gap: f64, solver: &str) -> Request {
+fn request(lambda: f64, gap: f64, method: Method) -> Request {
     Request {
         lambda,
         mass: Mass::Barycentric,
-        solver: solver.to_owned(),
-        options: Options::default(),
+        method,
         stop: Stop { relative_gap: Some(gap), iterations: Some(20_000), ..Stop::default() },
         coarse_to_fine: true,
         keep_dual: false,
@@ -76,18 +75,18 @@ fn forbidden_labels_stay_forbidden() {
             s[[v, 1]] = f64::INFINITY;
         }
     }
-    for description in solver::DESCRIPTIONS {
+    for method in Method::all() {
         for coarse_to_fine in [true, false] {
-            let request = Request { coarse_to_fine, ..request(0.01, 1e-3, description.name) };
+            let request = Request { coarse_to_fine, ..request(0.01, 1e-3, method.clone()) };
             let solution = solved(&mesh, &s, &request);
             for ((v, p), &cost) in s.indexed_iter() {
-                assert!(cost < f64::INFINITY || solution.u[[v, p]] == 0.0, "{}", description.name);
+                assert!(cost < f64::INFINITY || solution.u[[v, p]] == 0.0, "{}", method.name());
             }
             // From the start on.
             assert!(solution.trace.iter().all(|sample| sample.energy.abs() < 1e3));
             let summary = solution.summary;
-            assert!(summary.energy.abs() < 1e3 && summary.gap >= 0.0, "{}", description.name);
-            assert!(summary.relative_gap < 0.1, "{}: {}", description.name, summary.relative_gap);
+            assert!(summary.energy.abs() < 1e3 && summary.gap >= 0.0, "{}", method.name());
+            assert!(summary.relative_gap < 0.1, "{}: {}", method.name(), summary.relative_gap);
         }
     }
 }
@@ -122,7 +121,7 @@ fn the_known_optimum_is_certified() {
         let lambda = 0.05 * mesh.area().sqrt();
         let known = known_optimum::<3>(&mesh, 3, lambda, 1.0, 34);
         let s = regions::array(&known.problem.f, 3) / &areas;
-        let solution = solved(&mesh, &s, &request(lambda, 1e-4, DEFAULT));
+        let solution = solved(&mesh, &s, &request(lambda, 1e-4, Method::default()));
         let summary = &solution.summary;
         let slack = 1e-12 * known.problem.spread();
         assert_eq!(summary.status, Status::Converged, "{name}: {summary:?}");
@@ -142,17 +141,17 @@ fn every_solver_starts_from_below() {
     for (name, mesh) in large() {
         let rows = random_rows::<3>(mesh.vertices.len(), &mut rng(35));
         let s = regions::array(&rows, 3);
-        for description in DESCRIPTIONS {
+        for method in Method::all() {
             let with = Request {
                 stop: Stop { iterations: Some(40), ..Stop::default() },
-                ..request(0.02 * mesh.area().sqrt(), 0.0, description.name)
+                ..request(0.02 * mesh.area().sqrt(), 0.0, method.clone())
             };
             let without = Request { coarse_to_fine: false, ..with.clone() };
             let [with, without] = [with, without].map(|request| solved(&mesh, &s, &request));
             let slack = 1e-12 * without.summary.energy.abs();
             let (with, without) = (with.summary, without.summary);
-            assert!(with.dual_bound <= without.energy + slack, "{name}, {}", description.name);
-            assert!(without.dual_bound <= with.energy + slack, "{name}, {}", description.name);
+            assert!(with.dual_bound <= without.energy + slack, "{name}, {}", method.name());
+            assert!(without.dual_bound <= with.energy + slack, "{name}, {}", method.name());
             assert!(with.coarse_to_fine.is_some() && without.coarse_to_fine.is_none());
         }
     }
@@ -167,7 +166,7 @@ fn it_saves_iterations() {
     let color: Vec<f64> =
         (0..mesh.vertices.len()).map(|v| stripes(v) + rng.random_range(-1.0..1.0)).collect();
     let s = Array2::from_shape_fn((color.len(), 2), |(v, p)| (color[v] - p as f64).powi(2));
-    let with = request(0.02, 2.5e-2, DEFAULT);
+    let with = request(0.02, 2.5e-2, Method::default());
     let without = Request { coarse_to_fine: false, ..with.clone() };
     let [with, without] =
         [with, without].map(|request| solved(&mesh, &s, &request).summary.iterations);
@@ -180,7 +179,7 @@ fn the_number_of_threads_does_not_matter() {
     let problem = random_problem::<4>(&mesh, 0.02, 36);
     let bits = |threads| {
         with_threads(Some(threads), || {
-            let request = request(problem.lambda, 1e-4, DEFAULT);
+            let request = request(problem.lambda, 1e-4, Method::default());
             let pair = start(&mesh, &problem, &request, &mut go).unwrap().pair.unwrap();
             let rows = pair.q.iter().flat_map(|q| q.0).chain(pair.u);
             rows.flat_map(|row| row.0.map(f64::to_bits)).collect::<Vec<_>>()
@@ -195,7 +194,7 @@ fn the_number_of_threads_does_not_matter() {
 fn it_ends_when_told_to() {
     let mesh = shape("torus:90x60");
     let problem = random_problem::<3>(&mesh, 0.02, 37);
-    let mut request = request(problem.lambda, 0.0, DEFAULT);
+    let mut request = request(problem.lambda, 0.0, Method::default());
     let most = |record: Record| record.levels.iter().map(|level| level.iterations).max().unwrap();
     let broken = start(&mesh, &problem, &request, &mut |_| ControlFlow::Break(())).unwrap();
     assert!(broken.pair.is_some() && most(broken.record) <= FIRST_INTERVAL);
@@ -207,7 +206,7 @@ fn it_ends_when_told_to() {
 /// Time that the levels take is the finest solve's no more, and what diverged starts nothing.
 #[test]
 fn the_finest_has_the_time_that_is_left() {
-    let mut request = request(0.02, 0.0, DEFAULT);
+    let mut request = request(0.02, 0.0, Method::default());
     request.stop.time = Some(Duration::from_secs(3));
     assert_eq!(stop(&request, Duration::from_secs(1)).time, Some(Duration::from_secs(2)));
     assert_eq!(stop(&request, Duration::from_secs(4)).time, Some(Duration::ZERO));
@@ -219,7 +218,7 @@ fn the_finest_has_the_time_that_is_left() {
     let spent = summary.coarse_to_fine.unwrap().spent;
     assert!(spent >= Duration::from_millis(1) && summary.seconds >= spent.as_secs_f64());
     let (u, q) = (vec![Row([1.0, 0.0])], vec![Tangent::ZERO]);
-    let level = |status| reached(solver::Iterate { u: &u, q: &q }, status).is_some();
+    let level = |status| reached(Iterate { u: &u, q: &q }, status).is_some();
     assert!(level(Status::IterationLimit) && !level(Status::Diverged));
 }
 
@@ -228,7 +227,7 @@ fn the_finest_has_the_time_that_is_left() {
 fn without_variation_there_is_nothing_to_do() {
     let mesh = shape("torus:60x40");
     let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(38)), 3);
-    let summary = solved(&mesh, &s, &request(0.0, 1e-4, DEFAULT)).summary;
+    let summary = solved(&mesh, &s, &request(0.0, 1e-4, Method::default())).summary;
     assert!(summary.coarse_to_fine.is_none() && summary.iterations == 0);
     assert_eq!(summary.energy, summary.dual_bound);
 }
@@ -258,7 +257,7 @@ fn caps(noise: f64) -> (Mesh, Array2<f64>) {
 #[test]
 fn every_region_that_is_wanted_is_saved() {
     let (mesh, s) = caps(0.0);
-    let request = request(2.0, 1e-3, DEFAULT);
+    let request = request(2.0, 1e-3, Method::default());
     let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &request);
     let problem = problem.unwrap();
     let saving =
@@ -272,32 +271,31 @@ fn every_region_that_is_wanted_is_saved() {
     assert_eq!(saving(&[0]), 1.0);
 }
 
-/// A lambda is tried as exactly as was asked for, within bounds, and found after as many questions whether to go on as a solve with it has.
+/// A lambda is tried as exactly as was asked for, within bounds, and found in as many steps as a solve with it takes.
 #[test]
 fn a_lambda_is_tried_as_exactly_as_asked() {
     let (mesh, s) = caps(1.0);
+    let each_step = |request: Request| {
+        let stop = Stop { interval: Some(1), ..request.stop };
+        Request { stop, ..request }
+    };
     let taken = |gap: f64| {
-        let request = request(0.1, gap, DEFAULT);
+        let request = each_step(request(0.1, gap, Method::default()));
         let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &request);
-        let mut asked = 0;
+        let mut samples = 0;
         let mut count = |sample: Option<&crate::run::Sample>| {
             assert!(sample.is_none());
-            asked += 1;
+            samples += 1;
             ControlFlow::Continue(())
         };
         let found = separating(&mesh, &problem.unwrap(), &[1], &request, &mut count).unwrap();
         assert_eq!(found, Some(0.05));
-        asked
+        // Of the step that reaches the gap nobody is told.
+        samples + 1
     };
     let solving = |gap: f64| {
-        let request = Request { coarse_to_fine: false, ..request(0.05, gap, DEFAULT) };
-        let mut asked = 0;
-        let mut count = |_: Option<&crate::run::Sample>| {
-            asked += 1;
-            ControlFlow::Continue(())
-        };
-        solve(&mesh, &s, &Start::Argmin, &request, &mut count).unwrap();
-        asked
+        let request = each_step(request(0.05, gap, Method::default()));
+        solved(&mesh, &s, &Request { coarse_to_fine: false, ..request }).summary.iterations
     };
     assert_eq!(taken(1e-3), solving(1e-3));
     assert_eq!(taken(1e-6), solving(GAPS[0]));
@@ -309,7 +307,7 @@ fn a_lambda_is_tried_as_exactly_as_asked() {
 #[test]
 fn what_has_not_converged_saves_nothing() {
     let (mesh, s) = caps(1.0);
-    let mut request = request(0.1, 1e-3, DEFAULT);
+    let mut request = request(0.1, 1e-3, Method::default());
     let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &request);
     let problem = problem.unwrap();
     let mut steps = 0;
@@ -330,7 +328,7 @@ fn what_has_not_converged_saves_nothing() {
 #[test]
 fn levels_stop_early() {
     let gap = |asked: Option<f64>| {
-        let mut request = request(0.02, 0.0, DEFAULT);
+        let mut request = request(0.02, 0.0, Method::default());
         request.stop = Stop { relative_gap: asked, change: Some(1.0), ..request.stop };
         let stop = stop(&request, Duration::ZERO);
         assert_eq!((stop.iterations, stop.change, stop.interval), (Some(MOST_STEPS), None, None));
@@ -353,7 +351,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
         }
     });
     problem.set_costs(f);
-    let request = request(problem.lambda, 1e-4, DEFAULT);
+    let request = request(problem.lambda, 1e-4, Method::default());
     let mut told = 0;
     let mut observe = |sample: Option<&crate::run::Sample>| {
         told += 1;
@@ -372,7 +370,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
     for level in &hierarchy.levels {
         costs.push(restrict(level, costs.last().unwrap()));
     }
-    let (options, mut forbidden) = (&Options::default(), 0);
+    let mut forbidden = 0;
     let mut allowed_only = |mut u: Vec<Row<3>>, f: &[Row<3>]| {
         let given = u.clone();
         without_forbidden(&mut u, f);
@@ -386,8 +384,8 @@ fn a_level_starts_where_the_coarser_one_ends() {
             Some(Pair { u, q }) => (allowed_only(u, &problem.f), Some(q)),
             None => (cheapest(&problem.f), None),
         };
-        let setup = Setup { mesh, problem: &problem, start, dual_start, options };
-        let mut solver = solver::build(DEFAULT, setup)?;
+        let setup = Setup { mesh, problem: &problem, start, dual_start };
+        let mut solver = Method::default().build(setup)?;
         solver.advance(&problem, FIRST_INTERVAL, &mut || true);
         Ok(reached(solver.iterate(), Status::Interrupted))
     });
@@ -431,11 +429,9 @@ fn a_hierarchy_ends_where_it_is_told_to_or_does_not_pay() {
 #[test]
 fn advice_asks_for_no_solver() {
     let (mesh, s) = caps(0.0);
-    let ours = request(2.0, 1e-3, DEFAULT);
-    let theirs = Request {
-        options: Options::parse(&["epsilon=0.01"]).unwrap(),
-        ..request(2.0, 1e-3, "fista")
-    };
+    let ours = request(2.0, 1e-3, Method::default());
+    let settings = fista::Settings { epsilon: Some(0.01), ..Default::default() };
+    let theirs = request(2.0, 1e-3, settings.into());
     theirs.check().unwrap();
     let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &ours).unwrap();
     let saving = |request| separating(&mesh, &problem, &[1], request, &mut go).unwrap();

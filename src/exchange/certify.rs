@@ -2,6 +2,7 @@
 //! `certificate.rs` has them: that of the solver, else that of the smoothing which the trace names, else steps of our
 //! own. U is projected onto the simplex first: its energy would bound nothing otherwise.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use ndarray::Array2;
@@ -27,15 +28,18 @@ const OFF: f64 = 1e-6;
 /// Entries beyond this are as good as none.
 const LARGEST: f64 = 1e100;
 
-/// How a solver ended, by the judgment of whoever ran it.
+/// Which solver ended, and how, by the judgment of whoever ran it.
 #[derive(Clone, Debug)]
 pub struct End {
+    pub solver: String,
+    /// What it was told, by key.
+    pub options: BTreeMap<String, String>,
     pub status: Status,
     /// More about it.
     pub warnings: Vec<String>,
 }
 
-/// Scores all iterates. `request` is what the run is remembered by; its gap makes a run converge. `observe` is told
+/// Scores all iterates. Of the request only the gap counts, which makes a run converge. `observe` is told
 /// of every sample and of steps in between, and may break off. An iterate that cannot be read ends the run as failed,
 /// one that is not finite as diverged; those before count.
 ///
@@ -73,7 +77,7 @@ fn certify_compiled<const M: usize>(
         |u: &Array2<f64>| Start::Given(u.clone()).rows::<M>(m, &problem.f, &Order::as_it_is());
     let start = on_simplex(u0);
     let mut run = Run::new(&start);
-    let End { mut status, mut warnings } = end;
+    let End { solver, options, mut status, mut warnings } = end;
     let judge = Judge { exchanged, problem: &problem, dual_steps };
     let mut first = Reached {
         iteration: 0,
@@ -140,7 +144,9 @@ fn certify_compiled<const M: usize>(
             "rows of U were up to {farthest:.1e} off the simplex, and were projected onto it"
         ));
     }
-    Ok(conclude(mesh, &problem, m, request, run, status, warnings))
+    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
+    (solution.summary.solver, solution.summary.solver_options) = (solver, options);
+    Ok(solution)
 }
 
 /// How a run ended: that its numbers contradict each other counts more than anything that was said of it.

@@ -1,5 +1,6 @@
 //! What is believed of foreign iterates: only what certifies itself.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use crate::regions;
 use crate::run::{Certificate, Status, Stop};
 use crate::samples::{random_rows, rng, shape};
 use crate::solve::{Request, Solution};
-use crate::solver::Options;
+use crate::solver::Method;
 use crate::start::Start;
 
 const LAMBDA: f64 = 0.02;
@@ -34,8 +35,7 @@ fn request(gap: f64) -> Request {
     Request {
         lambda: LAMBDA,
         mass: Mass::Barycentric,
-        solver: "foreign".into(),
-        options: Options::default(),
+        method: Method::default(),
         stop: Stop { relative_gap: Some(gap), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
@@ -43,7 +43,8 @@ fn request(gap: f64) -> Request {
 }
 
 fn ended(status: Status) -> End {
-    End { status, warnings: Vec::new() }
+    let (solver, options) = ("foreign".to_owned(), BTreeMap::new());
+    End { solver, options, status, warnings: Vec::new() }
 }
 
 /// One iterate, scored, by a solver that ended so.

@@ -33,7 +33,7 @@ use crate::regions;
 use crate::run::Stop;
 use crate::segment::{Alternation, Initial, lambda};
 use crate::solve::{Request, check_mesh};
-use crate::solver::{DEFAULT, Options};
+use crate::solver::Method;
 
 /// Where files are looked for.
 pub struct Places {
@@ -281,8 +281,7 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
         // The one that is looked for.
         lambda: 0.0,
         mass,
-        solver: DEFAULT.into(),
-        options: Options::default(),
+        method: Method::default(),
         stop: Stop::default(),
         coarse_to_fine: false,
         keep_dual: false,

@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::exchange::{End, Exchanged, Iterates, certify};
 use crate::run::{Status, Stop};
 use crate::solve::{Observer, Request, Solution};
-use crate::solver::Options;
+use crate::solver::Method;
 use crate::start::Start;
 
 /// Between two looks at the command.
@@ -90,13 +90,7 @@ impl Attempt<'_> {
         let request = Request {
             lambda: instance.lambda,
             mass: cell.mass,
-            solver: "external".into(),
-            options: Options::parse(
-                &[format!("command={}", self.external.command)]
-                    .into_iter()
-                    .chain(run.solver.options.pairs().iter().map(|(k, v)| format!("{k}={v}")))
-                    .collect::<Vec<_>>(),
-            )?,
+            method: Method::default(),
             stop: (*stop).clone(),
             coarse_to_fine: false,
             keep_dual: false,
@@ -185,7 +179,9 @@ impl Attempt<'_> {
                 status = Status::Failed;
             }
         }
-        End { status, warnings }
+        let mut options = self.run.solver.options.pairs().clone();
+        options.insert("command".into(), self.external.command.clone());
+        End { solver: "external".into(), options, status, warnings }
     }
 }
 

@@ -20,6 +20,7 @@ use crate::mesh::io;
 use crate::outcome::write_trace;
 use crate::run::{Sample, Status, Stop};
 use crate::solve::{Request, Solution, solve};
+use crate::solver::Method;
 use crate::start::Start;
 use crate::{file, npy, sweep};
 
@@ -184,8 +185,7 @@ fn attempt(
     let request = Request {
         lambda: instance.lambda,
         mass: run.instance.mass,
-        solver: run.solver.name.clone(),
-        options: run.solver.options.clone(),
+        method: Method::parse(&run.solver.name, &run.solver.options)?,
         stop,
         coarse_to_fine: run.solver.coarse_to_fine,
         keep_dual: false,

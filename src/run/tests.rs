@@ -8,7 +8,7 @@ use crate::field::Tangent;
 use crate::mesh::Mesh;
 use crate::operator::{Face, Stencil};
 use crate::samples::{bumpy, random_problem};
-use crate::solver::{Iterate, OneByOne, Options, Setup, Step, build};
+use crate::solver::{Iterate, Method, OneByOne, Setup, Step};
 
 fn go(_: Option<&Sample>) -> ControlFlow<()> {
     ControlFlow::Continue(())
@@ -19,9 +19,8 @@ fn uniform(mesh: &Mesh) -> Vec<Row<3>> {
 }
 
 fn solver(name: &str, mesh: &Mesh, problem: &Problem<Stencil, 3>) -> Box<dyn Solver<Stencil, 3>> {
-    let options = Options::default();
-    build(name, Setup { mesh, problem, start: uniform(mesh), dual_start: None, options: &options })
-        .unwrap()
+    let setup = Setup { mesh, problem, start: uniform(mesh), dual_start: None };
+    Method::named(name).unwrap().build(setup).unwrap()
 }
 
 fn every(interval: u64, iterations: u64) -> Stop {

@@ -160,8 +160,7 @@ mod tests {
             let request = Request {
                 lambda,
                 mass: Mass::Barycentric,
-                solver: crate::solver::DEFAULT.to_owned(),
-                options: crate::solver::Options::default(),
+                method: crate::solver::Method::default(),
                 stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },
                 coarse_to_fine: true,
                 keep_dual: false,

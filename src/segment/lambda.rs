@@ -251,8 +251,7 @@ mod tests {
         Request {
             lambda: 0.0,
             mass: Mass::Barycentric,
-            solver: crate::solver::DEFAULT.to_owned(),
-            options: crate::solver::Options::default(),
+            method: crate::solver::Method::default(),
             stop: Stop { relative_gap: Some(1e-4), iterations: Some(5000), ..Stop::default() },
             coarse_to_fine: false,
             keep_dual: false,

@@ -11,7 +11,7 @@ use crate::operator::Mass;
 use crate::run::Sample;
 use crate::samples::{assert_within, rng, shape};
 use crate::solve::problem_of;
-use crate::solver::{DEFAULT, Options};
+use crate::solver::Method;
 
 const PALETTE: [[f64; 3]; 3] = [[0.9, 0.1, 0.1], [0.1, 0.8, 0.2], [0.2, 0.1, 0.7]];
 
@@ -44,8 +44,7 @@ fn request(lambda: f64, mass: Mass) -> Request {
     Request {
         lambda,
         mass,
-        solver: DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         stop: Stop { relative_gap: Some(1e-4), iterations: Some(20_000), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,

@@ -131,8 +131,8 @@ pub(crate) fn conclude<const M: usize>(
     let below = problem.settled(rounded_energy, bound) > rounded_energy;
     let status = if below { Status::Contradicted } else { status };
     let summary = Summary {
-        solver: request.solver.clone(),
-        solver_options: request.options.pairs().clone(),
+        solver: request.method.name().to_owned(),
+        solver_options: request.method.changed(),
         status,
         status_sentence: status.sentence(),
         iterations: run.iterations(),

@@ -9,16 +9,14 @@ use crate::operator::Mass;
 use crate::problem::{Smoothing, SmoothingMode};
 use crate::run::{Sample, Stop};
 use crate::samples::{random_rows, rng, shape, shuffled, with_isolated_vertices};
-use crate::solver::DEFAULT;
-use crate::solver::Options;
+use crate::solver::Method;
 use crate::sweep::with_threads;
 
 fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
     let request = Request {
         lambda: 0.02,
         mass: Mass::Barycentric,
-        solver: DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
         stop: Stop { iterations: Some(40), ..Stop::default() },
@@ -70,8 +68,7 @@ fn a_start_without_steps_comes_back_as_it_is() {
     let request = Request {
         lambda: 0.02,
         mass: Mass::Voronoi,
-        solver: DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
         stop: Stop { iterations: Some(0), ..Stop::default() },
@@ -140,8 +137,7 @@ fn a_summary_is_what_u_and_q_say() {
     let request = Request {
         lambda: 0.02,
         mass: Mass::Barycentric,
-        solver: DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         coarse_to_fine: false,
         keep_dual: true,
         stop,
@@ -202,8 +198,7 @@ fn labels_below_the_bound_are_a_contradiction() {
     let request = Request {
         lambda: 0.1,
         mass: Mass::Barycentric,
-        solver: DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
         stop: Stop::default(),
@@ -237,8 +232,7 @@ fn labels_are_settled_as_well() {
     let request = Request {
         lambda: 0.1,
         mass: Mass::Barycentric,
-        solver: DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
         stop: Stop::default(),

@@ -7,8 +7,9 @@
 //! variation does not limit q, the problem is bilinear like a linear program, and omega falls to a fraction of
 //! the spread of the costs. Finitely many changes harm no convergence.
 
-use super::{Iterate, Options};
-use crate::error::Result;
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use super::{Iterate, Setting};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
 use crate::problem::{NEVER, Problem};
@@ -35,6 +36,24 @@ const UNPAID: f64 = 2.0;
 /// From this share of lambda on |q_j| has reached it, in single precision too.
 const AT_LAMBDA: f64 = 1.0 - 1e-6;
 
+/// Whether omega follows the moves.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Balancing {
+    Adaptive,
+    Fixed,
+}
+
+impl Balancing {
+    pub(super) fn setting(&mut self) -> Setting<'_> {
+        Setting::choice(
+            "balance",
+            self,
+            "whether omega follows the lengths of the primal and dual moves, or stays",
+        )
+    }
+}
+
 pub(super) struct Balance<const M: usize> {
     /// Where u and q were when omega was last looked at; no q stands for zero.
     u: Vec<Row<M>>,
@@ -45,20 +64,19 @@ pub(super) struct Balance<const M: usize> {
 }
 
 impl<const M: usize> Balance<M> {
-    /// None if the user wants omega to stay.
+    /// None if omega is to stay.
     pub(super) fn new(
-        options: &Options,
+        balancing: Balancing,
         u: &[Row<M>],
         q: Option<&Vec<Tangent<M>>>,
-    ) -> Result<Option<Self>> {
-        let adaptive = options.choice("balance", &[("adaptive", true), ("fixed", false)])?;
-        Ok(adaptive.then(|| Balance {
+    ) -> Option<Self> {
+        (balancing == Balancing::Adaptive).then(|| Balance {
             u: copy(u),
             q: q.cloned(),
             steps: 0,
             window: FIRST_WINDOW,
             changes: 0,
-        }))
+        })
     }
 
     /// Begins again from here.
@@ -174,7 +192,7 @@ mod tests {
         };
         let pairs = [pair(), pair(), pair()];
         let (u, q) = &pairs[0];
-        let mut balance = Balance::new(&Options::default(), u, Some(q)).unwrap().unwrap();
+        let mut balance = Balance::new(Balancing::Adaptive, u, Some(q)).unwrap();
         for pair in pairs.windows(2) {
             let [(v, r), (u, q)] = pair else { panic!("two") };
             let primal: f64 = u.iter().zip(v).map(|(&u, &v)| 4.0 * (u - v).norm_squared()).sum();

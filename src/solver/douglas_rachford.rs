@@ -31,9 +31,10 @@
 //! 0.75 lambda, or less if the costs need less, and is balanced (`balance.rs`). T is proportional to it, so
 //! that M is made once.
 
-use super::balance::{Balance, dual_scale};
-use super::{Description, Iterate, OptionDescription, Setup, Step};
-use crate::error::Result;
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use super::balance::{Balance, Balancing, dual_scale};
+use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, Step};
 use crate::field::{Row, Tangent};
 use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
 use crate::operator::{Adjoint, Cholesky, GaussSeidel, Operator, normal_matrix};
@@ -46,39 +47,80 @@ pub const DESCRIPTION: Description = Description {
     summary: "implicit primal-dual method, preconditioned by a Gauss-Seidel sweep; exact energy, no smoothing",
     reference: "Bredies, Sun 2015",
     steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
-    options: &[
-        OptionDescription {
-            key: "inner",
-            values: "gauss-seidel|cholesky",
-            default: "gauss-seidel",
-            help: "what solves with D + K^T Sigma K: one symmetric over-relaxed sweep, or a factorization",
-        },
-        OptionDescription {
-            key: "rho",
-            values: "NUMBER",
-            default: "1.8",
-            help: "relaxation, above 0 and below 2",
-        },
-        OptionDescription {
-            key: "reach",
-            values: "NUMBER",
-            default: "3; 6 with cholesky",
-            help: "length of the steps, in units of those of an explicit method",
-        },
-        OptionDescription {
-            key: "step-ratio",
-            values: "NUMBER",
-            default: "0.75",
-            help: "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
-        },
-        OptionDescription {
-            key: "balance",
-            values: "adaptive|fixed",
-            default: "adaptive",
-            help: "whether omega follows the lengths of the primal and dual moves, or stays",
-        },
-    ],
 };
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    pub inner: InnerSolve,
+    /// Relaxation, above 0 and below 2.
+    pub rho: f64,
+    /// Length of the steps, in units of those of an explicit method; none for 3, and 6 with a factorization.
+    pub reach: Option<f64>,
+    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
+    pub step_ratio: f64,
+    pub balance: Balancing,
+}
+
+/// What solves with D + K^T Sigma K.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum InnerSolve {
+    /// One symmetric over-relaxed sweep.
+    GaussSeidel,
+    /// A factorization.
+    Cholesky,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            inner: InnerSolve::GaussSeidel,
+            rho: 1.8,
+            reach: None,
+            step_ratio: 0.75,
+            balance: Balancing::Adaptive,
+        }
+    }
+}
+
+impl Adjustable for Settings {
+    fn settings(&mut self) -> Vec<Setting<'_>> {
+        vec![
+            Setting::choice(
+                "inner",
+                &mut self.inner,
+                "what solves with D + K^T Sigma K: one symmetric over-relaxed sweep, or a factorization",
+            ),
+            Setting::number(
+                "rho",
+                &mut self.rho,
+                f64::MIN_POSITIVE..2.0,
+                "relaxation, above 0 and below 2",
+            ),
+            Setting::optional(
+                "reach",
+                &mut self.reach,
+                f64::MIN_POSITIVE..,
+                "3; 6 with cholesky",
+                "length of the steps, in units of those of an explicit method",
+            ),
+            Setting::number(
+                "step-ratio",
+                &mut self.step_ratio,
+                f64::MIN_POSITIVE..,
+                "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
+            ),
+            self.balance.setting(),
+        ]
+    }
+}
+
+pub fn build<'a, K: Operator + 'a, const M: usize>(
+    settings: &Settings,
+    setup: Setup<'_, K, M>,
+) -> Built<'a, K, M> {
+    Ok(Box::new(OneByOne::new(DouglasRachford::new(settings, setup))))
+}
 
 /// M / omega.
 enum Inner {
@@ -137,14 +179,11 @@ pub struct DouglasRachford<const M: usize> {
 }
 
 impl<const M: usize> DouglasRachford<M> {
-    pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
-        let Setup { problem, options, start: u, dual_start, .. } = setup;
+    fn new<K: Operator>(settings: &Settings, setup: Setup<'_, K, M>) -> Self {
+        let Settings { inner, rho, reach, step_ratio, balance } = *settings;
+        let Setup { problem, start: u, dual_start, .. } = setup;
         let k = &problem.k;
-        let exact = options.choice("inner", &[("gauss-seidel", false), ("cholesky", true)])?;
-        let rho = options.number("rho", f64::MIN_POSITIVE..2.0)?.unwrap_or(1.8);
-        let reach = options.number("reach", f64::MIN_POSITIVE..)?;
-        let step_ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(0.75);
-
+        let exact = inner == InnerSolve::Cholesky;
         let (d, s) = step_lengths(k, reach.unwrap_or(if exact { 6.0 } else { 3.0 }));
         let t = normal_matrix(k, &d, &s);
         let inner = if exact {
@@ -153,14 +192,14 @@ impl<const M: usize> DouglasRachford<M> {
             Inner::GaussSeidel(GaussSeidel::new(&t))
         };
         let omega = step_ratio * dual_scale(problem);
-        let balance = Balance::new(options, &u, dual_start.as_ref())?;
+        let balance = Balance::new(balance, &u, dual_start.as_ref());
         let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; k.faces()]);
         // With D (u_bar - u) = K^T q a saddle point (u, q) stays where it is.
         let kt = k.adjoint();
         let u_bar = (u.iter().zip(&d).enumerate())
             .map(|(v, (&u, d))| u + 1.0 / (omega * d) * kt.at(&q, v))
             .collect();
-        Ok(DouglasRachford {
+        DouglasRachford {
             balance,
             x: u.clone(),
             z: q.clone(),
@@ -176,7 +215,7 @@ impl<const M: usize> DouglasRachford<M> {
             omega,
             step_ratio,
             rho,
-        })
+        }
     }
 
     /// Changes D and Sigma, but neither D (u_bar - u) nor q_bar + Sigma K u.
@@ -290,7 +329,6 @@ mod tests {
     use super::*;
     use crate::operator::Stencil;
     use crate::samples::{bumpy, known_optimum, random_labels, rng};
-    use crate::solver::Options;
 
     /// D and Sigma may change at a saddle point: it stays one.
     #[test]
@@ -302,9 +340,8 @@ mod tests {
             problem: &known.problem,
             start: known.u.clone(),
             dual_start: Some(known.q.clone()),
-            options: &Options::default(),
         };
-        let mut solver = DouglasRachford::new(setup).unwrap();
+        let mut solver = DouglasRachford::new(&Settings::default(), setup);
         for factor in [5.0, 0.01, 1.0] {
             solver.set_omega(factor * 0.1);
             (0..5).for_each(|_| Step::<Stencil, 3>::last_step(&mut solver, &known.problem));
@@ -320,17 +357,11 @@ mod tests {
         let n = mesh.vertices.len();
         let known = known_optimum::<2>(&mesh, 2, 0.1, 1.0, 77);
         let k = &known.problem.k;
-        for rho in ["rho=0.7", "rho=1.8", "rho=1.95"] {
-            let options = Options::parse(&[rho, "balance=fixed"]).unwrap();
+        for rho in [0.7, 1.8, 1.95] {
+            let settings = Settings { rho, balance: Balancing::Fixed, ..Settings::default() };
             let start = random_labels(n, 2, &mut rng(78));
-            let setup = Setup {
-                mesh: &mesh,
-                problem: &known.problem,
-                start,
-                dual_start: None,
-                options: &options,
-            };
-            let mut solver = DouglasRachford::new(setup).unwrap();
+            let setup = Setup { mesh: &mesh, problem: &known.problem, start, dual_start: None };
+            let mut solver = DouglasRachford::new(&settings, setup);
             let (rho, omega) = (solver.rho, solver.omega);
 
             // M - T, column by column.

@@ -11,12 +11,14 @@
 //! 2015. Continuation: sqrt(eps) starts larger and falls like 1/n, as in Q. Tran-Dinh, *Adaptive smoothing
 //! algorithms for nonsmooth composite convex minimization*, Comput. Optim. Appl. 66, 2017.
 
-use super::metric::{EPSILON, EPSILON_MODE, Metric, MetricName, descend, smoothing};
-use super::{Description, Iterate, OptionDescription, Setup, Step};
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use super::metric::{Metric, MetricName, descend, settings, smoothing};
+use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, Step};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
-use crate::problem::{Problem, Smoothing};
+use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::prox::project_simplex;
 use crate::sweep::{sum, sweep};
 
@@ -25,35 +27,81 @@ pub const DESCRIPTION: Description = Description {
     summary: "accelerated projected gradient on the smoothed energy, restarted adaptively",
     reference: "Beck, Teboulle 2009; restart: O'Donoghue, Candès 2015; continuation: Tran-Dinh 2017",
     steps: "tau = 1/L in a diagonal metric D, L a closed-form bound",
-    options: &[
-        OptionDescription {
-            key: "mass-metric",
-            values: "local|barycentric|voronoi|none",
-            default: "local",
-            help: "D: the lumped masses, the identity, or the bound of the curvature vertex by vertex",
-        },
-        EPSILON,
-        EPSILON_MODE,
-        OptionDescription {
-            key: "restart",
-            values: "adaptive|never|always",
-            default: "adaptive",
-            help: "when momentum is dropped; `always` is projected gradient",
-        },
-        OptionDescription {
-            key: "continuation",
-            values: "NUMBER",
-            default: "1",
-            help: "start with this times sqrt(eps) and divide by the iteration; 1 keeps eps fixed",
-        },
-    ],
 };
 
-#[derive(Clone, Copy)]
-enum Restart {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    pub mass_metric: MassMetric,
+    /// eps of the smoothing, above 0; none for one that suits the mesh.
+    pub epsilon: Option<f64>,
+    pub epsilon_mode: SmoothingMode,
+    pub restart: Restart,
+    /// sqrt(eps) starts with this times what it is aimed at, 1 or more, and falls like 1/n.
+    pub continuation: f64,
+}
+
+/// D.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum MassMetric {
+    /// The bound of the curvature, vertex by vertex.
+    Local,
+    Barycentric,
+    Voronoi,
+    None,
+}
+
+/// When momentum is dropped.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Restart {
+    /// Where it leads uphill.
     Adaptive,
     Never,
+    /// That is projected gradient.
     Always,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            mass_metric: MassMetric::Local,
+            epsilon: None,
+            epsilon_mode: SmoothingMode::Intrinsic,
+            restart: Restart::Adaptive,
+            continuation: 1.0,
+        }
+    }
+}
+
+impl Adjustable for Settings {
+    fn settings(&mut self) -> Vec<Setting<'_>> {
+        let metric = Setting::choice(
+            "mass-metric",
+            &mut self.mass_metric,
+            "D: the lumped masses, the identity, or the bound of the curvature vertex by vertex",
+        );
+        let [epsilon, mode] = settings(&mut self.epsilon, &mut self.epsilon_mode);
+        let restart = Setting::choice(
+            "restart",
+            &mut self.restart,
+            "when momentum is dropped; `always` is projected gradient",
+        );
+        let continuation = Setting::number(
+            "continuation",
+            &mut self.continuation,
+            1.0..,
+            "start with this times sqrt(eps) and divide by the iteration; 1 keeps eps fixed",
+        );
+        vec![metric, epsilon, mode, restart, continuation]
+    }
+}
+
+pub fn build<'a, K: Operator + 'a, const M: usize>(
+    settings: &Settings,
+    setup: Setup<'_, K, M>,
+) -> Built<'a, K, M> {
+    Ok(Box::new(OneByOne::new(Fista::new(settings, setup)?)))
 }
 
 pub struct Fista<const M: usize> {
@@ -73,31 +121,20 @@ pub struct Fista<const M: usize> {
 }
 
 impl<const M: usize> Fista<M> {
-    pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
+    fn new<K: Operator>(settings: &Settings, setup: Setup<'_, K, M>) -> Result<Self> {
+        let Settings { mass_metric, epsilon, epsilon_mode, restart, continuation } = *settings;
         let k = &setup.problem.k;
-        let smoothing = smoothing(setup.options, k)?;
-        let name = setup.options.choice(
-            "mass-metric",
-            &[
-                ("local", MetricName::Local),
-                ("barycentric", MetricName::Barycentric),
-                ("voronoi", MetricName::Voronoi),
-                ("none", MetricName::Unit),
-            ],
-        )?;
+        let smoothing = smoothing(epsilon, epsilon_mode, k)?;
+        let name = match mass_metric {
+            MassMetric::Local => MetricName::Local,
+            MassMetric::Barycentric => MetricName::Barycentric,
+            MassMetric::Voronoi => MetricName::Voronoi,
+            MassMetric::None => MetricName::Unit,
+        };
         let (metric, tau) = Metric::new(name, &setup, smoothing);
         let Metric::Diagonal(d) = metric else {
             unreachable!("all metrics offered above are diagonal")
         };
-        let restart = setup.options.choice(
-            "restart",
-            &[
-                ("adaptive", Restart::Adaptive),
-                ("never", Restart::Never),
-                ("always", Restart::Always),
-            ],
-        )?;
-        let continuation = setup.options.number("continuation", 1.0..)?.unwrap_or(1.0);
         Ok(Fista {
             q: vec![Tangent::ZERO; k.faces()],
             next: setup.start.clone(),

@@ -13,7 +13,7 @@ use crate::operator::bounds::diagonal_above;
 use crate::operator::mass::consistent_inverse;
 use crate::operator::{Cholesky, Operator};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
-use crate::solver::{OptionDescription, Options, Setup};
+use crate::solver::{Setting, Setup};
 
 /// D.
 pub enum Metric {
@@ -22,6 +22,7 @@ pub enum Metric {
     Full(Cholesky),
 }
 
+/// Which of them.
 #[derive(Clone, Copy)]
 pub(super) enum MetricName {
     Barycentric,
@@ -77,27 +78,34 @@ fn linear_step<K: Operator, const M: usize>(problem: &Problem<K, M>, d: &[f64]) 
     if step.is_finite() && step > 0.0 { step } else { 1.0 }
 }
 
-pub(super) const EPSILON: OptionDescription = OptionDescription {
-    key: "epsilon",
-    values: "NUMBER",
-    default: "from the mesh",
-    help: "eps of the smoothing",
-};
+/// The settings `epsilon` and `epsilon-mode`.
+pub(super) fn settings<'a>(
+    epsilon: &'a mut Option<f64>,
+    mode: &'a mut SmoothingMode,
+) -> [Setting<'a>; 2] {
+    [
+        Setting::optional(
+            "epsilon",
+            epsilon,
+            f64::MIN_POSITIVE..,
+            "from the mesh",
+            "eps of the smoothing",
+        ),
+        Setting::choice(
+            "epsilon-mode",
+            mode,
+            "intrinsic: A sqrt(|grad u|^2 + eps); paper: (1/2) sqrt(xi + eps), as printed",
+        ),
+    ]
+}
 
-pub(super) const EPSILON_MODE: OptionDescription = OptionDescription {
-    key: "epsilon-mode",
-    values: "intrinsic|paper",
-    default: "intrinsic",
-    help: "intrinsic: A sqrt(|grad u|^2 + eps); paper: (1/2) sqrt(xi + eps), as printed",
-};
-
-/// The smoothing asked for by the options `epsilon` and `epsilon-mode`.
-pub(super) fn smoothing(options: &Options, k: &impl Operator) -> Result<Smoothing> {
-    let mode = options.choice(
-        "epsilon-mode",
-        &[("intrinsic", SmoothingMode::Intrinsic), ("paper", SmoothingMode::Paper)],
-    )?;
-    match options.number("epsilon", f64::MIN_POSITIVE..)? {
+/// The smoothing with that eps, or one that suits the mesh.
+pub(super) fn smoothing(
+    epsilon: Option<f64>,
+    mode: SmoothingMode,
+    k: &impl Operator,
+) -> Result<Smoothing> {
+    match epsilon {
         Some(epsilon) => Smoothing::new(mode, epsilon),
         None => Ok(Smoothing::default_for(k, mode)),
     }
@@ -131,9 +139,9 @@ mod tests {
         let chessboard = ("chessboard", shape("grid:7x7"));
         for (name, mesh) in zoo().into_iter().chain([chessboard]) {
             let problem = random_problem::<3>(&mesh, 0.1 * mesh.area().sqrt(), 851);
-            let (k, options) = (&problem.k, &Options::default());
+            let k = &problem.k;
             let start = Vec::new();
-            let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options };
+            let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
             for mode in [SmoothingMode::Paper, SmoothingMode::Intrinsic] {
                 let smoothing = Smoothing::default_for(k, mode);
                 // The second derivative of lambda sqrt(x^2 + eps^2) at zero.

@@ -1,32 +1,95 @@
 //! The solvers: one algorithm, one reference, one file; none imports another.
 //!
-//! To add one: write its file with a [`Description`] and an implementation of [`Step`], then name it
-//! in [`DESCRIPTIONS`] and [`build`]. Clock, stopping and samples are those of `run.rs`; a solver only advances.
+//! To add one: write its file, with a [`Description`], typed `Settings` and an implementation of [`Step`], and give it a
+//! line in [`solvers`] below. Clock, stopping and samples are those of `run.rs`; a solver only advances.
 
 mod balance;
-mod chambolle_pock;
-mod douglas_rachford;
-mod fista;
 mod metric;
-mod options;
-mod projected_gradient;
+mod settings;
 mod step;
 
 #[cfg(test)]
 mod tests;
 
 pub use chambolle_pock::Engines;
-pub use douglas_rachford::DouglasRachford;
-pub use fista::Fista;
-pub use options::{OptionDescription, Options};
-pub use projected_gradient::ProjectedGradient;
+pub use settings::{Adjustable, Options, Setting};
 pub use step::{OneByOne, Step};
+
+use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
+
+/// Makes of one line a solver: its module, and its settings as a variant of [`Method`].
+macro_rules! solvers {
+    ($($(#[$attribute:meta])* $Name:ident = mod $module:ident;)*) => {
+        $($(#[$attribute])* pub mod $module;)*
+
+        /// A method with its settings.
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum Method {
+            $($(#[$attribute])* $Name($module::Settings),)*
+        }
+
+        $($(#[$attribute])* impl From<$module::Settings> for Method {
+            fn from(settings: $module::Settings) -> Self {
+                Method::$Name(settings)
+            }
+        })*
+
+        impl Method {
+            /// All methods with their default settings.
+            pub fn all() -> Vec<Self> {
+                vec![$($(#[$attribute])* Method::$Name(Default::default()),)*]
+            }
+
+            pub fn description(&self) -> &'static Description {
+                match self {
+                    $($(#[$attribute])* Method::$Name(_) => &$module::DESCRIPTION,)*
+                }
+            }
+
+            /// Its settings, to be read or changed.
+            pub fn settings(&mut self) -> Vec<Setting<'_>> {
+                match self {
+                    $($(#[$attribute])* Method::$Name(settings) => settings.settings(),)*
+                }
+            }
+
+            /// Back to the default settings.
+            fn reset(&mut self) {
+                match self {
+                    $($(#[$attribute])* Method::$Name(settings) => *settings = Default::default(),)*
+                }
+            }
+
+            /// The solver, ready to advance.
+            ///
+            /// # Errors
+            /// Settings that exclude each other.
+            pub fn build<'a, K: Engines + 'a, const M: usize>(
+                &self,
+                setup: Setup<'_, K, M>,
+            ) -> Built<'a, K, M> {
+                match self {
+                    $($(#[$attribute])* Method::$Name(settings) => $module::build(settings, setup),)*
+                }
+            }
+        }
+    };
+}
+
+solvers! {
+    ChambollePock = mod chambolle_pock;
+    DouglasRachford = mod douglas_rachford;
+    Fista = mod fista;
+    ProjectedGradient = mod projected_gradient;
+    #[cfg(test)]
+    ArrowHurwicz = mod arrow_hurwicz;
+}
 
 /// What runs a method. Most methods implement [`Step`], of which [`OneByOne`] makes a solver; what makes several steps in
 /// one pass implements this.
@@ -76,7 +139,7 @@ pub struct Iterate<'a, const M: usize> {
     pub q: &'a [Tangent<M>],
 }
 
-/// What a solver is built from.
+/// What a solver is built from, beside its settings.
 pub struct Setup<'a, K, const M: usize> {
     pub mesh: &'a Mesh,
     pub problem: &'a Problem<K, M>,
@@ -84,47 +147,67 @@ pub struct Setup<'a, K, const M: usize> {
     pub start: Vec<Row<M>>,
     /// q at the start, |q_j| <= lambda; zero if there is none. Methods without a dual field ignore it.
     pub dual_start: Option<Vec<Tangent<M>>>,
-    pub options: &'a Options,
 }
 
-/// What `meshseg solvers` prints.
+/// What `meshseg solvers` prints of a method, beside its settings.
 pub struct Description {
     pub name: &'static str,
     pub summary: &'static str,
     pub reference: &'static str,
     pub steps: &'static str,
-    pub options: &'static [OptionDescription],
 }
 
-pub const DEFAULT: &str = "chambolle-pock";
+/// A solver, or why there is none.
+pub type Built<'a, K, const M: usize> = Result<Box<dyn Solver<K, M> + 'a>>;
 
-/// All solvers, the default first.
-pub const DESCRIPTIONS: [&Description; 4] = [
-    &chambolle_pock::DESCRIPTION,
-    &douglas_rachford::DESCRIPTION,
-    &fista::DESCRIPTION,
-    &projected_gradient::DESCRIPTION,
-];
-
-/// The description of a solver, or an error that lists the names.
-pub fn describe(name: &str) -> Result<&'static Description> {
-    DESCRIPTIONS.into_iter().find(|description| description.name == name).ok_or_else(|| {
-        let names: Vec<&str> = DESCRIPTIONS.iter().map(|d| d.name).collect();
-        Error::unsuitable(format!("solver {name:?} is unknown; there are {}", names.join(", ")))
-    })
+impl Default for Method {
+    fn default() -> Self {
+        Method::ChambollePock(chambolle_pock::Settings::default())
+    }
 }
 
-/// The solver of that name, ready for its first step.
-pub fn build<'a, K: Engines + 'a, const M: usize>(
-    name: &str,
-    setup: Setup<'_, K, M>,
-) -> Result<Box<dyn Solver<K, M> + 'a>> {
-    setup.options.check(describe(name)?)?;
-    Ok(match name {
-        "projected-gradient" => Box::new(OneByOne::new(ProjectedGradient::new(setup)?)),
-        "fista" => Box::new(OneByOne::new(Fista::new(setup)?)),
-        "chambolle-pock" => chambolle_pock::build(setup)?,
-        "douglas-rachford" => Box::new(OneByOne::new(DouglasRachford::new(setup)?)),
-        _ => unreachable!("every described solver is built here"),
-    })
+impl Method {
+    /// The method of that name with its default settings.
+    ///
+    /// # Errors
+    /// A list of the names, if it is none of them.
+    pub fn named(name: &str) -> Result<Self> {
+        Method::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
+            let names: Vec<&str> = Method::all().iter().map(Method::name).collect();
+            Error::unsuitable(format!("solver {name:?} is unknown; there are {}", names.join(", ")))
+        })
+    }
+
+    /// The method of that name with settings as somebody wrote them.
+    ///
+    /// # Errors
+    /// Which name, key or value is none.
+    pub fn parse(name: &str, options: &Options) -> Result<Self> {
+        let mut method = Method::named(name)?;
+        method.set(options)?;
+        Ok(method)
+    }
+
+    /// Changes settings to those that somebody wrote.
+    ///
+    /// # Errors
+    /// Which key or value is none.
+    pub fn set(&mut self, options: &Options) -> Result<()> {
+        options.apply(self.name(), self.settings())
+    }
+
+    pub fn name(&self) -> &'static str {
+        self.description().name
+    }
+
+    /// The values of the settings that are not those by default, by key.
+    pub fn changed(&self) -> BTreeMap<String, String> {
+        let (mut own, mut default) = (self.clone(), self.clone());
+        default.reset();
+        let pairs = own.settings().into_iter().zip(default.settings());
+        pairs
+            .filter(|(own, default)| own.value() != default.value())
+            .map(|(own, _)| (own.key.to_owned(), own.value()))
+            .collect()
+    }
 }

@@ -12,12 +12,14 @@
 //! point that is not the minimizer, whatever tau. It is kept as the paper's experiment; its certified
 //! gap does not close.
 
-use super::metric::{EPSILON, EPSILON_MODE, Metric, MetricName, descend, smoothing};
-use super::{Description, Iterate, OptionDescription, Setup, Step};
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use super::metric::{Metric, MetricName, descend, settings, smoothing};
+use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, Step};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
-use crate::problem::{NEVER, Problem, Smoothing};
+use crate::problem::{NEVER, Problem, Smoothing, SmoothingMode};
 use crate::prox::project_simplex;
 use crate::sweep::sweep;
 
@@ -26,19 +28,61 @@ pub const DESCRIPTION: Description = Description {
     summary: "the paper's method: gradient steps on the smoothed energy, projected onto the simplex",
     reference: "Delaunoy, Fundana, Prados, Heyden, ICCV 2009, equations (8)-(10)",
     steps: "tau = 1/L, L a closed-form bound of the gradient's Lipschitz constant (convergent below 2/L)",
-    options: &[
-        OptionDescription {
-            key: "mass-metric",
-            values: "barycentric|voronoi|none|consistent",
-            default: "barycentric",
-            help: "D in equation (10); `consistent` does NOT reach the minimizer (the pointwise projection \
-                   is wrong in its metric) and is kept as the paper's experiment",
-        },
-        EPSILON,
-        EPSILON_MODE,
-        OptionDescription { key: "tau", values: "NUMBER", default: "1/L", help: "step length" },
-    ],
 };
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    pub mass_metric: MassMetric,
+    /// eps of the smoothing, above 0; none for one that suits the mesh.
+    pub epsilon: Option<f64>,
+    pub epsilon_mode: SmoothingMode,
+    /// The step length, above 0; none for 1/L.
+    pub tau: Option<f64>,
+}
+
+/// D in equation (10).
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum MassMetric {
+    Barycentric,
+    Voronoi,
+    None,
+    /// Does not reach the minimizer, see above.
+    Consistent,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            mass_metric: MassMetric::Barycentric,
+            epsilon: None,
+            epsilon_mode: SmoothingMode::Intrinsic,
+            tau: None,
+        }
+    }
+}
+
+impl Adjustable for Settings {
+    fn settings(&mut self) -> Vec<Setting<'_>> {
+        let metric = Setting::choice(
+            "mass-metric",
+            &mut self.mass_metric,
+            "D in equation (10); `consistent` does NOT reach the minimizer (the pointwise projection is wrong in its \
+             metric) and is kept as the paper's experiment",
+        );
+        let [epsilon, mode] = settings(&mut self.epsilon, &mut self.epsilon_mode);
+        let tau =
+            Setting::optional("tau", &mut self.tau, f64::MIN_POSITIVE.., "1/L", "step length");
+        vec![metric, epsilon, mode, tau]
+    }
+}
+
+pub fn build<'a, K: Operator + 'a, const M: usize>(
+    settings: &Settings,
+    setup: Setup<'_, K, M>,
+) -> Built<'a, K, M> {
+    Ok(Box::new(OneByOne::new(ProjectedGradient::new(settings, setup)?)))
+}
 
 pub struct ProjectedGradient<const M: usize> {
     u: Vec<Row<M>>,
@@ -51,20 +95,18 @@ pub struct ProjectedGradient<const M: usize> {
 }
 
 impl<const M: usize> ProjectedGradient<M> {
-    pub fn new<K: Operator>(setup: Setup<'_, K, M>) -> Result<Self> {
+    fn new<K: Operator>(settings: &Settings, setup: Setup<'_, K, M>) -> Result<Self> {
+        let Settings { mass_metric, epsilon, epsilon_mode, tau } = *settings;
         let k = &setup.problem.k;
-        let smoothing = smoothing(setup.options, k)?;
-        let name = setup.options.choice(
-            "mass-metric",
-            &[
-                ("barycentric", MetricName::Barycentric),
-                ("voronoi", MetricName::Voronoi),
-                ("none", MetricName::Unit),
-                ("consistent", MetricName::Consistent),
-            ],
-        )?;
+        let smoothing = smoothing(epsilon, epsilon_mode, k)?;
+        let name = match mass_metric {
+            MassMetric::Barycentric => MetricName::Barycentric,
+            MassMetric::Voronoi => MetricName::Voronoi,
+            MassMetric::None => MetricName::Unit,
+            MassMetric::Consistent => MetricName::Consistent,
+        };
         let (metric, bounded) = Metric::new(name, &setup, smoothing);
-        let tau = setup.options.number("tau", f64::MIN_POSITIVE..)?.unwrap_or(bounded);
+        let tau = tau.unwrap_or(bounded);
         let gradient = match metric {
             Metric::Diagonal(_) => Vec::new(),
             Metric::Full(_) => vec![Row::ZERO; k.vertices()],

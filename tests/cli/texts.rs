@@ -1,16 +1,16 @@
 //! What the program says of itself: solvers, help, completions, version.
 
-use meshseg::solver::DESCRIPTIONS;
+use meshseg::solver::Method;
 
 use crate::support::Folder;
 
 #[test]
 fn solvers_and_their_options() {
     let text = Folder::new().done("solvers");
-    for description in DESCRIPTIONS {
-        assert!(text.contains(description.name) && text.contains(description.reference));
-        for option in description.options {
-            assert!(text.contains(&format!("--solver-option {}=", option.key)), "{}", option.key);
+    for mut method in Method::all() {
+        assert!(text.contains(method.name()) && text.contains(method.description().reference));
+        for setting in method.settings() {
+            assert!(text.contains(&format!("--solver-option {}=", setting.key)), "{}", setting.key);
         }
     }
     insta::assert_snapshot!("solvers", text);

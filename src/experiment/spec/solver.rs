@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::mesh::Source;
 use crate::problem::Problem;
 use crate::run::{Stop, time_limit};
-use crate::solver::{self, DESCRIPTIONS, Options, Setup};
+use crate::solver::{Method, Options, Setup};
 
 /// How it is solved.
 #[derive(Clone, Debug)]
@@ -74,10 +74,11 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
             let message = format!("belongs to name = \"{EXTERNAL}\" only");
             return Err(Wrong::at(&given.place, message));
         }
-        let description = match &external {
+        let mut method = match &external {
             Some(_) => None,
-            None => Some(solver::describe(name).map_err(|error| {
-                let known = DESCRIPTIONS.iter().map(|description| description.name);
+            None => Some(Method::named(name).map_err(|error| {
+                let known = Method::all();
+                let known = known.iter().map(Method::name);
                 let meant = did_you_mean(name, known.chain([EXTERNAL]));
                 Wrong::at(place, format!("{error}, {EXTERNAL}{meant}"))
             })?),
@@ -91,19 +92,20 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
             }
             let option = format!("{key}={}", value.value.text());
             Options::parse(&[&option])
-                .and_then(|alone| description.map_or(Ok(()), |known| alone.check(known)))
+                .and_then(|alone| method.as_mut().map_or(Ok(()), |method| method.set(&alone)))
                 .map_err(|error| {
-                    let known = description.iter().flat_map(|known| known.options);
-                    let meant = did_you_mean(key, known.map(|option| option.key));
-                    let meant = if option_is_known(description, key) { "" } else { &meant };
+                    let known = method.iter_mut().flat_map(Method::settings);
+                    let known: Vec<&str> = known.map(|setting| setting.key).collect();
+                    let meant = did_you_mean(key, known.iter().copied());
+                    let meant = if known.contains(&key) { "" } else { &meant };
                     Wrong::at(&value.place, format!("{error}{meant}"))
                 })?;
             options.push((option, &value.place));
         }
         let texts: Vec<&str> = options.iter().map(|(option, _)| option.as_str()).collect();
         let all = Options::parse(&texts).map_err(|error| Wrong::at(place, error.to_string()))?;
-        if external.is_none()
-            && let Err(error) = try_out(name, &all)
+        if let Some(method) = &method
+            && let Err(error) = try_out(method)
         {
             let names = |option: &str| error.to_string().contains(option);
             let blamed = options.iter().find(|(option, _)| names(option));
@@ -147,10 +149,6 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
     group.cells(&table)?.iter().map(|cell| solver(cell)).collect()
 }
 
-fn option_is_known(description: Option<&solver::Description>, key: &str) -> bool {
-    description.is_some_and(|known| known.options.iter().any(|option| option.key == key))
-}
-
 /// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
 fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<External> {
     if let Some(given) = cell.get("coarse-to-fine") {
@@ -174,11 +172,11 @@ fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<Ext
     Ok(External { command: command.to_owned(), limit })
 }
 
-/// Builds the solver for a tiny problem, which finds every value that it refuses.
-fn try_out(name: &str, options: &Options) -> Result<()> {
+/// Builds the solver for a tiny problem, which finds settings that exclude each other.
+fn try_out(method: &Method) -> Result<()> {
     let mesh = Source::parse("torus:5x4")?.mesh()?;
     let start = vec![crate::field::Row([0.5; 2]); mesh.vertices.len()];
     let problem = Problem::new(crate::operator::Stencil::new(&mesh), start.clone(), 1.0);
-    let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options };
-    solver::build(name, setup).map(drop)
+    let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+    method.build(setup).map(drop)
 }

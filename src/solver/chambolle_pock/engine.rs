@@ -1,40 +1,43 @@
 //! The engines of the method, and the one place where an engine and its precision are chosen.
 
 use pulp::Arch;
+use strum::{EnumString, IntoStaticStr, VariantNames};
 
-use super::Method;
 use super::fused::{Fused, Plan, Real};
 use super::rows::Rows;
 use super::steps::Steps;
-use crate::error::{Error, Result};
+use super::{Method, Settings};
+use crate::error::Error;
 use crate::field::{Row, Tangent};
 use crate::operator::{Matrix, Operator, Stencil};
 use crate::problem::Problem;
 use crate::solver::balance::Balance;
-use crate::solver::{OneByOne, Setup, Solver};
+use crate::solver::{Built, OneByOne, Setup};
 use crate::sweep::join;
 
 /// What iterates.
-#[derive(Clone, Copy, PartialEq)]
-enum Engine {
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Engine {
     /// The fused one where the operator has it.
     Auto,
+    /// Several iterations in one blocked pass over memory.
     Fused,
+    /// The readable text, for any operator.
     Rows,
 }
 
 /// Of the iterates; certificates are in double precision.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 pub enum Precision {
+    #[strum(serialize = "f64")]
     Double,
+    #[strum(serialize = "f32")]
     Single,
 }
 
 /// A pair (u, q), where q is zero if there is none.
 type Pair<const M: usize> = (Vec<Row<M>>, Option<Vec<Tangent<M>>>);
-
-/// A solver, or why there is none.
-type Built<'a, K, const M: usize> = Result<Box<dyn Solver<K, M> + 'a>>;
 
 /// The engines that an operator has beside the rows, which are for all.
 pub trait Engines: Operator + Sized {
@@ -44,12 +47,12 @@ pub trait Engines: Operator + Sized {
     /// The fused engine, of a method that is made for the pair from which it starts.
     ///
     /// # Errors
-    /// That of the method; or that there is none, for operators of which nothing is known but their rows.
+    /// That there is none, for operators of which nothing is known but their rows.
     fn fused<'a, const M: usize>(
         _problem: &Problem<Self, M>,
         _start: Pair<M>,
         _precision: Precision,
-        _method: impl FnOnce(&Pair<M>) -> Result<Method<M>> + Send,
+        _method: impl FnOnce(&Pair<M>) -> Method<M> + Send,
     ) -> Built<'a, Self, M>
     where
         Self: 'a,
@@ -69,11 +72,11 @@ impl Engines for Stencil {
         problem: &Problem<Self, M>,
         start: Pair<M>,
         precision: Precision,
-        method: impl FnOnce(&Pair<M>) -> Result<Method<M>> + Send,
+        method: impl FnOnce(&Pair<M>) -> Method<M> + Send,
     ) -> Built<'a, Self, M> {
         Ok(match precision {
-            Precision::Double => Box::new(planned::<f64, M>(problem, start, method)?),
-            Precision::Single => Box::new(planned::<f32, M>(problem, start, method)?),
+            Precision::Double => Box::new(planned::<f64, M>(problem, start, method)),
+            Precision::Single => Box::new(planned::<f32, M>(problem, start, method)),
         })
     }
 }
@@ -82,27 +85,24 @@ impl Engines for Stencil {
 fn planned<T: Real, const M: usize>(
     problem: &Problem<Stencil, M>,
     start: Pair<M>,
-    method: impl FnOnce(&Pair<M>) -> Result<Method<M>> + Send,
-) -> Result<Fused<T, M>> {
+    method: impl FnOnce(&Pair<M>) -> Method<M> + Send,
+) -> Fused<T, M> {
     let plan = || Plan::new::<T, M>(&problem.k, Arch::new());
     let (method, plan) = join(|| method(&start), plan);
     let (u, q) = start;
-    Ok(Fused::new(problem, u, q, method?, plan))
+    Fused::new(problem, u, q, method, plan)
 }
 
-/// The solver in the engine and the precision that the options ask for.
-pub fn build<'a, K: Engines + 'a, const M: usize>(setup: Setup<'_, K, M>) -> Built<'a, K, M> {
-    let Setup { problem, options, start: u, dual_start: q, .. } = setup;
-    let engine = options.choice(
-        "engine",
-        &[("auto", Engine::Auto), ("fused", Engine::Fused), ("rows", Engine::Rows)],
-    )?;
-    let precision =
-        options.choice("precision", &[("f64", Precision::Double), ("f32", Precision::Single)])?;
-    let rho = options.number("rho", f64::MIN_POSITIVE..2.0)?.unwrap_or(1.9);
+/// The solver in the engine and the precision that are asked for.
+pub fn build<'a, K: Engines + 'a, const M: usize>(
+    settings: &Settings,
+    setup: Setup<'_, K, M>,
+) -> Built<'a, K, M> {
+    let Settings { steps, rho, step_ratio, balance, engine, precision } = *settings;
+    let Setup { problem, start: u, dual_start: q, .. } = setup;
     let method = |(u, q): &Pair<M>| {
-        let balance = Balance::new(options, u, q.as_ref())?;
-        Ok(Method { steps: Steps::new(problem, options)?, balance, rho })
+        let balance = Balance::new(balance, u, q.as_ref());
+        Method { steps: Steps::new(problem, steps, step_ratio), balance, rho }
     };
     let start = (u, q);
     let fused = engine == Engine::Fused || engine == Engine::Auto && K::IS_FUSED;
@@ -112,7 +112,7 @@ pub fn build<'a, K: Engines + 'a, const M: usize>(setup: Setup<'_, K, M>) -> Bui
             "solver options engine=rows and precision=f32 exclude each other: rows are in double precision",
         )),
         (false, Precision::Double) => {
-            let method = method(&start)?;
+            let method = method(&start);
             let (u, q) = start;
             let q = q.unwrap_or_else(|| vec![Tangent::ZERO; problem.k.faces()]);
             Ok(Box::new(OneByOne::new(Rows { u_bar: u.clone(), u, q, method })))

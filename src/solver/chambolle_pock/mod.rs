@@ -19,11 +19,13 @@ mod fused;
 mod rows;
 mod steps;
 
-pub use engine::{Engines, build};
+pub use engine::{Engine, Engines, Precision, build};
+pub use steps::Rule;
 use steps::Steps;
 
 use super::balance::Balance;
-use super::{Description, Iterate, OptionDescription};
+pub use super::balance::Balancing;
+use super::{Adjustable, Description, Iterate, Setting};
 use crate::operator::Operator;
 use crate::problem::Problem;
 
@@ -32,45 +34,67 @@ pub const DESCRIPTION: Description = Description {
     summary: "over-relaxed primal-dual method with steps fitted face by face; exact energy, no smoothing",
     reference: "Chambolle, Pock 2011; relaxation: Condat 2013; diagonal steps: Pock, Chambolle 2011",
     steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
-    options: &[
-        OptionDescription {
-            key: "steps",
-            values: "local|diagonal|plain",
-            default: "local",
-            help: "face by face; row and column sums of |K|; one number from ||K||",
-        },
-        OptionDescription {
-            key: "rho",
-            values: "NUMBER",
-            default: "1.9",
-            help: "relaxation, above 0 and below 2",
-        },
-        OptionDescription {
-            key: "step-ratio",
-            values: "NUMBER",
-            default: "1.5",
-            help: "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
-        },
-        OptionDescription {
-            key: "balance",
-            values: "adaptive|fixed",
-            default: "adaptive",
-            help: "whether omega follows the lengths of the primal and dual moves, or stays",
-        },
-        OptionDescription {
-            key: "engine",
-            values: "auto|fused|rows",
-            default: "auto",
-            help: "one blocked pass over memory (what auto takes where it can), or the readable text",
-        },
-        OptionDescription {
-            key: "precision",
-            values: "f64|f32",
-            default: "f64",
-            help: "of the iterates; f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are f64",
-        },
-    ],
 };
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    pub steps: Rule,
+    /// Relaxation, above 0 and below 2.
+    pub rho: f64,
+    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
+    pub step_ratio: f64,
+    pub balance: Balancing,
+    pub engine: Engine,
+    pub precision: Precision,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            steps: Rule::Local,
+            rho: 1.9,
+            step_ratio: 1.5,
+            balance: Balancing::Adaptive,
+            engine: Engine::Auto,
+            precision: Precision::Double,
+        }
+    }
+}
+
+impl Adjustable for Settings {
+    fn settings(&mut self) -> Vec<Setting<'_>> {
+        vec![
+            Setting::choice(
+                "steps",
+                &mut self.steps,
+                "face by face; row and column sums of |K|; one number from ||K||",
+            ),
+            Setting::number(
+                "rho",
+                &mut self.rho,
+                f64::MIN_POSITIVE..2.0,
+                "relaxation, above 0 and below 2",
+            ),
+            Setting::number(
+                "step-ratio",
+                &mut self.step_ratio,
+                f64::MIN_POSITIVE..,
+                "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
+            ),
+            self.balance.setting(),
+            Setting::choice(
+                "engine",
+                &mut self.engine,
+                "one blocked pass over memory (what auto takes where it can), or the readable text",
+            ),
+            Setting::choice(
+                "precision",
+                &mut self.precision,
+                "of the iterates; f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are f64",
+            ),
+        ]
+    }
+}
 
 /// What the engines need beside their fields.
 pub struct Method<const M: usize> {

@@ -8,16 +8,18 @@
 //!
 //! omega starts at 1.5 lambda, or less if the costs need less.
 
-use crate::error::Result;
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use crate::operator::Operator;
 use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
 use crate::problem::Problem;
-use crate::solver::Options;
 use crate::solver::balance::dual_scale;
 use crate::sweep::collect;
 
-#[derive(Clone, Copy)]
-enum Rule {
+/// How long the steps are.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Rule {
     Local,
     Diagonal,
     Plain,
@@ -35,16 +37,12 @@ pub struct Steps {
 impl Steps {
     pub fn new<K: Operator, const M: usize>(
         problem: &Problem<K, M>,
-        options: &Options,
-    ) -> Result<Self> {
-        let rule = options.choice(
-            "steps",
-            &[("local", Rule::Local), ("diagonal", Rule::Diagonal), ("plain", Rule::Plain)],
-        )?;
-        let ratio = options.number("step-ratio", f64::MIN_POSITIVE..)?.unwrap_or(1.5);
+        rule: Rule,
+        ratio: f64,
+    ) -> Self {
         let omega = ratio * dual_scale(problem);
         let (sigma, tau) = step_lengths(&problem.k, rule, omega);
-        Ok(Steps { sigma, tau, omega, ratio })
+        Steps { sigma, tau, omega, ratio }
     }
 
     /// How large q is expected to become.
@@ -120,10 +118,10 @@ mod tests {
     use crate::operator::Stencil;
     use crate::samples::{largest_curvature, random_problem, shape, zoo};
 
-    const RULES: [&str; 3] = ["steps=local", "steps=diagonal", "steps=plain"];
+    const RULES: [Rule; 3] = [Rule::Local, Rule::Diagonal, Rule::Plain];
 
-    fn steps(problem: &Problem<Stencil, 3>, rule: &str) -> Steps {
-        Steps::new(problem, &Options::parse(&[rule]).unwrap()).unwrap()
+    fn steps(problem: &Problem<Stencil, 3>, rule: Rule) -> Steps {
+        Steps::new(problem, rule, 1.5)
     }
 
     /// || Sigma^1/2 K T^1/2 || <= 1, without which the method need not converge, whatever omega becomes.
@@ -138,7 +136,7 @@ mod tests {
                     steps.set_omega(factor * omega);
                     let Steps { sigma, tau, .. } = &steps;
                     let largest = largest_curvature(&problem.k, |j| sigma[j], |v| 1.0 / tau[v]);
-                    assert!(largest <= 1.0 + 1e-10, "{name}, {rule}: {largest}");
+                    assert!(largest <= 1.0 + 1e-10, "{name}, {rule:?}: {largest}");
                 }
             }
         }

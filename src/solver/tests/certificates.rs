@@ -1,6 +1,6 @@
 //! Energies and bounds bracket the known optimum at every sample, and the certificate is reached.
 
-use super::{CONSISTENT, EXACT, FISTA, VARIANTS, run, solver, uniform};
+use super::{CONSISTENT, exact, run, solver, uniform, variants, variants_of};
 use crate::mesh::Mesh;
 use crate::run::Status;
 use crate::samples::{bumpy, disjoint, flipped, known_optimum, needles, non_manifold, shape};
@@ -23,7 +23,7 @@ fn assert_bracketed<const M: usize>(mesh: &Mesh, name: &str, m: usize, cost: f64
     let known = known_optimum::<M>(mesh, m, lambda, cost, 61);
     let slack = 1e-12 * known.problem.spread();
     let optimum = known.problem.baseline + known.energy;
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let start = uniform(mesh.vertices.len(), m);
         let mut solver = solver(variant, mesh, &known.problem, start);
         let (run, status) = run(&mut *solver, &known.problem, 0.0, iterations);
@@ -74,9 +74,9 @@ fn exact_methods_reach_the_optimum() {
 
 fn reach<const M: usize>(mesh: &Mesh, name: &str, m: usize) {
     let known = known_optimum::<M>(mesh, m, 0.05 * mesh.area().sqrt(), 1.0, 62);
-    for variant in &VARIANTS[EXACT] {
+    for variant in exact() {
         let start = uniform(mesh.vertices.len(), m);
-        let mut solver = solver(*variant, mesh, &known.problem, start);
+        let mut solver = solver(variant, mesh, &known.problem, start);
         let (run, status) = run(&mut *solver, &known.problem, 1e-6, 100_000);
         assert_eq!(
             status,
@@ -94,8 +94,8 @@ fn reach<const M: usize>(mesh: &Mesh, name: &str, m: usize) {
 fn smoothed_methods_end_within_their_bias() {
     let mesh = bumpy(8);
     let known = known_optimum::<3>(&mesh, 3, 0.05, 1.0, 63);
-    for variant in &VARIANTS[FISTA] {
-        let mut solver = solver(*variant, &mesh, &known.problem, uniform(mesh.vertices.len(), 3));
+    for variant in variants_of("fista") {
+        let mut solver = solver(variant, &mesh, &known.problem, uniform(mesh.vertices.len(), 3));
         let (run, _) = run(&mut *solver, &known.problem, 0.0, 20_000);
         let smoothing = solver.smoothing().unwrap();
         let bias: f64 = (0..mesh.faces.len())

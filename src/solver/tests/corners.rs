@@ -1,15 +1,16 @@
 //! Corners of the problem: no total variation, nothing but it, isolated vertices, what is no number.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 
-use super::{CONSISTENT, EXACT, VARIANTS, run, solver, uniform};
+use super::{CONSISTENT, exact, run, solver, uniform, variants};
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::{Problem, rounded};
 use crate::regions::close_from;
 use crate::run::{Run, Status, Stop};
 use crate::samples::{bumpy, disjoint, random_problem, shape, with_isolated_vertices};
-use crate::solver::{DESCRIPTIONS, Options, Setup, build, describe};
+use crate::solver::{Method, Options, chambolle_pock};
 
 /// lambda = 0: every vertex for itself, argmin f, with a gap of exactly nothing.
 #[test]
@@ -17,7 +18,7 @@ fn without_variation_the_cheapest_region_wins() {
     for mesh in [bumpy(7), bumpy(7).scaled(1e-4), bumpy(7).scaled(1e4)] {
         let problem = random_problem::<4>(&mesh, 0.0, 91);
         let cheapest: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-        for variant in VARIANTS {
+        for variant in variants() {
             let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 4));
             let (run, status) = run(&mut *solver, &problem, 0.0, 2_000);
             assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
@@ -40,8 +41,8 @@ fn nothing_but_variation_gives_constants() {
             sum.min()
         })
         .sum();
-    for variant in &VARIANTS[EXACT] {
-        let mut solver = solver(*variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+    for variant in exact() {
+        let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
         let (run, status) = run(&mut *solver, &problem, 1e-6, 100_000);
         assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
         assert!((run.energy() - best).abs() <= 2e-6 * best.abs(), "{variant:?}");
@@ -62,7 +63,7 @@ fn isolated_vertices_do_no_harm() {
     f.insert(0, Row::ZERO);
     f.push(Row::ZERO);
     let padded = Problem::new(Stencil::new(&mesh), f, problem.lambda);
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let mut alone = solver(variant, &bare, &problem, uniform(bare.vertices.len(), 3));
         let mut among = solver(variant, &mesh, &padded, uniform(mesh.vertices.len(), 3));
         let (expected, _) = run(&mut *alone, &problem, 0.0, 100);
@@ -80,7 +81,7 @@ fn closed_regions_stay_empty() {
     let mesh = bumpy(6).scaled(1e-4);
     let mut problem = random_problem::<12>(&mesh, 0.02 * mesh.area().sqrt(), 94);
     close_from(9, &mut problem.f);
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 9));
         for n in 1..=30 {
             solver.advance(&problem, 1 + n % 4, &mut || true);
@@ -100,7 +101,7 @@ fn closed_regions_stay_empty() {
 #[test]
 fn what_is_no_number_ends_the_run() {
     let mesh = bumpy(6);
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let mut problem = random_problem::<3>(&mesh, 0.05, 95);
         let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
         let mut run = Run::new(solver.iterate().u);
@@ -121,7 +122,7 @@ fn a_run_without_numbers_returns_its_start() {
     let mut problem = random_problem::<3>(&mesh, 0.05, 96);
     problem.f[2].0[0] = f64::NAN;
     let start = uniform::<3>(mesh.vertices.len(), 3);
-    for variant in VARIANTS {
+    for variant in variants() {
         let mut solver = solver(variant, &mesh, &problem, start.clone());
         let (run, status) = run(&mut *solver, &problem, 1e-3, 100);
         assert_eq!((status, run.iterations()), (Status::Diverged, 0), "{variant:?}");
@@ -150,32 +151,47 @@ fn too_long_a_step_is_no_disaster() {
 
 #[test]
 fn every_solver_is_described_and_refuses_what_it_does_not_know() {
-    let mesh = bumpy(3);
-    let problem = random_problem::<3>(&mesh, 0.05, 98);
     let refusal = |name: &str, option: &str| {
         let options = Options::parse(&[option]).unwrap();
-        let start = uniform(mesh.vertices.len(), 3);
-        let setup =
-            Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options: &options };
-        match build(name, setup) {
-            Ok(_) => panic!("{name} takes {option}"),
-            Err(error) => error.to_string(),
-        }
+        Method::parse(name, &options).unwrap_err().to_string()
     };
-    for description in DESCRIPTIONS {
-        assert_eq!(describe(description.name).unwrap().name, description.name);
-        let message = refusal(description.name, "no-such-key=1");
+    for method in Method::all() {
+        let name = method.name();
+        assert_eq!(Method::named(name).unwrap(), method);
+        let keys: Vec<&str> = method.clone().settings().iter().map(|setting| setting.key).collect();
+        let message = refusal(name, "no-such-key=1");
         assert!(message.contains("no-such-key") && !message.contains('\n'), "{message}");
-        assert!(description.options.iter().all(|option| message.contains(option.key)), "{message}");
-        for option in description.options {
+        assert!(keys.iter().all(|key| message.contains(key)), "{message}");
+        for key in keys {
             for value in ["", "nonsense", "nan", "-1"] {
-                let message = refusal(description.name, &format!("{}={value}", option.key));
-                assert!(message.contains(option.key) && !message.contains('\n'), "{message}");
+                let message = refusal(name, &format!("{key}={value}"));
+                assert!(message.contains(key) && !message.contains('\n'), "{message}");
             }
         }
     }
     let message = refusal("simplex", "rho=1");
-    assert!(DESCRIPTIONS.iter().all(|d| message.contains(d.name)) && !message.contains('\n'));
+    assert!(Method::all().iter().all(|m| message.contains(m.name())) && !message.contains('\n'));
+}
+
+/// What is written as text is read as it was, whatever the kind of the setting, and only what differs is said to.
+#[test]
+fn settings_survive_the_way_through_text() {
+    for mut method in Method::all() {
+        assert!(method.changed().is_empty());
+        let texts: Vec<String> = (method.settings().iter())
+            .map(|setting| match setting.values().as_str() {
+                "NUMBER" => format!("{}=1.25", setting.key),
+                names => format!("{}={}", setting.key, names.split('|').next_back().unwrap()),
+            })
+            .filter(|text| text != "ratio=1.25")
+            .collect();
+        let changed = Method::parse(method.name(), &Options::parse(&texts).unwrap()).unwrap();
+        let said: Vec<String> =
+            changed.changed().iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let again = Method::parse(method.name(), &Options::parse(&said).unwrap()).unwrap();
+        assert_eq!(changed, again);
+        assert_eq!(BTreeSet::from_iter(said), BTreeSet::from_iter(texts));
+    }
 }
 
 #[test]
@@ -185,8 +201,10 @@ fn options_are_pairs_and_come_once() {
         assert!(message.contains("rho") && !message.contains('\n'), "{message}");
     }
     let options = Options::parse(&[" rho = 1.25 "]).unwrap();
-    assert_eq!(options.number("rho", 0.0..2.0).unwrap(), Some(1.25));
-    assert_eq!(options.number("tau", 0.0..).unwrap(), None);
-    let message = options.number("rho", 1.5..=2.0).unwrap_err().to_string();
-    assert_eq!(message, "solver option rho=1.25: must be a number from 1.5 up to 2");
+    let method = Method::parse("chambolle-pock", &options).unwrap();
+    let expected = chambolle_pock::Settings { rho: 1.25, ..Default::default() };
+    assert_eq!(method, expected.into());
+    let message = Method::parse("chambolle-pock", &Options::parse(&["rho=2"]).unwrap());
+    let message = message.unwrap_err().to_string();
+    assert_eq!(message, "solver option rho=2: must be a number above 0 below 2");
 }

@@ -1,8 +1,6 @@
 //! What is particular to one method: feasibility, momentum, the metric that misleads.
 
-use super::{
-    CONSISTENT, EXACT, PROJECTED_GRADIENT, VARIANTS, after, run, solver, solver_from, uniform,
-};
+use super::{CONSISTENT, after, exact, run, solver, solver_from, uniform, variants, variants_of};
 use crate::field::Row;
 use crate::operator::{Adjoint, Operator};
 use crate::problem::NEVER;
@@ -17,7 +15,7 @@ fn iterates_are_feasible() {
     for mesh in [bumpy(8), needles(4, 1e-6), shape("sphere:2").scaled(1e4)] {
         let problem = random_problem::<7>(&mesh, 0.02 * mesh.area().sqrt(), 81);
         let start = random_labels(mesh.vertices.len(), 7, &mut rng(82));
-        for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        for variant in variants().chain([CONSISTENT]) {
             let mut solver = solver(variant, &mesh, &problem, start.clone());
             for steps in [1, 7, 2, 16, 3, 25] {
                 // Whoever says no after some steps gets one more.
@@ -66,8 +64,8 @@ fn fista_without_momentum_is_projected_gradient() {
 fn projected_gradient_descends() {
     for mesh in [bumpy(8), needles(4, 1e-3), shape("sphere:2").scaled(1e-4)] {
         let problem = random_problem::<3>(&mesh, 0.05 * mesh.area().sqrt(), 85);
-        for variant in &VARIANTS[PROJECTED_GRADIENT] {
-            let mut solver = solver(*variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
+        for variant in variants_of("projected-gradient") {
+            let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 3));
             let smoothing = solver.smoothing().unwrap();
             let mut before = problem.smoothed_energy(solver.iterate().u, smoothing);
             let first = before;
@@ -111,8 +109,8 @@ fn the_consistent_metric_misses_the_minimizer() {
 fn the_optimum_is_a_fixed_point() {
     let mesh = shape("torus:12x8");
     let known = known_optimum::<3>(&mesh, 3, 0.05, 1.0, 87);
-    for variant in &VARIANTS[EXACT] {
-        let mut solver = solver(*variant, &mesh, &known.problem, known.u.clone());
+    for variant in exact() {
+        let mut solver = solver(variant, &mesh, &known.problem, known.u.clone());
         let (run, _) = run(&mut *solver, &known.problem, 1e-9, 50_000);
         assert!(run.trace.len() > 2);
         assert!((run.energy() - known.energy).abs() <= 1e-12 * known.problem.spread());
@@ -125,9 +123,9 @@ fn a_saddle_point_stays() {
     for mesh in [shape("torus:12x8"), bumpy(7).scaled(1e4), needles(4, 1e-4).scaled(1e-4)] {
         let lambda = 0.05 * mesh.area().sqrt();
         let known = known_optimum::<3>(&mesh, 3, lambda, 1.0, 89);
-        for variant in &VARIANTS[EXACT] {
+        for variant in exact() {
             let start = (known.u.clone(), Some(known.q.clone()));
-            let mut solver = solver_from(*variant, &mesh, &known.problem, start);
+            let mut solver = solver_from(variant, &mesh, &known.problem, start);
             let (u, q) = after(&mut *solver, &known.problem, 25);
             for (u, w) in u.into_iter().zip(&known.u) {
                 assert!((u - *w).max_abs() <= 1e-8, "{variant:?}: {u:?} {w:?}");
@@ -143,11 +141,11 @@ fn costs_may_change_before_a_restart() {
     let mesh = bumpy(8);
     let mut before = known_optimum::<3>(&mesh, 3, 0.1, 7.0, 90).problem;
     let known = known_optimum::<3>(&mesh, 3, 0.02, 1.0, 91);
-    for variant in &VARIANTS[EXACT] {
+    for variant in exact() {
         let first = random_problem::<3>(&mesh, 0.1, 92);
         (before.f, before.lambda) = (first.f, first.lambda);
         let start = uniform(mesh.vertices.len(), 3);
-        let mut solver = solver(*variant, &mesh, &before, start);
+        let mut solver = solver(variant, &mesh, &before, start);
         after(&mut *solver, &before, 40);
         (before.f, before.lambda) = (known.problem.f.clone(), known.problem.lambda);
         solver.restart(&before);

@@ -5,36 +5,50 @@ mod corners;
 mod methods;
 mod sameness;
 
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::Problem;
 use crate::run::{Run, Status, Stop};
-use crate::solver::{Engines, Options, Setup, Solver, build};
+use crate::solver::{Engines, Method, Options, Setup, Solver};
 
-/// Every method, in each variant that converges to a minimizer.
-const VARIANTS: [(&str, &[&str]); 10] = [
-    ("chambolle-pock", &[]),
+/// A method by its name, and settings that are not those by default.
+type Variant = (&'static str, &'static [&'static str]);
+
+/// What converges to a minimizer with other settings as well.
+const MORE: [Variant; 6] = [
     ("chambolle-pock", &["steps=diagonal"]),
     ("chambolle-pock", &["steps=plain"]),
-    ("douglas-rachford", &[]),
     ("douglas-rachford", &["inner=cholesky"]),
-    ("fista", &[]),
     ("fista", &["mass-metric=barycentric", "continuation=100"]),
     ("fista", &["mass-metric=voronoi", "epsilon-mode=paper", "restart=never"]),
-    ("projected-gradient", &[]),
     ("projected-gradient", &["mass-metric=none", "epsilon-mode=paper"]),
 ];
 
-/// Those of [`VARIANTS`] without smoothing, which reach E* itself.
-const EXACT: Range<usize> = 0..5;
-const FISTA: Range<usize> = 5..8;
-const PROJECTED_GRADIENT: Range<usize> = 8..10;
+/// Every method, in each variant that converges to a minimizer.
+fn variants() -> impl Iterator<Item = Variant> {
+    let methods = Method::all().into_iter();
+    methods.map(|method| (method.name(), &[] as &[&str])).chain(MORE)
+}
+
+/// Those without smoothing, which reach E* itself.
+fn exact() -> impl Iterator<Item = Variant> {
+    let is_exact = |name: &str| {
+        let mut method = Method::named(name).unwrap();
+        method.settings().iter().all(|setting| setting.key != "epsilon")
+    };
+    variants().filter(move |(name, _)| is_exact(name))
+}
+
+/// Those of one method.
+fn variants_of(name: &str) -> impl Iterator<Item = Variant> {
+    variants().filter(move |variant| variant.0 == name)
+}
 
 /// The one that does not.
-const CONSISTENT: (&str, &[&str]) = ("projected-gradient", &["mass-metric=consistent"]);
+const CONSISTENT: Variant = ("projected-gradient", &["mass-metric=consistent"]);
 
 fn solver<'a, K: Engines + 'a, const M: usize>(
     variant: (&str, &[&str]),
@@ -52,8 +66,8 @@ fn solver_from<'a, K: Engines + 'a, const M: usize>(
     problem: &Problem<K, M>,
     (start, dual_start): (Vec<Row<M>>, Option<Vec<Tangent<M>>>),
 ) -> Box<dyn Solver<K, M> + 'a> {
-    let options = Options::parse(options).unwrap();
-    build(name, Setup { mesh, problem, start, dual_start, options: &options }).unwrap()
+    let method = Method::parse(name, &Options::parse(options).unwrap()).unwrap();
+    method.build(Setup { mesh, problem, start, dual_start }).unwrap()
 }
 
 /// 1/m in the first m regions.

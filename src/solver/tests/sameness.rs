@@ -1,6 +1,6 @@
 //! What must not matter: the operator's form, the order of the regions, the number of threads.
 
-use super::{CONSISTENT, VARIANTS, after, solver, uniform};
+use super::{CONSISTENT, after, solver, uniform, variants};
 use crate::field::{Row, Tangent};
 use crate::operator::{Matrix, Stencil};
 use crate::problem::Problem;
@@ -18,7 +18,7 @@ fn stencil_and_matrix_give_the_same_iterates() {
         let fast: Problem<Stencil, 3> = random_problem(&mesh, 0.03 * mesh.area().sqrt(), 71);
         let slow = Problem::new(Matrix::new(&mesh), fast.f.clone(), fast.lambda);
         let start = random_labels::<3>(n, 3, &mut rng(72));
-        for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+        for variant in variants().chain([CONSISTENT]) {
             let (u, q) = after(&mut *solver(variant, &mesh, &fast, start.clone()), &fast, 30);
             let (w, r) = after(&mut *solver(variant, &mesh, &slow, start.clone()), &slow, 30);
             let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
@@ -43,7 +43,7 @@ fn permuting_regions_permutes_columns() {
     let problem = random_problem::<5>(&mesh, 0.05 * mesh.area().sqrt(), 73);
     let other = Problem::new(Stencil::new(&mesh), permuted(&problem.f, order), problem.lambda);
     let start = random_labels::<5>(mesh.vertices.len(), 5, &mut rng(74));
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let (u, _) = after(&mut *solver(variant, &mesh, &problem, start.clone()), &problem, 30);
         let begin = permuted(&start, order);
         let (w, _) = after(&mut *solver(variant, &mesh, &other, begin), &other, 30);
@@ -58,7 +58,7 @@ fn permuting_regions_permutes_columns() {
 fn the_number_of_threads_does_not_matter() {
     let mesh = shape("torus:90x60");
     let problem = random_problem::<3>(&mesh, 0.02, 75);
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let bits = |threads: usize| -> (Vec<u64>, [u64; 2]) {
             with_threads(Some(threads), || {
                 let start = uniform(mesh.vertices.len(), 3);
@@ -115,7 +115,7 @@ fn closed_regions_take_no_part() {
     close_from(5, &mut f);
     let padded = Problem::new(Stencil::new(&mesh), f, problem.lambda);
     let start = random_labels::<5>(mesh.vertices.len(), 5, &mut rng(78));
-    for variant in VARIANTS.into_iter().chain([CONSISTENT]) {
+    for variant in variants().chain([CONSISTENT]) {
         let (u, _) = after(&mut *solver(variant, &mesh, &problem, start.clone()), &problem, 30);
         let (w, _) = after(&mut *solver(variant, &mesh, &padded, wide(&start)), &padded, 30);
         for (u, w) in wide(&u).into_iter().zip(w) {

@@ -6,7 +6,7 @@ use pulp::Arch;
 
 use super::super::Method;
 use super::super::rows::Rows;
-use super::super::steps::Steps;
+use super::super::steps::{Rule, Steps};
 use super::lanes::Real;
 use super::pass::DEEPEST;
 use super::{Fused, Plan};
@@ -20,17 +20,16 @@ use crate::samples::{
     assert_within, bumpy, random_dual, random_labels, random_problem, rng, shape,
     with_isolated_vertices, zoo,
 };
-use crate::solver::balance::Balance;
-use crate::solver::{OneByOne, Options, Solver};
+use crate::solver::balance::{Balance, Balancing};
+use crate::solver::{OneByOne, Solver};
 use crate::sweep::with_threads;
 
 type State<const M: usize> = (Vec<Row<M>>, Vec<Tangent<M>>);
 
 fn method<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Method<M> {
-    let options = Options::default();
     Method {
-        steps: Steps::new(problem, &options).unwrap(),
-        balance: Balance::new(&options, &start.0, Some(&start.1)).unwrap(),
+        steps: Steps::new(problem, Rule::Local, 1.5),
+        balance: Balance::new(Balancing::Adaptive, &start.0, Some(&start.1)),
         rho: 1.9,
     }
 }
