@@ -24,6 +24,7 @@ environment:
 lint:
 	cargo fmt --all --check
 	cargo clippy --release --locked --all-targets -- -D warnings
+	cargo clippy --release --locked --no-default-features --lib -- -D warnings
 
 bench:
 	cargo bench --locked
