@@ -25,6 +25,7 @@ lint:
 	cargo fmt --all --check
 	rustfmt --edition 2024 --check src/solver/*.rs src/solver/chambolle_pock/mod.rs
 	cargo clippy --release --locked --all-targets -- -D warnings
+	cargo clippy --release --locked --no-default-features --lib -- -D warnings
 
 bench:
 	cargo bench --locked

@@ -20,6 +20,9 @@
 //!
 //! One convex problem: [`solve::solve`]. Data to regions: [`segment::segment`]. Any U, scored:
 //! [`evaluate::evaluate`]. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
+//!
+//! The feature `experiments` adds pictures, figures, folders of results, exchange and experiments; `cli` the program.
+//! Nothing here sets what is of the whole process, and all threads are those of [`sweep::with_threads`].
 
 pub mod certificate;
 pub mod coarse;
@@ -29,25 +32,31 @@ pub mod costs;
 pub mod data;
 pub mod error;
 pub mod evaluate;
+#[cfg(feature = "experiments")]
 pub mod exchange;
+#[cfg(feature = "experiments")]
 pub mod experiment;
 pub mod field;
+#[cfg(feature = "experiments")]
 pub mod figure;
 pub mod file;
+#[cfg(feature = "experiments")]
 mod font;
-#[cfg(target_os = "linux")]
+#[cfg(all(feature = "cli", target_os = "linux"))]
 pub mod memory;
 pub mod mesh;
 pub mod misfit;
 pub mod npy;
 mod one_line;
 pub mod operator;
-mod optics;
+pub mod optics;
+#[cfg(feature = "experiments")]
 pub mod outcome;
 pub mod problem;
 pub mod prox;
 pub mod regions;
 pub mod remarks;
+#[cfg(feature = "experiments")]
 pub mod render;
 pub mod request;
 pub mod run;

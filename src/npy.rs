@@ -32,27 +32,21 @@ pub fn read_rows(path: &Path) -> Result<Array2<f64>> {
 }
 
 /// The array of a file, or of an entry of an `.npz` file, that was read already.
-pub(crate) fn numbers<D: Dimension>(
-    path: &Path,
-    bytes: &[u8],
-) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
+pub fn numbers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.numbers(path, bytes)
 }
 
 /// The same of integers, of any width.
-pub(crate) fn integers<D: Dimension>(
-    path: &Path,
-    bytes: &[u8],
-) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
+pub fn integers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.integers(path, bytes)
 }
 
 /// What stands in an array of one byte string, without the zeros at its end.
-pub(crate) fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
+pub fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
     let header = Header::of(path, bytes)?;
     if !header.element.starts_with("|S") || !header.shape.is_empty() {
         return Err(Error::malformed(path, "is not a byte string"));

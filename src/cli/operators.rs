@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use meshseg::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use meshseg::mesh::source;
-use meshseg::operator::{Matrix, export, mass};
+use meshseg::operator::{Matrix, export, mass, npz};
 use meshseg::solve::model_mesh;
 use meshseg::{Result, file, npy};
 use sprs::CsMat;
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     file::write_folder(&arguments.out, |folder: &Path| -> Result<()> {
         for (name, matrix) in &matrices {
             export::write_matrix_market(&folder.join(format!("{name}.mtx")), matrix)?;
-            export::write_npz(&folder.join(format!("{name}.npz")), matrix)?;
+            npz::write_npz(&folder.join(format!("{name}.npz")), matrix)?;
         }
         let areas: Vec<f64> = (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect();
         npy::write(&folder.join("face_areas.npy"), &ndarray::Array1::from(areas))

@@ -29,7 +29,7 @@ use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::mesh::order::Order;
 use crate::npy;
-use crate::operator::export::ByteString;
+use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
 use crate::problem::NEVER;
 use crate::regions::{self, with_regions};

@@ -1,17 +1,22 @@
 //! T = L L^T by faer: factored once, solved for all regions at once.
 
-use faer::linalg::solvers::Solve;
-
-use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::sparse::linalg::solvers::Llt;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::cholesky::{
+    LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
 use faer::sparse::{SparseColMat, Triplet};
-use faer::{MatMut, Par, Side};
+use faer::{Conj, MatMut, Par, Side};
 use sprs::CsMat;
 
 use crate::field::Row;
 
+/// One thread: a parallel triangular solve of so thin a right-hand side is several times slower.
+const ALONE: Par = Par::Seq;
+
 pub struct Cholesky {
-    factor: Llt<usize, f64>,
+    symbolic: Box<SymbolicCholesky<usize>>,
+    /// Of L.
+    values: Vec<f64>,
 }
 
 impl Cholesky {
@@ -26,24 +31,38 @@ impl Cholesky {
             matrix.iter().map(|(&value, (row, col))| Triplet::new(row, col, value)).collect();
         let matrix = SparseColMat::try_new_from_triplets(matrix.rows(), matrix.cols(), &entries)
             .expect("the entries lie inside the matrix");
-        // A parallel triangular solve of so thin a right-hand side is several times slower.
-        faer::set_global_parallelism(Par::Seq);
-        if entries_of_l < usize::MAX {
-            let (symmetric, ordering) = (matrix.symbolic(), SymmetricOrdering::Amd);
-            let symbolic =
-                factorize_symbolic_cholesky(symmetric, Side::Lower, ordering, Default::default());
-            if symbolic.ok()?.len_val() > entries_of_l {
-                return None;
-            }
-        }
-        matrix.sp_cholesky(Side::Lower).ok().map(|factor| Cholesky { factor })
+        let (symmetric, ordering) = (matrix.symbolic(), SymmetricOrdering::Amd);
+        let symbolic =
+            factorize_symbolic_cholesky(symmetric, Side::Lower, ordering, Default::default())
+                .ok()
+                .filter(|symbolic| symbolic.len_val() <= entries_of_l)?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let room = symbolic.factorize_numeric_llt_scratch::<f64>(ALONE, Default::default());
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                matrix.as_ref(),
+                Side::Lower,
+                Default::default(),
+                ALONE,
+                MemStack::new(&mut MemBuffer::try_new(room).ok()?),
+                Default::default(),
+            )
+            .ok()?;
+        Some(Cholesky { symbolic: Box::new(symbolic), values })
     }
 
     /// Replaces g by the solution, column by column.
     pub fn solve<const M: usize>(&self, g: &mut [Row<M>]) {
         let rows = g.len();
         let flat = flatten_mut(g);
-        self.factor.solve_in_place(MatMut::from_row_major_slice_mut(flat, rows, M));
+        let room = self.symbolic.solve_in_place_scratch::<f64>(M, ALONE);
+        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_row_major_slice_mut(flat, rows, M),
+            ALONE,
+            MemStack::new(&mut MemBuffer::new(room)),
+        );
     }
 }
 

@@ -16,6 +16,8 @@ pub mod mass;
 mod matrix;
 mod normal;
 mod norms;
+#[cfg(feature = "experiments")]
+pub mod npz;
 mod stencil;
 
 #[cfg(test)]

@@ -7,11 +7,7 @@ use crate::sweep;
 const PIXELS_A_THREAD: usize = 1 << 16;
 
 /// Calls `row(y, pixels)` for every row of `width` entries.
-pub(crate) fn for_each_row<T: Send>(
-    pixels: &mut [T],
-    width: usize,
-    row: impl Fn(usize, &mut [T]) + Sync,
-) {
+pub fn for_each_row<T: Send>(pixels: &mut [T], width: usize, row: impl Fn(usize, &mut [T]) + Sync) {
     for_each_band(pixels, width, |first, band| {
         for (i, line) in band.chunks_mut(width).enumerate() {
             row(first + i, line);
@@ -20,7 +16,7 @@ pub(crate) fn for_each_row<T: Send>(
 }
 
 /// Calls `fill(first row, pixels)` for bands of consecutive rows, one a thread.
-pub(crate) fn for_each_band<T: Send>(
+pub fn for_each_band<T: Send>(
     pixels: &mut [T],
     width: usize,
     fill: impl Fn(usize, &mut [T]) + Sync,

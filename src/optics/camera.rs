@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 const HALF_ANGLE: f64 = 12.5 * std::f64::consts::PI / 180.0;
 
 #[derive(Clone, Debug)]
-pub(crate) struct Camera {
+pub struct Camera {
     /// Rows: right, up, towards the viewer.
     axes: Matrix3<f64>,
     /// The eye in these axes.
@@ -26,7 +26,7 @@ pub(crate) struct Camera {
 
 /// A vertex on the image plane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Projected {
+pub struct Projected {
     /// Pixels: x to the right and y downwards.
     pub x: f64,
     pub y: f64,

@@ -2,6 +2,6 @@
 //!
 //! Below whatever looks at surfaces: pictures, and data that images show.
 
-pub(crate) mod bands;
-pub(crate) mod camera;
-pub(crate) mod visibility;
+pub mod bands;
+pub mod camera;
+pub mod visibility;

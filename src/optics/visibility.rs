@@ -18,7 +18,7 @@ const EMPTY: u32 = 0;
 const BAND: usize = 64;
 
 /// Samples of a pixel.
-pub(crate) const SAMPLES: usize = 8;
+pub const SAMPLES: usize = 8;
 
 /// Their places from the middle of the pixel; the first is the nearest.
 const X: [f32; SAMPLES] = [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
@@ -28,20 +28,20 @@ const Y: [f32; SAMPLES] = [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.
 type Pixel = [[u32; SAMPLES]; 2];
 
 /// What a pixel sees of one face.
-pub(crate) struct Fragment {
+pub struct Fragment {
     pub face: usize,
     /// The samples that see it, a bit each.
     pub samples: u8,
 }
 
 /// The faces that are seen, in their order, and at which place among them each of these is.
-pub(crate) struct Visible {
+pub struct Visible {
     pub faces: Vec<u32>,
     pub place: Vec<u32>,
 }
 
 /// `component` names the connected component of each vertex.
-pub(crate) struct Visibility<'a> {
+pub struct Visibility<'a> {
     pub width: usize,
     pub height: usize,
     mesh: &'a Mesh,
@@ -285,7 +285,7 @@ impl<'a> Visibility<'a> {
 
 /// See [`Visibility::planes`]; single precision is enough around a corner.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Planes {
+pub struct Planes {
     origin: [f64; 2],
     planes: [[f32; 3]; 3],
 }
@@ -301,7 +301,7 @@ impl Planes {
 }
 
 /// A representative vertex of the connected component of each vertex (union-find with path halving).
-pub(crate) fn components(mesh: &Mesh) -> Vec<u32> {
+pub fn components(mesh: &Mesh) -> Vec<u32> {
     let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     fn root(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {

@@ -1,0 +1,56 @@
+//! The regions of a colored mesh: `cargo run --release --no-default-features --example colored_mesh`.
+
+use std::ops::ControlFlow;
+
+use meshseg::colormap::categorical;
+use meshseg::data::seen::{Manner, see};
+use meshseg::mesh::{Source, io};
+use meshseg::operator::Mass;
+use meshseg::run::Stop;
+use meshseg::segment::{Alternation, Initial, segment};
+use meshseg::solve::Request;
+use meshseg::solver::{self, Options};
+
+fn main() -> meshseg::Result<()> {
+    let source = Source::parse(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/human/human.ply"))?;
+    let mesh = source.mesh()?;
+    // Lambda is in units of cost times length; on an area of 1 it means the same for every mesh.
+    let scale = mesh.area().sqrt().recip();
+    let mesh = mesh.scaled(scale);
+
+    // The texture or the colors that come with it, in [0, 1].
+    let seen = see(&source, &mesh, None, None, &Manner::default())?;
+    println!("{}: {} vertices", seen.name, seen.data.len());
+
+    let alternation = Alternation { regions: 4, initial: Initial::KMeans, seed: 1, every: 10 };
+    let request = Request {
+        lambda: 1e-3,
+        mass: Mass::Barycentric,
+        solver: solver::DEFAULT.to_owned(),
+        options: Options::default(),
+        stop: Stop { relative_gap: Some(1e-3), ..Stop::default() },
+        coarse_to_fine: true,
+        keep_dual: false,
+    };
+    let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
+    let segmentation = segment(&mesh, &seen.data, &alternation, &request, &mut go_on)?;
+
+    for (p, region) in segmentation.parameters.iter().enumerate() {
+        println!("region {p}: mean color {:.3?}", region.mean);
+    }
+    let summary = &segmentation.solution.summary;
+    println!("relative gap {:.1e}", summary.relative_gap);
+    assert!(summary.relative_gap <= 1e-3);
+
+    let labels: Vec<u8> = segmentation.solution.labels.iter().map(|&label| label as u8).collect();
+    let palette: Vec<[f64; 3]> = (0..alternation.regions).map(categorical).collect();
+    let path = std::env::temp_dir().join("colored_mesh.ply");
+    io::write_labeled(&path, &mesh, &labels, &palette)?;
+    println!("{}", path.display());
+    Ok(())
+}
+
+#[test]
+fn it_runs() {
+    main().unwrap();
+}
