@@ -9,7 +9,7 @@ use meshseg::operator::Mass;
 use meshseg::run::Stop;
 use meshseg::segment::{Alternation, Initial, segment};
 use meshseg::solve::Request;
-use meshseg::solver::{self, Options};
+use meshseg::solver::Method;
 
 fn main() -> meshseg::Result<()> {
     let source = Source::parse(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/human/human.ply"))?;
@@ -26,8 +26,7 @@ fn main() -> meshseg::Result<()> {
     let request = Request {
         lambda: 1e-3,
         mass: Mass::Barycentric,
-        solver: solver::DEFAULT.to_owned(),
-        options: Options::default(),
+        method: Method::default(),
         stop: Stop { relative_gap: Some(1e-3), ..Stop::default() },
         coarse_to_fine: true,
         keep_dual: false,

@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use meshseg::field::{Row, Tangent};
 use meshseg::mesh::source;
 use meshseg::operator::mass::consistent_matrix;
-use meshseg::operator::{Mass, Matrix, Operator, Stencil};
+use meshseg::operator::{Adjoint, Mass, Matrix, Operator, Stencil};
 use meshseg::problem::Problem;
 use meshseg::run::{Run, Sample, Status, Stop};
-use meshseg::solver::{self, Options, Setup};
+use meshseg::solver::{Method, Setup};
 
 /// Regions.
 const M: usize = 3;
@@ -19,6 +19,7 @@ fn main() -> meshseg::Result<()> {
 
     // K, A_j times the gradient on face j, and its adjoint, row by row: what methods are made of.
     let k = Stencil::new(&mesh);
+    let kt = k.adjoint();
     let u: Vec<Row<M>> = (0..vertices)
         .map(|v| Row::from_fn(|p| (mesh.vertices[v].x * (p + 1) as f64).sin()))
         .collect();
@@ -26,7 +27,7 @@ fn main() -> meshseg::Result<()> {
         .map(|j| Tangent([0, 1].map(|i| Row::from_fn(|p| ((j + i + p) as f64).cos()))))
         .collect();
     let k_u: f64 = (0..faces).map(|j| k.at(&u, j).dot(q[j])).sum();
-    let kt_q: f64 = (0..vertices).map(|v| u[v].dot(k.adjoint_at(&q, v))).sum();
+    let kt_q: f64 = (0..vertices).map(|v| u[v].dot(kt.at(&q, v))).sum();
     println!("<K u, q> = {k_u:.12}\n<u, K^T q> = {kt_q:.12}");
     assert!((k_u - kt_q).abs() <= 1e-12 * faces as f64);
 
@@ -39,14 +40,12 @@ fn main() -> meshseg::Result<()> {
     assert!((consistent - mesh.area()).abs() <= 1e-12 * mesh.area());
 
     // A problem of pointwise costs, and what a solver does with it.
-    let costs: Vec<Row<M>> = u.iter().map(|u| *u * -1.0).collect();
+    let costs: Vec<Row<M>> = u.iter().map(|&u| -u).collect();
     let problem = Problem::new(k, Mass::Barycentric.on(&mesh).integrate(&costs), 0.05);
     let start = vec![Row([1.0 / M as f64; M]); vertices];
     let mut run = Run::new(&start);
-    let options = Options::default();
-    let setup =
-        Setup { mesh: &mesh, problem: &problem, start, dual_start: None, options: &options };
-    let mut solver = solver::build("chambolle-pock", setup)?;
+    let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+    let mut solver = Method::default().build(setup)?;
     let mut history: Vec<Sample> = Vec::new();
     let stop = Stop { relative_gap: Some(1e-4), ..Stop::default() };
     let status = run.advance(&mut *solver, &problem, &stop, &mut |sample| {

@@ -6,7 +6,7 @@ use meshseg::mesh::source;
 use meshseg::operator::Mass;
 use meshseg::run::Stop;
 use meshseg::solve::{Request, solve};
-use meshseg::solver::{self, Options};
+use meshseg::solver::chambolle_pock::{self, Precision};
 use meshseg::start::Start;
 use ndarray::Array2;
 
@@ -25,8 +25,9 @@ fn main() -> meshseg::Result<()> {
         // A unit of boundary costs as much as this times the costs on a unit of area.
         lambda: 0.1,
         mass: Mass::Barycentric,
-        solver: solver::DEFAULT.to_owned(),
-        options: Options::default(),
+        // Iterates in single precision take half the memory; certificates are in double precision.
+        method: chambolle_pock::Settings { precision: Precision::Single, ..Default::default() }
+            .into(),
         stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },
         coarse_to_fine: true,
         keep_dual: false,

@@ -149,8 +149,7 @@ fn agree(mesh: &Mesh, problem: &Problem<Stencil, 4>) {
     }
     // Theirs are relaxed, u + rho (x - u), and the last one of ours is x.
     let rho = 1.9;
-    let before: Vec<_> =
-        fused.u().iter().map(|&u| Row(u)).zip(sparse.u().into_iter().map(Row)).collect();
+    let before: Vec<_> = fused.u().iter().map(|&u| Row(u)).zip(sparse.u().map(Row)).collect();
     fused.step();
     sparse.step();
     ours.advance(problem, 21, &mut || true);
