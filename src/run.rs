@@ -2,20 +2,22 @@
 //!
 //! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap, which is relative to E - B, see
 //! `problem.rs`. The best of each is kept apart: the best U may come from another iteration than the best bound, and
-//! no bound is less than B. After [`LONG`] steps the best labels that are constant on every component count as seen,
+//! no bound is less than B. After [`STEPS_BEFORE_CONSTANT`] steps the best labels that are constant on every component count as seen,
 //! on the clock; see `constant.rs`. Metrics are evaluated off the clock.
 //!
 //! A bound above an energy, by more than rounding allows, proves a fault of the program: it is kept as it is, and the
 //! run ends as [`Status::Contradicted`].
 
 mod end;
+mod foreign;
 mod sample;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 pub use end::{Status, Stop, time_limit};
-pub use sample::{Certificate, Reached, Sample};
+pub use foreign::Reached;
+pub use sample::{Certificate, Sample};
 
 use crate::constant::Constant;
 use crate::field::{Row, Tangent};
@@ -28,10 +30,10 @@ use crate::sweep;
 pub const FIRST_INTERVAL: u64 = 4;
 
 /// Steps for the same costs after which constant labels are tried, if nothing better was seen.
-pub const LONG: u64 = 100;
+pub const STEPS_BEFORE_CONSTANT: u64 = 100;
 
 /// Up to so many vertices: a factorization takes about a second for 200,000.
-const FACTORED: usize = 250_000;
+const MOST_VERTICES_FACTORED: usize = 250_000;
 
 /// The state of one run; resumable.
 pub struct Run<const M: usize> {
@@ -62,7 +64,7 @@ impl<const M: usize> Run<M> {
             clock: Duration::ZERO,
             now: Instant::now,
             iteration: 0,
-            constant_from: LONG,
+            constant_from: STEPS_BEFORE_CONSTANT,
         }
     }
 
@@ -110,7 +112,7 @@ impl<const M: usize> Run<M> {
         self.best_energy = f64::INFINITY;
         self.best_bound = 0.0;
         self.best_q.iter_mut().for_each(Vec::clear);
-        self.constant_from = self.iteration + LONG;
+        self.constant_from = self.iteration + STEPS_BEFORE_CONSTANT;
     }
 
     /// Steps until `stop` says so, or `observe` breaks off. It is asked between the passes of the solver, and with each
@@ -184,7 +186,7 @@ impl<const M: usize> Run<M> {
 
     /// Labels that are constant on every component, where no better ones were seen.
     fn try_constant<K: Operator>(&mut self, problem: &Problem<K, M>) {
-        if problem.k.vertices() > FACTORED {
+        if problem.k.vertices() > MOST_VERTICES_FACTORED {
             return;
         }
         let constant = Constant::new(problem);
@@ -234,20 +236,6 @@ impl<const M: usize> Run<M> {
         } else {
             None
         }
-    }
-
-    /// An iterate of a solver outside the program takes its place in the trace. Returns the relative gap.
-    pub fn record<K: Operator>(
-        &mut self,
-        problem: &Problem<K, M>,
-        reached: &Reached<'_, M>,
-    ) -> f64 {
-        self.iteration = reached.iteration;
-        self.clock = Duration::from_secs_f64(reached.seconds);
-        self.see(problem, reached.u);
-        self.best_bound = self.best_bound.max(reached.dual_bound);
-        let certificate = Some(reached.certificate);
-        self.note(problem, None, reached.smoothed_energy, certificate)
     }
 
     /// Keeps what is better than all before, and returns the energy.

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::field::Row;
-
 /// One row of a trace.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Sample {
@@ -47,16 +45,4 @@ impl Certificate {
             Certificate::Steps => "steps",
         }
     }
-}
-
-/// What a solver outside the program reached, and when.
-pub struct Reached<'a, const M: usize> {
-    pub iteration: u64,
-    pub seconds: f64,
-    /// Rows in the simplex.
-    pub u: &'a [Row<M>],
-    /// A true bound, and where it comes from.
-    pub dual_bound: f64,
-    pub certificate: Certificate,
-    pub smoothed_energy: Option<f64>,
 }

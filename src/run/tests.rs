@@ -311,7 +311,8 @@ fn constant_labels_and_their_field_are_kept() {
     let mut run = Run::new(Solver::<Stencil, 3>::labels(&mut script));
     run.keep_dual();
     for _ in 0..2 {
-        let status = run.advance(&mut script, &problem, &every(10, LONG + 10), &mut go);
+        let status =
+            run.advance(&mut script, &problem, &every(10, STEPS_BEFORE_CONSTANT + 10), &mut go);
         assert_eq!(status, Status::IterationLimit);
         let constant = (0..3).map(|p| vec![Row::one_hot(p); mesh.vertices.len()]);
         let least = constant.map(|u| problem.energy(&u)).fold(f64::INFINITY, f64::min);
@@ -335,7 +336,7 @@ fn constant_labels_that_were_found_get_their_field() {
     let best = (0..3).min_by(|&a, &b| constant(a).total_cmp(&constant(b))).unwrap();
     let script = Script::new(&mesh, &[Row::<3>::one_hot(best).0]);
     let mut run = Run::new(&script.u.clone());
-    run.advance(&mut OneByOne::new(script), &problem, &every(10, LONG), &mut go);
+    run.advance(&mut OneByOne::new(script), &problem, &every(10, STEPS_BEFORE_CONSTANT), &mut go);
     assert_eq!(run.energy(), constant(best));
     assert!(run.energy() - run.bound() <= 1e-9 * problem.spread(), "{}", run.bound());
 }
@@ -512,14 +513,18 @@ fn only_work_is_on_the_clock() {
     run.keep_dual();
     run.charge(Duration::from_secs(7));
     COLUMNS.store(0, Relaxed);
-    let status = run.advance(&mut solver, &problem, &every(10, LONG + 10), &mut go);
-    assert_eq!((status, run.trace.len() as u64), (Status::IterationLimit, LONG / 10 + 2));
+    let status =
+        run.advance(&mut solver, &problem, &every(10, STEPS_BEFORE_CONSTANT + 10), &mut go);
+    assert_eq!(
+        (status, run.trace.len() as u64),
+        (Status::IterationLimit, STEPS_BEFORE_CONSTANT / 10 + 2)
+    );
     // Nobody but the constant labels asks for columns.
     let columns = COLUMNS.load(Relaxed);
     assert!(columns >= mesh.faces.len() as u64);
     let seconds: Vec<f64> = run.trace.iter().map(|sample| sample.seconds).collect();
     assert_eq!(seconds[..3], [7.0, 10_007.0, 20_007.0]);
-    assert_eq!(run.clock, Duration::from_secs(7 + STEP * (LONG + 10) + columns));
+    assert_eq!(run.clock, Duration::from_secs(7 + STEP * (STEPS_BEFORE_CONSTANT + 10) + columns));
     assert_eq!(run.seconds(), *seconds.last().unwrap());
 
     let mut run = started();

@@ -9,7 +9,7 @@ mod bound;
 mod buffer;
 mod lanes;
 mod layout;
-mod letter;
+mod halo;
 mod part;
 mod pass;
 
@@ -23,7 +23,7 @@ use buffer::Slices;
 pub use lanes::Real;
 use lanes::lane_order;
 use layout::{Lanes, Layout, Window};
-use letter::Letter;
+use halo::HaloMessage;
 use part::{Part, Units, groups, share_rows};
 use pass::{DEEPEST, Pass};
 
@@ -48,7 +48,7 @@ pub struct Fused<T, const M: usize> {
     layout: Layout,
     parts: Vec<Part<T>>,
     /// What each part sent after the last pass, and what it sends after the next.
-    letters: [Vec<Vec<Letter<T>>>; 2],
+    messages: [Vec<Vec<HaloMessage<T>>>; 2],
     units: Units,
     method: Method<M>,
     /// How many steps were made.
@@ -95,8 +95,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let Plan { arch, layout, windows } = plan;
         let stencil = &problem.k;
         let units = units::<T>(stencil, &method.steps);
-        let letters_from = |sender| Letter::from(sender, &windows);
-        let mut letters = [0, 1].map(|_| (0..windows.len()).map(letters_from).collect::<Vec<_>>());
+        let messages_from = |sender| HaloMessage::from(sender, &windows);
+        let mut messages = [0, 1].map(|_| (0..windows.len()).map(messages_from).collect::<Vec<_>>());
         let kq = q.as_ref().map(|q| {
             let kt = stencil.adjoint();
             collect(u.len(), |v| kt.at(q, v))
@@ -111,8 +111,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
             }
             part
         });
-        for (part, letters) in parts.iter().zip(&mut letters[0]) {
-            letters.iter_mut().for_each(|letter| letter.write(part));
+        for (part, messages) in parts.iter().zip(&mut messages[0]) {
+            messages.iter_mut().for_each(|message| message.write(part));
         }
         let shares = if T::DOUBLE { 0 } else { 4 * groups(M) * share_rows(&layout) };
         let shares = parts.iter().map(|_| Slices::zeroed([shares])).collect();
@@ -120,7 +120,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             arch,
             layout,
             parts,
-            letters,
+            messages,
             units,
             method,
             made: 0,
@@ -256,17 +256,17 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let before = self.made;
         self.made += iterations;
         let lambda = self.lambda * self.units.q;
-        let Self { arch, layout, parts, letters, method, .. } = self;
+        let Self { arch, layout, parts, messages, method, .. } = self;
         let (arch, layout, rho) = (*arch, &*layout, method.rho);
-        letters.swap(0, 1);
-        let [sent, received] = letters;
+        messages.swap(0, 1);
+        let [sent, received] = messages;
         each(parts.iter_mut().zip(sent).enumerate().collect(), &|(k, (part, sent))| {
-            for letter in received.iter().flatten().filter(|letter| letter.to == k) {
-                letter.read(part);
+            for message in received.iter().flatten().filter(|message| message.to == k) {
+                message.read(part);
             }
             arch.dispatch(Pass::<T, M> { part, layout, lambda, rho, before, iterations, last });
-            for letter in sent {
-                letter.write(part);
+            for message in sent {
+                message.write(part);
             }
         });
     }

@@ -6,7 +6,7 @@ use super::lanes::Real;
 use super::layout::Window;
 use super::part::Part;
 
-pub struct Letter<T> {
+pub struct HaloMessage<T> {
     /// The number of the receiver.
     pub to: usize,
     /// Blocks that the sender owns and the receiver holds.
@@ -17,18 +17,18 @@ pub struct Letter<T> {
     q: Vec<T>,
 }
 
-impl<T: Real> Letter<T> {
+impl<T: Real> HaloMessage<T> {
     /// All that are ever needed from the owner of one window to those of others.
     pub fn from(sender: usize, windows: &[Window]) -> Vec<Self> {
         let from = &windows[sender];
-        let letter = |(to, window): (usize, &Window)| {
+        let message = |(to, window): (usize, &Window)| {
             let vertices = common(&from.own, &window.vertices());
             let faces = common(&from.own_faces, &window.held_faces);
             let needed = to != sender && !(vertices.is_empty() && faces.is_empty());
             let (u, kq, q) = (Vec::new(), Vec::new(), Vec::new());
-            needed.then_some(Letter { to, vertices, faces, u, kq, q })
+            needed.then_some(HaloMessage { to, vertices, faces, u, kq, q })
         };
-        windows.iter().enumerate().filter_map(letter).collect()
+        windows.iter().enumerate().filter_map(message).collect()
     }
 
     pub fn write(&mut self, from: &Part<T>) {
