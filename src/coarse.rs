@@ -16,8 +16,8 @@ use crate::problem::{Problem, relative_gap};
 use crate::request::{Observer, Request};
 use crate::run::{Run, Status, Stop};
 use crate::solver::{Iterate, Method, Setup};
-use crate::start::allowed;
-use crate::sweep::{self, collect, sweep};
+use crate::start::{allowed, cheapest};
+use crate::sweep::{self, sweep};
 use crate::transfer::{prolong, prolong_dual, restrict};
 
 /// Meshes of so few vertices are not coarsened: solving them costs next to nothing.
@@ -143,14 +143,6 @@ pub fn is_certified<const M: usize>(problem: &Problem<Stencil, M>, request: &Req
     let energy = problem.energy(&cheapest(&problem.f));
     let gap = relative_gap(energy, 0.0);
     request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
-}
-
-fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
-    collect(
-        f.len(),
-        #[inline(always)]
-        |v| Row::one_hot(f[v].argmin()),
-    )
 }
 
 /// Solves each level, with the solver that is asked for.

@@ -58,11 +58,7 @@ impl Start {
             |value: &dyn Fn(usize) -> f64| Row::from_fn(|p| if p < m { value(p) } else { 0.0 });
         match self {
             Start::Uniform => collect(f.len(), |v| allowed(only(&|_| 1.0 / m as f64), &f[v])),
-            Start::Argmin => collect(
-                f.len(),
-                #[inline(always)]
-                |v| Row::one_hot(f[v].argmin()),
-            ),
+            Start::Argmin => cheapest(f),
             Start::Given(u) => {
                 let rows = order.applied(crate::regions::rows::<M>(u.view()));
                 collect(rows.len(), |v| {
@@ -89,6 +85,15 @@ impl Start {
             }
         }
     }
+}
+
+/// The label that costs the least at each vertex by itself.
+pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
+    collect(
+        f.len(),
+        #[inline(always)]
+        |v| Row::one_hot(f[v].argmin()),
+    )
 }
 
 /// A row of the simplex without what it gives to labels that f forbids.

@@ -74,58 +74,24 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
             let message = format!("belongs to name = \"{EXTERNAL}\" only");
             return Err(Wrong::at(&given.place, message));
         }
-        let mut method = match &external {
+        let method = match &external {
             Some(_) => None,
-            None => Some(Method::named(name).map_err(|error| {
-                let known = Method::all();
-                let known = known.iter().map(Method::name);
-                let meant = did_you_mean(name, known.chain([EXTERNAL]));
-                Wrong::at(place, format!("{error}, {EXTERNAL}{meant}"))
-            })?),
+            None => Some(method_named(name, place)?),
         };
-        let mut options = Vec::new();
-        for (key, value) in cell.0 {
-            let Some(key) = key.strip_prefix("options.") else { continue };
-            if external.is_some() && key == "command" {
-                let message = "command is no option; it stands beside name";
-                return Err(Wrong::at(&value.place, message));
-            }
-            let option = format!("{key}={}", value.value.text());
-            Options::parse(&[&option])
-                .and_then(|alone| method.as_mut().map_or(Ok(()), |method| method.set(&alone)))
-                .map_err(|error| {
-                    let known = method.iter_mut().flat_map(Method::settings);
-                    let known: Vec<&str> = known.map(|setting| setting.key).collect();
-                    let meant = did_you_mean(key, known.iter().copied());
-                    let meant = if known.contains(&key) { "" } else { &meant };
-                    Wrong::at(&value.place, format!("{error}{meant}"))
-                })?;
-            options.push((option, &value.place));
-        }
-        let texts: Vec<&str> = options.iter().map(|(option, _)| option.as_str()).collect();
-        let all = Options::parse(&texts).map_err(|error| Wrong::at(place, error.to_string()))?;
-        if let Some(method) = &method
-            && let Err(error) = try_out(method)
-        {
-            let names = |option: &str| error.to_string().contains(option);
-            let blamed = options.iter().find(|(option, _)| names(option));
-            return Err(Wrong::at(blamed.map_or(place, |(_, place)| place), error.to_string()));
-        }
+        let options = read_options(&cell, method, place)?;
         let threads = match cell.get("threads") {
             None => None,
             Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
         };
-        let coarse_to_fine = match cell.get("coarse-to-fine") {
-            None => false,
-            Some(Placed { value: Scalar::Truth(truth), .. }) => *truth,
-            Some(Placed { place, .. }) => {
-                return Err(Wrong::at(place, "coarse-to-fine must be true or false"));
-            }
-        };
+        let coarse_to_fine = read_truth(&cell, "coarse-to-fine")?;
         let plain = {
             let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
             let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
-            let options: String = texts.iter().map(|option| format!(", {option}")).collect();
+            let pairs = cell.0.iter().filter_map(|(key, value)| {
+                let key = key.strip_prefix("options.")?;
+                Some(format!(", {key}={}", value.value.text()))
+            });
+            let options: String = pairs.collect();
             let name = external.as_ref().map_or(name, |external| &external.command);
             format!("{name}{options}{threads}{coarse}")
         };
@@ -140,13 +106,68 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
             varied,
             keys: cell.keys(),
             name: name.to_owned(),
-            options: all,
+            options,
             threads,
             coarse_to_fine,
             external,
         })
     };
     group.cells(&table)?.iter().map(|cell| solver(cell)).collect()
+}
+
+fn method_named(name: &str, place: &Range<usize>) -> Fits<Method> {
+    Method::named(name).map_err(|error| {
+        let known = Method::all();
+        let known = known.iter().map(Method::name);
+        let meant = did_you_mean(name, known.chain([EXTERNAL]));
+        Wrong::at(place, format!("{error}, {EXTERNAL}{meant}"))
+    })
+}
+
+/// The options of a method, each tried by itself and then all together; those of a command are what they are. What
+/// cannot be said of one option alone is said at `place`.
+fn read_options(
+    cell: &Cell<'_>,
+    mut method: Option<Method>,
+    place: &Range<usize>,
+) -> Fits<Options> {
+    let mut options = Vec::new();
+    for (key, value) in cell.0 {
+        let Some(key) = key.strip_prefix("options.") else { continue };
+        if method.is_none() && key == "command" {
+            let message = "command is no option; it stands beside name";
+            return Err(Wrong::at(&value.place, message));
+        }
+        let option = format!("{key}={}", value.value.text());
+        Options::parse(&[&option])
+            .and_then(|alone| method.as_mut().map_or(Ok(()), |method| method.set(&alone)))
+            .map_err(|error| {
+                let known = method.iter_mut().flat_map(Method::settings);
+                let known: Vec<&str> = known.map(|setting| setting.key).collect();
+                let meant = did_you_mean(key, known.iter().copied());
+                let meant = if known.contains(&key) { "" } else { &meant };
+                Wrong::at(&value.place, format!("{error}{meant}"))
+            })?;
+        options.push((option, &value.place));
+    }
+    if let Some(method) = &method
+        && let Err(error) = try_out(method)
+    {
+        let names = |option: &str| error.to_string().contains(option);
+        let blamed = options.iter().find(|(option, _)| names(option));
+        return Err(Wrong::at(blamed.map_or(place, |(_, place)| place), error.to_string()));
+    }
+    let texts: Vec<String> = options.into_iter().map(|(option, _)| option).collect();
+    Options::parse(&texts).map_err(|error| Wrong::at(place, error.to_string()))
+}
+
+/// Whether a key is set; no by default.
+fn read_truth(cell: &Cell<'_>, key: &str) -> Fits<bool> {
+    match cell.get(key) {
+        None => Ok(false),
+        Some(Placed { value: Scalar::Truth(truth), .. }) => Ok(*truth),
+        Some(Placed { place, .. }) => Err(Wrong::at(place, format!("{key} must be true or false"))),
+    }
 }
 
 /// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
