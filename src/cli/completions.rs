@@ -1,9 +1,9 @@
 //! `meshseg completions SHELL`.
 
-use clap::CommandFactory;
+use clap::Command;
 use clap_complete::Shell;
 
-use super::{Cli, Outcome, print};
+use super::{Outcome, print};
 
 /// Print the completion script of a shell.
 ///
@@ -13,9 +13,10 @@ pub struct Arguments {
     shell: Shell,
 }
 
-pub fn run(arguments: &Arguments) -> Outcome {
+/// `program` is the whole command line.
+pub fn run(arguments: &Arguments, program: &mut Command) -> Outcome {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Cli::command(), "meshseg", &mut script);
+    clap_complete::generate(arguments.shell, program, "meshseg", &mut script);
     print(&String::from_utf8_lossy(&script))?;
     Ok(())
 }

@@ -9,6 +9,7 @@ mod inputs;
 mod interrupt;
 mod mesh;
 mod operators;
+mod output;
 mod preview;
 mod problem;
 mod progress;
@@ -19,14 +20,15 @@ mod solving;
 mod table;
 mod welding;
 
-use std::io::{self, Write};
+use std::io;
 use std::process::ExitCode;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use meshseg::Error;
 use meshseg::run::Status;
+
+use output::{Failure, Outcome, named, note, one_line, print, print_json, warn};
 
 /// Convex multi-region segmentation of data on triangle meshes, with certified optimality gaps.
 #[derive(Parser)]
@@ -61,31 +63,6 @@ enum Verb {
     Completions(completions::Arguments),
 }
 
-/// Why a verb did not end well.
-enum Failure {
-    Input(Error),
-    /// Standard output is gone or full.
-    Output(io::Error),
-    /// The user broke off; what was reached is written.
-    Interrupted,
-    /// A bound exceeded an energy; what was reached is written.
-    Contradicted,
-}
-
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
-        Failure::Input(error)
-    }
-}
-
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        Failure::Output(error)
-    }
-}
-
-type Outcome = Result<(), Failure>;
-
 pub fn main() -> ExitCode {
     let cli = Cli::parse();
     tracing_subscriber::fmt()
@@ -105,7 +82,7 @@ pub fn main() -> ExitCode {
         Verb::Problem(verb) => problem::run(&verb),
         Verb::Experiment(verb) => experiment::run(&verb),
         Verb::Solvers(arguments) => solvers::run(&arguments),
-        Verb::Completions(arguments) => completions::run(&arguments),
+        Verb::Completions(arguments) => completions::run(&arguments, &mut Cli::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -130,40 +107,4 @@ pub fn main() -> ExitCode {
             ExitCode::from(1)
         }
     }
-}
-
-fn one_line(message: &str) -> String {
-    message.replace(['\n', '\r'], " ")
-}
-
-fn print(text: &str) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    stdout.write_all(text.as_bytes())?;
-    stdout.flush()
-}
-
-/// A line on stderr. If that is closed, as when Ctrl-C ends the rest of a pipe, the work still goes on.
-fn note(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
-}
-
-fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
-    let json = serde_json::to_string_pretty(value).map_err(io::Error::from)?;
-    print(&(json + "\n"))
-}
-
-fn warn(warnings: &[String]) {
-    for warning in warnings {
-        tracing::warn!("{warning}");
-    }
-}
-
-/// A value given by one of its names.
-fn named<T: Copy + Send + Sync + 'static>(
-    names: &'static [(&'static str, T)],
-) -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(names.iter().map(|(name, _)| *name)).map(|given| {
-        let (_, value) = names.iter().find(|(name, _)| *name == given).expect("one of the names");
-        *value
-    })
 }

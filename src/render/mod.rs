@@ -8,6 +8,7 @@
 mod labels;
 mod legend;
 mod normals;
+mod region;
 mod scene;
 mod shading;
 mod simplified;
@@ -22,6 +23,7 @@ use crate::sweep;
 use image::RgbImage;
 use scene::Scene;
 
+pub use region::Region;
 pub use view::{View, standing};
 
 /// Each half has this width at the most, and this height if it has one view,
@@ -45,16 +47,6 @@ pub struct Picture<'a> {
     /// The field U, V x m in row order.
     pub u: &'a [f64],
     pub view: View,
-}
-
-/// How a region is shown.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Region {
-    pub color: [f64; 3],
-    /// Its mean in the colors of the data, if it has one.
-    pub mean: Option<[f64; 3]>,
-    /// What the legend says of it.
-    pub text: String,
 }
 
 impl Picture<'_> {

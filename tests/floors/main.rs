@@ -58,17 +58,28 @@ fn no_import_points_upwards() {
     assert!(upwards.is_empty(), "{}", upwards.join("\n"));
 }
 
-/// A parent may call what is below it: that is what it is made of. What its children share, it may define for them.
+/// Parents that still both call their children and define what these share; no further ones.
+const SHARING: [&str; 5] = [
+    "src/solver/mod.rs",
+    "src/solver/chambolle_pock/mod.rs",
+    "src/segment.rs",
+    "src/data/seen.rs",
+    "src/data/texture/mod.rs",
+];
+
 #[test]
 fn no_files_of_the_crate_import_each_other_in_a_circle() {
     let library = library();
     let mut edges = library.edges(None);
     edges.extend(program().edges(Some(&library)));
-    let beside = |(from, to): &(String, String)| {
+    let all = circles(&edges).len();
+    let called = |(from, to): &(String, String)| {
         let home = from.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/');
-        !to.starts_with(&format!("{home}/"))
+        SHARING.contains(&from.as_str()) && to.starts_with(&format!("{home}/"))
     };
-    none(circles(&edges.into_iter().filter(beside).collect()));
+    edges.retain(|edge| !called(edge));
+    none(circles(&edges));
+    assert!(all > 0, "SHARING has become empty");
 }
 
 #[test]

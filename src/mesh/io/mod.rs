@@ -22,6 +22,7 @@ mod paths;
 mod places;
 mod ply;
 mod polygon;
+mod rules;
 mod stl;
 mod text;
 
@@ -31,18 +32,17 @@ mod tests;
 use std::io::Write;
 use std::path::Path;
 
-use nalgebra::Point3;
-
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::{Mesh, Placement, is_place};
+use crate::mesh::{Mesh, Placement};
 
-use self::places::{Places, warn};
+use self::places::warn;
+use self::rules::{
+    NO_NUMBERS, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
+    place_in_image, uv_of_vertices, warn_untextured,
+};
 
 pub use ply::write_labeled;
-
-/// Coordinates beyond this are refused: areas and their squares would leave the range of `f64`.
-const LARGEST_COORDINATE: f64 = 1e50;
 
 /// The file formats for triangle meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,83 +225,4 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
             warn(path, &message);
         }
     }
-}
-
-/// What stands for a color that is not known, where the format wants one.
-const GRAY: [f64; 3] = [0.5; 3];
-
-/// A color to be written.
-fn known(color: [f64; 3]) -> [f64; 3] {
-    if color[0].is_nan() { GRAY } else { color }
-}
-
-/// What becomes of points and lines among the faces.
-const TOO_FEW_CORNERS: &str = "faces with fewer than 3 corners are left out";
-
-/// What becomes of texture coordinates that are NaN, infinite, text, or beyond [`is_place`].
-const NO_NUMBERS: &str =
-    "texture coordinates that are not finite numbers, or are beyond 1e9, count as unknown";
-
-/// Texture coordinates, both NaN if they are no place in an image.
-fn place_in_image(t: [f64; 2], odd: &mut Places, place: impl FnOnce() -> String) -> [f64; 2] {
-    if is_place(t) {
-        return t;
-    }
-    odd.add(place);
-    [f64::NAN; 2]
-}
-
-/// What is wrong with a coordinate, if anything.
-fn check_coordinate(x: f64) -> std::result::Result<f64, String> {
-    if !x.is_finite() {
-        Err(format!("{x} is not a finite coordinate"))
-    } else if x.abs() > LARGEST_COORDINATE {
-        Err(format!(
-            "the coordinate {x:e} is too large; scale the mesh below {LARGEST_COORDINATE:e}"
-        ))
-    } else {
-        Ok(x)
-    }
-}
-
-/// Says how many faces have corners without texture coordinates; none at all if no corner has any.
-fn warn_untextured(path: &Path, uv: Vec<[[f64; 2]; 3]>) -> Option<Vec<[[f64; 2]; 3]>> {
-    let missing = |face: &[[f64; 2]; 3]| face.iter().filter(|t| t[0].is_nan()).count();
-    let unknown = uv.iter().filter(|face| missing(face) > 0).count();
-    if unknown == uv.len() && uv.iter().all(|face| missing(face) == 3) {
-        return None;
-    }
-    if unknown > 0 {
-        let faces = uv.len();
-        warn(
-            path,
-            &format!(
-                "{unknown} of {faces} faces have corners without texture coordinates, which count as unknown"
-            ),
-        );
-    }
-    Some(uv)
-}
-
-/// A mesh has faces. Readers look before they say what they left out, since an error is one line.
-fn check_faces(path: &Path, faces: &[[u32; 3]]) -> Result<()> {
-    match faces {
-        [] => Err(Error::malformed(path, "has no faces")),
-        _ => Ok(()),
-    }
-}
-
-/// The triangles (c_1, c_i, c_{i+1}) of a polygon.
-fn fan<T: Copy>(corners: &[T]) -> impl Iterator<Item = [T; 3]> + '_ {
-    (2..corners.len()).map(|i| [corners[0], corners[i - 1], corners[i]])
-}
-
-/// Texture coordinates per face corner from one pair per vertex.
-fn uv_of_vertices(faces: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<[[f64; 2]; 3]> {
-    faces.iter().map(|face| face.map(|k| uv[k as usize])).collect()
-}
-
-/// A point as its coordinates, to be written.
-fn coordinates(x: &Point3<f64>) -> [f64; 3] {
-    [x.x, x.y, x.z]
 }

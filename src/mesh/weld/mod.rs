@@ -11,6 +11,7 @@
 
 mod equal;
 mod means;
+mod merged;
 mod near;
 mod seams;
 mod sheets;
@@ -19,6 +20,7 @@ mod table;
 mod tests;
 
 use self::equal::firsts;
+use self::merged::{moved, referenced};
 use self::near::near;
 use self::sheets::new_non_manifold_edges;
 use super::Mesh;
@@ -103,15 +105,4 @@ impl Weld {
         });
         weld
     }
-}
-
-fn moved(first: &[u32]) -> usize {
-    (0..).zip(first).filter(|&(v, &first): &(u32, _)| v != first).count()
-}
-
-/// The vertices that faces refer to.
-fn referenced(mesh: &Mesh) -> Vec<bool> {
-    let mut referenced = vec![false; mesh.vertices.len()];
-    mesh.faces.iter().flatten().for_each(|&v| referenced[v as usize] = true);
-    referenced
 }

@@ -24,6 +24,7 @@
 
 mod faces;
 mod header;
+mod items;
 mod values;
 mod write;
 
@@ -32,7 +33,8 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use self::faces::Faces;
-use self::header::{Element, Encoding, Header, Kind, Property, Scalar};
+use self::header::{Element, Encoding, Header, Kind};
+use self::items::{colors_of, list_length, skip_property, vertex_index, wrong};
 use self::values::{Ascii, Binary, Values};
 use super::colors::Colors;
 use super::places::{Places, warn};
@@ -177,33 +179,6 @@ fn skip(element: &Element, values: &mut impl Values) -> Result<()> {
     Ok(())
 }
 
-fn skip_property(property: &Property, values: &mut impl Values) -> Result<()> {
-    match property.kind {
-        Kind::Scalar(scalar) => values.skip(scalar, 1),
-        Kind::List { count, item } => {
-            let n = list_length(values, count)?;
-            values.skip(item, n)
-        }
-    }
-}
-
-fn list_length(values: &mut impl Values, count: Scalar) -> Result<u64> {
-    let n = values.integer(count)?;
-    u64::try_from(n).map_err(|_| values.error(format!("a list has {n} items")))
-}
-
-/// The names of colors.
-const COLORS: [[&str; 3]; 3] =
-    [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
-
-/// Where the components of the colors of an element are, and what collects these.
-fn colors_of(element: &Element) -> Option<([usize; 3], Colors)> {
-    let found = element.first_complete(&COLORS)?;
-    let [r, g, b] = found.map(|(_, scalar)| scalar.full_intensity());
-    let full = if r == g && g == b { r } else { None };
-    Some((found.map(|(at, _)| at), Colors::new(full)))
-}
-
 /// What the element `vertex` holds.
 #[derive(Default)]
 struct Vertices {
@@ -275,17 +250,4 @@ impl Vertices {
         }
         Ok(Vertices { positions, colors, uv, no_numbers })
     }
-}
-
-/// An index as it should be, or what is wrong with it.
-fn vertex_index(k: i64, vertices: usize) -> std::result::Result<u32, String> {
-    u32::try_from(k)
-        .ok()
-        .filter(|&k| (k as usize) < vertices)
-        .ok_or_else(|| format!("refers to vertex {k}, but the file has {vertices}, counted from 0"))
-}
-
-/// Puts before a message which element it is about, and where.
-fn wrong(values: &impl Values, what: &str, j: usize) -> impl Fn(String) -> Error {
-    move |message| values.error(format!("{what} {j}: {message}"))
 }

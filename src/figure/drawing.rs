@@ -1,0 +1,76 @@
+//! What a figure is, apart from how it is drawn: panels, axes, series.
+
+use crate::error::Error;
+
+/// Panels under one legend.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    pub panels: Vec<Panel>,
+    pub width: Width,
+    /// Panels in a row; fewer, where they would be too narrow to read.
+    pub columns: usize,
+    /// A small line under the panels.
+    pub note: Option<String>,
+}
+
+/// The width in print.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Width {
+    /// 3.33 in.
+    Column,
+    /// 6.9 in.
+    Page,
+}
+
+/// One pair of axes. A label that the neighbor to the left (for y) or below (for x) repeats is shown once.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    pub title: Option<String>,
+    pub x: Axis,
+    pub y: Axis,
+    pub series: Vec<Series>,
+}
+
+/// Its range follows from the data.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    pub label: String,
+    pub scale: Scale,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    Linear,
+    Log,
+}
+
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// In the legend, once however many series have it; an empty label is not there.
+    pub label: String,
+    /// The same index looks the same in every panel and figure.
+    pub style: usize,
+    pub shape: Shape,
+    /// x and y. A point without a place on the axes, such as a NaN or a zero on a logarithmic one, is left out
+    /// and breaks the line.
+    pub points: Vec<[f64; 2]>,
+    /// x, low, high, such as quartiles: bars beside [`Shape::Marks`], an area behind lines.
+    pub band: Vec<[f64; 3]>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    Line,
+    /// Each value holds until the next x.
+    Steps,
+    Marks,
+    /// A line with about eight marks, fewer where it has fewer points.
+    LineMarks,
+    /// Thin, gray and dashed: a fitted slope, or the number of a paper.
+    Reference,
+}
+
+/// Figures are plain data; what stops one is said without a file name.
+pub(super) fn unsuitable(message: impl std::fmt::Display) -> Error {
+    Error::unsuitable(format!("the figure cannot be drawn: {message}"))
+}

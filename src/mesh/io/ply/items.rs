@@ -1,0 +1,46 @@
+//! What one property of an element is, and what is said of it.
+
+use super::header::{Element, Kind, Property, Scalar};
+use super::values::Values;
+use crate::error::{Error, Result};
+use crate::mesh::io::colors::Colors;
+
+pub fn skip_property(property: &Property, values: &mut impl Values) -> Result<()> {
+    match property.kind {
+        Kind::Scalar(scalar) => values.skip(scalar, 1),
+        Kind::List { count, item } => {
+            let n = list_length(values, count)?;
+            values.skip(item, n)
+        }
+    }
+}
+
+pub fn list_length(values: &mut impl Values, count: Scalar) -> Result<u64> {
+    let n = values.integer(count)?;
+    u64::try_from(n).map_err(|_| values.error(format!("a list has {n} items")))
+}
+
+/// The names of colors.
+const COLORS: [[&str; 3]; 3] =
+    [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+
+/// Where the components of the colors of an element are, and what collects these.
+pub fn colors_of(element: &Element) -> Option<([usize; 3], Colors)> {
+    let found = element.first_complete(&COLORS)?;
+    let [r, g, b] = found.map(|(_, scalar)| scalar.full_intensity());
+    let full = if r == g && g == b { r } else { None };
+    Some((found.map(|(at, _)| at), Colors::new(full)))
+}
+
+/// An index as it should be, or what is wrong with it.
+pub fn vertex_index(k: i64, vertices: usize) -> std::result::Result<u32, String> {
+    u32::try_from(k)
+        .ok()
+        .filter(|&k| (k as usize) < vertices)
+        .ok_or_else(|| format!("refers to vertex {k}, but the file has {vertices}, counted from 0"))
+}
+
+/// Puts before a message which element it is about, and where.
+pub fn wrong(values: &impl Values, what: &str, j: usize) -> impl Fn(String) -> Error {
+    move |message| values.error(format!("{what} {j}: {message}"))
+}

@@ -1,0 +1,10 @@
+//! How a region is shown.
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Region {
+    pub color: [f64; 3],
+    /// Its mean in the colors of the data, if it has one.
+    pub mean: Option<[f64; 3]>,
+    /// What the legend says of it.
+    pub text: String,
+}
