@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::seen::{self, DataSource, Manner, Seen};
 use meshseg::data::texture::Texel;
-use meshseg::data::{DataModel, Initial, PiecewiseConstant, looks};
+use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, looks};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Source};
 use meshseg::outcome::{self, Looks, Shown};
@@ -57,13 +57,15 @@ pub struct Arguments {
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true)]
     regions: u8,
 
-    /// Model of the data in a region
+    /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median but for
+    /// outliers, costs are distances, summed over the columns of the data
     #[arg(long, value_parser = named(&Model::NAMES), default_value = "constant")]
     model: Model,
 
-    /// Weight of the length of the cuts, in units of squared data times length [default: 0.02 times the variance
-    /// of the data, times the square root of the area, halved until no region is empty on a coarse mesh and the labels
-    /// there explain two thirds of the variance that k-means explains]
+    /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1) [default:
+    /// 0.02 times the variance of the data (half of their mean deviation for l1), times the square root of the area,
+    /// halved until no region is empty on a coarse mesh and the labels there explain two thirds of what k-means
+    /// (k-medians for l1) explains]
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
 
@@ -71,7 +73,7 @@ pub struct Arguments {
     #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     every: u64,
 
-    /// Where the region parameters start
+    /// Where the region parameters start. kmeans: means of clusters (medians for l1); random: those of random regions
     #[arg(long, value_parser = named(&Initial::NAMES), default_value = "kmeans")]
     init: Initial,
 
@@ -108,14 +110,16 @@ Examples:
 #[derive(Clone, Copy)]
 enum Model {
     Constant,
+    L1,
 }
 
 impl Model {
-    const NAMES: [(&'static str, Model); 1] = [("constant", Model::Constant)];
+    const NAMES: [(&'static str, Model); 2] = [("constant", Model::Constant), ("l1", Model::L1)];
 
     fn name(self) -> &'static str {
         match self {
             Model::Constant => "constant",
+            Model::L1 => "l1",
         }
     }
 }
@@ -159,6 +163,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
         Model::Constant => {
             found(&scaled, &PiecewiseConstant::new(&seen.data), &seen, arguments, request)
         }
+        Model::L1 => found(&scaled, &L1::new(&seen.data), &seen, arguments, request),
     };
     let Found { mut solution, regions, told, estimates } = found?;
     let lambda = solution.summary.lambda;

@@ -4,6 +4,7 @@
 pub mod constant;
 pub mod curved;
 pub mod kmeans;
+pub mod l1;
 pub mod looks;
 pub mod projection;
 pub mod range;
@@ -12,6 +13,7 @@ pub mod synthetic;
 pub mod texture;
 
 pub use constant::PiecewiseConstant;
+pub use l1::L1;
 
 use std::borrow::Cow;
 use std::fmt::Debug;
@@ -140,6 +142,11 @@ impl Data {
             }
         }
         found.len()
+    }
+
+    /// C_i at all vertices.
+    pub fn column(&self, i: usize) -> Vec<f64> {
+        self.values[i..].iter().step_by(self.dimension).copied().collect()
     }
 
     /// C(x_k).

@@ -215,7 +215,7 @@ impl Explained {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::{Data, PiecewiseConstant};
+    use crate::data::{Data, L1, PiecewiseConstant};
     use crate::operator::Mass;
     use crate::run::Sample;
     use crate::samples::{rng, shape};
@@ -473,5 +473,7 @@ mod tests {
         let model = PiecewiseConstant::new(&data);
         let error = of_data(&mesh, &model, &alternation(), &request(), &mut go).unwrap_err();
         assert!(error.to_string().contains("the costs of the data"), "{error}");
+        // Distances are no larger than the data.
+        assert!(of_data(&mesh, &L1::new(&data), &alternation(), &request(), &mut go).is_ok());
     }
 }

@@ -9,7 +9,8 @@ use rand::RngExt;
 
 use super::*;
 use crate::data::constant::Mean;
-use crate::data::{Data, PiecewiseConstant};
+use crate::data::l1::Median;
+use crate::data::{Data, L1, PiecewiseConstant};
 use crate::mesh::coarsen::Coarsening;
 use crate::operator::Mass;
 use crate::run::Sample;
@@ -161,8 +162,10 @@ fn the_energy_does_not_rise() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.4);
     let first = [[0.4; 3], [0.5; 3], [0.6, 0.4, 0.5]].map(|mu| mu.to_vec());
-    let means = first.map(|mean| Mean { mean });
+    let means = first.clone().map(|mean| Mean { mean });
     the_energy_of_a_model_does_not_rise(&mesh, &PiecewiseConstant::new(&data), &means);
+    let medians = first.map(|median| Median { median });
+    the_energy_of_a_model_does_not_rise(&mesh, &L1::new(&data), &medians);
 }
 
 #[test]
@@ -507,6 +510,32 @@ fn what_does_not_fit_is_refused() {
         };
         let message = error.to_string();
         assert!(message.contains(word) && !message.contains('\n'), "{message}");
+    }
+}
+
+/// Where a tenth of the data are anything, medians stay in the middle of the rest and labels follow them.
+#[test]
+fn medians_take_no_notice_of_outliers() {
+    let mesh = shape("sphere:4");
+    let (mut data, truth) = painted(&mesh, 0.1);
+    let mut rng = rng(112);
+    for color in data.values.chunks_mut(3) {
+        if rng.random_range(0..10) == 0 {
+            color.iter_mut().for_each(|c| *c = rng.random_range(-4.0..4.0));
+        }
+    }
+    for coarse_to_fine in [false, true] {
+        let alternation = alternation(Initial::KMeans, 5);
+        let model = L1::new(&data);
+        let request = Request { coarse_to_fine, ..request(0.0, Mass::Barycentric) };
+        let lambda = lambda::of_data(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        let request = Request { lambda, ..request };
+        let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        assert_eq!(found.solution.summary.status, Status::Converged);
+        let region = matched::<L1>(&found.parameters, 0.05);
+        let labels = &found.solution.labels;
+        let right = truth.iter().zip(labels).filter(|&(&t, &l)| region[t] == l as usize).count();
+        assert!(right as f64 > 0.97 * truth.len() as f64, "{right}");
     }
 }
 
