@@ -4,10 +4,11 @@ use std::ops::ControlFlow;
 
 use meshseg::colormap::categorical;
 use meshseg::data::seen::{Manner, see};
+use meshseg::data::{Initial, PiecewiseConstant};
 use meshseg::mesh::{Source, io};
 use meshseg::operator::Mass;
 use meshseg::run::Stop;
-use meshseg::segment::{Alternation, Initial, segment};
+use meshseg::segment::{Alternation, segment};
 use meshseg::solve::Request;
 use meshseg::solver::Method;
 
@@ -32,7 +33,8 @@ fn main() -> meshseg::Result<()> {
         keep_dual: false,
     };
     let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
-    let segmentation = segment(&mesh, &seen.data, &alternation, &request, &mut go_on)?;
+    let model = PiecewiseConstant::new(&seen.data);
+    let segmentation = segment(&mesh, &model, &alternation, &request, &mut go_on)?;
 
     for (p, region) in segmentation.parameters.iter().enumerate() {
         println!("region {p}: mean color {:.3?}", region.mean);

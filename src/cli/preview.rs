@@ -31,13 +31,19 @@ pub fn means(
     sums.into_iter().map(mean).collect()
 }
 
-/// A line of the legend. Of many means the first three are told.
-pub fn legend(p: usize, share: f64, mean: &[f64], number: impl Fn(f64) -> String) -> String {
+/// A line of the legend: `told` is what the model calls its numbers, the first three of which are told.
+pub fn legend(
+    p: usize,
+    share: f64,
+    told: &str,
+    numbers: &[f64],
+    number: impl Fn(f64) -> String,
+) -> String {
     let mut text = share_of(p, share);
-    if !mean.is_empty() {
-        let told: Vec<String> = mean.iter().take(3).map(|&mu| number(mu)).collect();
-        let more = if mean.len() > 3 { " …" } else { "" };
-        text += &format!("   mean {}{more}", told.join(" "));
+    if !numbers.is_empty() {
+        let first: Vec<String> = numbers.iter().take(3).map(|&mu| number(mu)).collect();
+        let more = if numbers.len() > 3 { " …" } else { "" };
+        text += &format!("   {told} {}{more}", first.join(" "));
     }
     text
 }

@@ -6,14 +6,14 @@ use meshseg::colormap::categorical;
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::seen::{self, DataSource, Manner, Seen};
 use meshseg::data::texture::Texel;
-use meshseg::data::{RegionParameters, looks};
-use meshseg::mesh::Source;
+use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, looks};
 use meshseg::mesh::geometry::barycentric_areas;
+use meshseg::mesh::{Mesh, Source};
 use meshseg::outcome::{self, Looks, Shown};
 use meshseg::render;
-use meshseg::segment::{Alternation, Initial, Segmentation, lambda, segment};
-use meshseg::solve::{Summary, check_mesh};
-use meshseg::sweep;
+use meshseg::segment::{Alternation, Segmentation, lambda, segment};
+use meshseg::solve::{Request, Solution, Summary, check_mesh};
+use meshseg::{Result, sweep};
 use serde::Serialize;
 
 use super::progress::Progress;
@@ -57,13 +57,15 @@ pub struct Arguments {
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true)]
     regions: u8,
 
-    /// Model of the data in a region
+    /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median but for
+    /// outliers, costs are distances, summed over the columns of the data
     #[arg(long, value_parser = named(&Model::NAMES), default_value = "constant")]
     model: Model,
 
-    /// Weight of the length of the cuts, in units of squared data times length [default: 0.02 times the variance
-    /// of the data, times the square root of the area, halved until no region is empty on a coarse mesh and the labels
-    /// there explain two thirds of the variance that k-means explains]
+    /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1) [default:
+    /// 0.02 times the variance of the data (half of their mean deviation for l1), times the square root of the area,
+    /// halved until no region is empty on a coarse mesh and the labels there explain two thirds of what k-means
+    /// (k-medians for l1) explains]
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
 
@@ -71,7 +73,7 @@ pub struct Arguments {
     #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     every: u64,
 
-    /// Where the region parameters start
+    /// Where the region parameters start. kmeans: means of clusters (medians for l1); random: those of random regions
     #[arg(long, value_parser = named(&Initial::NAMES), default_value = "kmeans")]
     init: Initial,
 
@@ -108,14 +110,16 @@ Examples:
 #[derive(Clone, Copy)]
 enum Model {
     Constant,
+    L1,
 }
 
 impl Model {
-    const NAMES: [(&'static str, Model); 1] = [("constant", Model::Constant)];
+    const NAMES: [(&'static str, Model); 2] = [("constant", Model::Constant), ("l1", Model::L1)];
 
     fn name(self) -> &'static str {
         match self {
             Model::Constant => "constant",
+            Model::L1 => "l1",
         }
     }
 }
@@ -138,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
-    let mut request = solving.request(arguments.lambda.unwrap_or(0.0))?;
+    let request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     let source = Source::parse(&arguments.mesh)?;
     let mesh = source.mesh()?;
     let tolerance = arguments.weld.unwrap_or(0.0);
@@ -155,25 +159,17 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let seen = seen::see(&source, welded, weld.as_ref(), arguments.data.as_ref(), &manner)?;
     seen.notes.iter().for_each(|line| note(&one_line(line)));
 
-    let cells = barycentric_areas(&scaled);
-    let alternation = Alternation {
-        regions: usize::from(arguments.regions),
-        initial: arguments.init,
-        seed: arguments.seed,
-        every: arguments.every,
+    let found = match arguments.model {
+        Model::Constant => {
+            found(&scaled, &PiecewiseConstant::new(&seen.data), &seen, arguments, request)
+        }
+        Model::L1 => found(&scaled, &L1::new(&seen.data), &seen, arguments, request),
     };
-    let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
-    let mut observe = |sample: Option<&_>| progress.observe(sample);
-    if arguments.lambda.is_none() {
-        request.lambda = lambda::of_data(&scaled, &seen.data, &alternation, &request, &mut observe)
-            .map_err(|error| error.of_file(Path::new(&seen.name)))?;
-    }
-    let mut segmentation = segment(&scaled, &seen.data, &alternation, &request, &mut observe)?;
-    progress.finish();
+    let Found { mut solution, regions, told, estimates } = found?;
+    let lambda = solution.summary.lambda;
 
-    let regions = describe_regions(&segmentation, &seen, &cells);
     let mut colors = seen.looks;
-    let warnings = &mut segmentation.solution.summary.warnings;
+    let warnings = &mut solution.summary.warnings;
     warnings.extend(seen.warnings);
     warnings.extend(match arguments.weld {
         Some(_) => welding::unmended(welded),
@@ -182,9 +178,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     if let Some(weld) = &weld {
         warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
         colors = weld.spread(&colors);
-        segmentation.solution = segmentation.solution.spread(&mesh, weld);
+        solution = solution.spread(&mesh, weld);
     }
-    let solution = &segmentation.solution;
     let summary = SegmentSummary {
         summary: &solution.summary,
         data: &seen.name,
@@ -197,26 +192,31 @@ fn run_here(arguments: &Arguments) -> Outcome {
         init: arguments.init.name(),
         seed: arguments.seed,
         every: arguments.every,
-        re_estimations: segmentation.estimates,
+        re_estimations: estimates,
         normalize: arguments.normalize,
         scale,
         region_parameters: &regions,
     };
-    let mean = mean_format(&regions);
+    let number = number_format(&regions);
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
         mean: region.color,
-        text: preview::legend(p, region.share, &region.parameters.mean, &mean),
+        text: preview::legend(p, region.share, told, &region.told, &number),
     };
     let looks = Looks {
         regions: regions.iter().enumerate().map(drawn).collect(),
         data: (!solving.no_preview).then(|| Shown {
             colors,
-            caption: looks::words(&seen.data, &seen.name, seen.unit_range, &cells),
+            caption: looks::words(
+                &seen.data,
+                &seen.name,
+                seen.unit_range,
+                &barycentric_areas(&scaled),
+            ),
             view: solving.view,
         }),
     };
-    outcome::write(&solving.out, &summary, solution, &mesh, &looks)?;
+    outcome::write(&solving.out, &summary, &solution, &mesh, &looks)?;
 
     if weld.is_some() {
         let welded = welding::note(weld.as_ref(), tolerance);
@@ -236,9 +236,46 @@ fn run_here(arguments: &Arguments) -> Outcome {
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
     lines.push(("written to", solving.out.display().to_string()));
-    let next = next_step(arguments, request.lambda);
-    let printed = print(&(table::pairs(&lines) + "\n" + &regions_table(&regions) + "\n" + &next));
+    let next = next_step(arguments, lambda);
+    let printed =
+        print(&(table::pairs(&lines) + "\n" + &regions_table(told, &regions) + "\n" + &next));
     exit(solution.summary.status, printed)
+}
+
+/// What a model of any kind makes of the data.
+struct Found {
+    solution: Solution,
+    regions: Vec<Region>,
+    /// What the numbers of the regions are called.
+    told: &'static str,
+    estimates: usize,
+}
+
+/// Segments the data, after a lambda for them is found if none is given.
+fn found<D: DataModel>(
+    mesh: &Mesh,
+    model: &D,
+    seen: &Seen,
+    arguments: &Arguments,
+    mut request: Request,
+) -> Result<Found> {
+    let alternation = Alternation {
+        regions: usize::from(arguments.regions),
+        initial: arguments.init,
+        seed: arguments.seed,
+        every: arguments.every,
+    };
+    let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
+    let mut observe = |sample: Option<&_>| progress.observe(sample);
+    if arguments.lambda.is_none() {
+        request.lambda = lambda::of_data(mesh, model, &alternation, &request, &mut observe)
+            .map_err(|error| error.of_file(Path::new(&seen.name)))?;
+    }
+    let segmentation = segment(mesh, model, &alternation, &request, &mut observe)?;
+    progress.finish();
+    let regions = describe_regions::<D>(&segmentation, seen, &barycentric_areas(mesh));
+    let Segmentation { solution, estimates, .. } = segmentation;
+    Ok(Found { solution, regions, told: D::TOLD, estimates })
 }
 
 /// What to look at, and what to try then.
@@ -256,8 +293,12 @@ fn next_step(arguments: &Arguments, lambda: f64) -> String {
 /// What is told of one region.
 #[derive(Serialize)]
 struct Region {
+    /// mu_p, under names of the model.
     #[serde(flatten)]
-    parameters: RegionParameters,
+    parameters: serde_json::Value,
+    /// What is told of them in a few numbers.
+    #[serde(skip)]
+    told: Vec<f64>,
     /// As which it is drawn.
     palette: [f64; 3],
     /// Mean of the shown colors over its vertices, if it has any.
@@ -288,7 +329,11 @@ struct SegmentSummary<'a> {
     region_parameters: &'a [Region],
 }
 
-fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> Vec<Region> {
+fn describe_regions<D: DataModel>(
+    segmentation: &Segmentation<D::Parameters>,
+    seen: &Seen,
+    area: &[f64],
+) -> Vec<Region> {
     let m = segmentation.parameters.len();
     let mut areas = vec![0.0; m];
     let labels = &segmentation.solution.labels;
@@ -297,13 +342,14 @@ fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> V
     }
     let colors = preview::means(&seen.looks, labels, area, m);
     let total: f64 = area.iter().sum();
-    let parameters = segmentation.parameters.iter().cloned();
+    let parameters = segmentation.parameters.iter();
     parameters
         .zip(areas)
         .zip(colors)
         .enumerate()
         .map(|(p, ((parameters, area), color))| Region {
-            parameters,
+            parameters: serde_json::to_value(parameters).expect("a map of numbers"),
+            told: D::told(parameters).to_vec(),
             palette: categorical(p),
             color,
             area,
@@ -312,18 +358,18 @@ fn describe_regions(segmentation: &Segmentation, seen: &Seen, area: &[f64]) -> V
         .collect()
 }
 
-/// How the means of the regions are written.
-fn mean_format(regions: &[Region]) -> impl Fn(f64) -> String {
-    table::together(table::largest(regions.iter().flat_map(|r| &r.parameters.mean)), 3)
+/// How the numbers of the regions are written.
+fn number_format(regions: &[Region]) -> impl Fn(f64) -> String {
+    table::together(table::largest(regions.iter().flat_map(|region| &region.told)), 3)
 }
 
-fn regions_table(regions: &[Region]) -> String {
+fn regions_table(told: &str, regions: &[Region]) -> String {
     let mut rows: Vec<Vec<String>> =
-        vec![["region", "drawn", "color", "mean", "area", "share"].map(String::from).to_vec()];
-    let mean = mean_format(regions);
+        vec![["region", "drawn", "color", told, "area", "share"].map(String::from).to_vec()];
+    let number = number_format(regions);
     let area = table::together(table::largest(regions.iter().map(|region| &region.area)), 4);
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
-        let mean: Vec<String> = region.parameters.mean.iter().map(|&mu| mean(mu)).collect();
+        let told: Vec<String> = region.told.iter().map(|&mu| number(mu)).collect();
         let hex = |color: [f64; 3]| {
             let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
             format!("#{r:02x}{g:02x}{b:02x}")
@@ -332,7 +378,7 @@ fn regions_table(regions: &[Region]) -> String {
             p.to_string(),
             hex(region.palette),
             region.color.map_or_else(String::new, hex),
-            mean.join(" "),
+            told.join(" "),
             area(region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]

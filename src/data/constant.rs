@@ -6,64 +6,192 @@
 //!
 //! Delaunoy et al., ICCV 2009, section 3.2; the Chan-Vese model for m = 2.
 
-use super::{Data, DataModel, RegionParameters};
+use std::borrow::Cow;
+
+use rand::RngExt;
+use rand_pcg::Pcg64;
+use serde::Serialize;
+
+use super::kmeans::kmeans;
+use super::{Data, DataModel, Initial, Scale};
+use crate::error::Result;
 use crate::field::Row;
+use crate::mesh::coarsen::Coarsening;
+use crate::mesh::order::Order;
 use crate::sweep::{collect, sum};
 
+#[derive(Clone)]
 pub struct PiecewiseConstant<'a> {
-    data: &'a Data,
-    /// mu_p in R^d, one per region.
-    mu: Vec<Vec<f64>>,
+    /// C.
+    data: Cow<'a, Data>,
+}
+
+/// mu_p.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mean {
+    /// d numbers, in the units of the data.
+    pub mean: Vec<f64>,
 }
 
 impl<'a> PiecewiseConstant<'a> {
-    /// Starts with the given means.
-    pub fn new(data: &'a Data, mu: Vec<Vec<f64>>) -> Self {
-        assert!(mu.iter().all(|mu| mu.len() == data.dimension));
-        PiecewiseConstant { data, mu }
+    pub fn new(data: &'a Data) -> Self {
+        PiecewiseConstant { data: Cow::Borrowed(data) }
     }
 }
 
-impl<const M: usize> DataModel<M> for PiecewiseConstant<'_> {
-    fn costs(&self) -> Vec<Row<M>> {
+impl DataModel for PiecewiseConstant<'_> {
+    type Parameters = Mean;
+
+    const TOLD: &'static str = "mean";
+
+    fn told(mu: &Mean) -> &[f64] {
+        &mu.mean
+    }
+
+    fn vertices(&self) -> usize {
+        self.data.len()
+    }
+
+    fn is_known(&self, k: usize) -> bool {
+        self.data.is_known(k)
+    }
+
+    fn different(&self, most: usize) -> usize {
+        self.data.different(most)
+    }
+
+    fn in_order(&self, order: &Order) -> Cow<'_, Self> {
+        match self.data.in_order(order) {
+            Cow::Borrowed(_) => Cow::Borrowed(self),
+            Cow::Owned(data) => Cow::Owned(PiecewiseConstant { data: Cow::Owned(data) }),
+        }
+    }
+
+    /// The means of the data:
+    ///
+    /// ```text
+    /// w_coarse = P^T w,   C_coarse = P^T (w C) / w_coarse
+    /// w_coarse |C_coarse - mu_p|^2 = ( P^T w |C - mu_p|^2 )_coarse - the variance that was averaged away
+    /// ```
+    ///
+    /// which is the same for every region: the restricted costs, up to a constant that no label changes.
+    fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
+        let Data { dimension: d, .. } = *self.data;
+        let mut values = vec![0.0; coarse.len() * d];
+        for (v, parents) in level.parents.iter().enumerate().filter(|&(v, _)| self.is_known(v)) {
+            for (&c, share) in parents.corners.iter().zip(parents.weights) {
+                let (c, w) = (c as usize, share * weights[v]);
+                for (sum, x) in values[c * d..(c + 1) * d].iter_mut().zip(self.data.at(v)) {
+                    *sum += w * x;
+                }
+            }
+        }
+        for (mean, &w) in values.chunks_mut(d).zip(coarse) {
+            if w > 0.0 {
+                mean.iter_mut().for_each(|x| *x /= w);
+            }
+        }
+        PiecewiseConstant { data: Cow::Owned(Data { dimension: d, values }) }
+    }
+
+    /// The variance, the standard deviation, and the widest range of a coordinate.
+    fn scale(&self, weights: &[f64]) -> Scale {
+        let variance = self.data.robust_variance(weights);
+        Scale { cost: variance, distance: variance.sqrt(), change: range(&self.data) }
+    }
+
+    fn start(
+        &self,
+        initial: Initial,
+        m: usize,
+        weights: &[f64],
+        rng: &mut Pcg64,
+    ) -> Result<Vec<Mean>> {
+        let data = &*self.data;
+        let area = data.known_area(weights);
+        let means = match initial {
+            Initial::KMeans => kmeans(&data.values, data.dimension, &area, m, rng),
+            Initial::Random => means_of_partition(data, &area, m, rng),
+        };
+        Ok(means.into_iter().map(|mean| Mean { mean }).collect())
+    }
+
+    fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
+        assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
         let cost = |k: usize, mu: &[f64]| -> f64 {
             self.data.at(k).iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
         };
-        let known = |k: usize| self.data.is_known(k);
-        let row = |k: usize| Row::from_fn(|p| self.mu.get(p).map_or(0.0, |mu| cost(k, mu)));
-        collect(self.data.len(), |k| if known(k) { row(k) } else { Row::ZERO })
+        let row = |k: usize| Row::from_fn(|p| mu.get(p).map_or(0.0, |mu| cost(k, &mu.mean)));
+        collect(self.data.len(), |k| if self.is_known(k) { row(k) } else { Row::ZERO })
     }
 
-    fn fit(&mut self, weights: &[Row<M>]) -> f64 {
+    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
         let n = weights.len();
-        let known = |k: usize| self.data.is_known(k);
-        let total = sum(n, |k| weights[k].0.iter().sum());
+        let masses = self.data.masses(weights, mu.len());
         let mut change = 0.0;
-        for (p, mu) in self.mu.iter_mut().enumerate() {
-            let mass = sum(n, |k| if known(k) { weights[k].0[p] } else { 0.0 });
-            if mass <= f64::EPSILON * total {
-                continue;
-            }
-            for (i, mu) in mu.iter_mut().enumerate() {
+        for (p, (mu, mass)) in mu.iter_mut().zip(masses).enumerate() {
+            let Some(mass) = mass else { continue };
+            for (i, mu) in mu.mean.iter_mut().enumerate() {
                 let moment = |k: usize| weights[k].0[p] * self.data.at(k)[i];
-                let mean = sum(n, |k| if known(k) { moment(k) } else { 0.0 }) / mass;
+                let mean = sum(n, |k| if self.is_known(k) { moment(k) } else { 0.0 }) / mass;
                 change = f64::max(change, (mean - *mu).abs());
                 *mu = mean;
             }
         }
-        change
+        Ok(change)
     }
 
-    fn parameters(&self) -> Vec<RegionParameters> {
-        self.mu.iter().map(|mu| RegionParameters { mean: mu.clone() }).collect()
+    /// |mu_a - mu_b|.
+    fn distance(a: &Mean, b: &Mean) -> f64 {
+        let pairs = a.mean.iter().zip(&b.mean);
+        pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
     }
+}
+
+/// The means of m regions that vertices are drawn into; a region that drew none has the mean of all.
+fn means_of_partition(data: &Data, area: &[f64], m: usize, rng: &mut Pcg64) -> Vec<Vec<f64>> {
+    let mut mass = vec![0.0; m];
+    let mut sums = vec![vec![0.0; data.dimension]; m];
+    for (k, &a) in area.iter().enumerate() {
+        let p = rng.random_range(0..m);
+        if !data.is_known(k) {
+            continue;
+        }
+        mass[p] += a;
+        for (sum, c) in sums[p].iter_mut().zip(data.at(k)) {
+            *sum += a * c;
+        }
+    }
+    let total: f64 = mass.iter().sum();
+    let mean: Vec<f64> =
+        (0..data.dimension).map(|i| sums.iter().map(|sum| sum[i]).sum::<f64>() / total).collect();
+    sums.into_iter()
+        .zip(mass)
+        .map(|(sum, mass)| {
+            if mass > 0.0 { sum.into_iter().map(|sum| sum / mass).collect() } else { mean.clone() }
+        })
+        .collect()
+}
+
+/// The widest range of a coordinate of the data.
+fn range(data: &Data) -> f64 {
+    (0..data.dimension)
+        .map(|i| {
+            // f64::min and max take no notice of NaN.
+            let column = data.values[i..].iter().step_by(data.dimension).copied();
+            let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                (f64::min(low, x), f64::max(high, x))
+            });
+            high - low
+        })
+        .fold(0.0, f64::max)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::operator::Mass;
-    use crate::samples::{bumpy, needles, random_labels, rng, shape};
+    use crate::samples::{bumpy, needles, random_labels, rng, shape, with_isolated_vertices};
     use rand::RngExt;
 
     fn random_data(n: usize, dimension: usize) -> Data {
@@ -71,11 +199,16 @@ mod tests {
         Data::new(dimension, (0..n * dimension).map(|_| rng.random()).collect()).unwrap()
     }
 
+    fn means<const P: usize>(means: [&[f64]; P]) -> Vec<Mean> {
+        means.map(|mean| Mean { mean: mean.to_vec() }).to_vec()
+    }
+
     #[test]
     fn costs_are_squared_distances() {
         let data = Data::new(2, vec![0.0, 1.0, 3.0, 5.0]).unwrap();
-        let model = PiecewiseConstant::new(&data, vec![vec![0.0, 0.0], vec![3.0, 1.0]]);
-        assert_eq!(DataModel::<2>::costs(&model), [Row([1.0, 9.0]), Row([34.0, 16.0])]);
+        let model = PiecewiseConstant::new(&data);
+        let costs = model.costs::<2>(&means([&[0.0, 0.0], &[3.0, 1.0]]));
+        assert_eq!(costs, [Row([1.0, 9.0]), Row([34.0, 16.0])]);
     }
 
     /// The fitted means minimize sum <u, M s>, for each quadrature: moving one coordinate of one mean by
@@ -85,29 +218,29 @@ mod tests {
         for mesh in [shape("sphere:2"), bumpy(6).scaled(1e-3), needles(4, 1e-4)] {
             let n = mesh.vertices.len();
             let data = random_data(n, 2);
+            let model = PiecewiseConstant::new(&data);
             let u = random_labels::<3>(n, 3, &mut rng(122));
             for mass in Mass::NAMES.map(|(_, mass)| mass) {
-                let energy = |mu: &[Vec<f64>]| -> f64 {
-                    let model = PiecewiseConstant::new(&data, mu.to_vec());
-                    let f = mass.on(&mesh).integrate(&DataModel::<3>::costs(&model));
+                let energy = |mu: &[Mean]| -> f64 {
+                    let f = mass.on(&mesh).integrate(&model.costs::<3>(mu));
                     u.iter().zip(&f).map(|(u, &f)| u.dot(f)).sum()
                 };
-                let mut model = PiecewiseConstant::new(&data, vec![vec![0.5; 2]; 3]);
-                let before = energy(&model.mu);
+                let mut mu = means([&[0.5; 2]; 3]);
+                let before = energy(&mu);
                 let weights = mass.on(&mesh).integrate(&u);
-                DataModel::<3>::fit(&mut model, &weights);
-                let least = energy(&model.mu);
+                model.fit(&weights, &mut mu).unwrap();
+                let least = energy(&mu);
                 assert!(least < before);
                 for p in 0..3 {
                     let region: f64 = weights.iter().map(|w| w.0[p]).sum();
                     for (i, d) in [(0, 1e-2), (1, -1e-2), (0, -0.3), (1, 0.3)] {
-                        let mut mu = model.mu.clone();
-                        mu[p][i] += d;
-                        let rise = energy(&mu) - least;
+                        let mut moved = mu.clone();
+                        moved[p].mean[i] += d;
+                        let rise = energy(&moved) - least;
                         assert!((rise - d * d * region).abs() <= 1e-12 * before, "{mass:?}, {d}");
                     }
                 }
-                assert_eq!(DataModel::<3>::fit(&mut model, &weights), 0.0);
+                assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
             }
         }
     }
@@ -116,23 +249,22 @@ mod tests {
     #[test]
     fn unknown_vertices_count_for_nothing() {
         let data = Data::new(2, vec![0.0, 1.0, f64::NAN, 7.0, 4.0, 3.0]).unwrap();
-        let mut model = PiecewiseConstant::new(&data, vec![vec![0.0, 0.0], vec![3.0, 1.0]]);
-        assert_eq!(DataModel::<2>::costs(&model)[1], Row::ZERO);
-        DataModel::<2>::fit(&mut model, &[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.5, 2.0])]);
-        assert_eq!(model.mu, [[2.0, 2.0], [4.0, 3.0]]);
-        assert!(data.is_known(0) && !data.is_known(1));
+        let model = PiecewiseConstant::new(&data);
+        let mut mu = means([&[0.0, 0.0], &[3.0, 1.0]]);
+        assert_eq!(model.costs::<2>(&mu)[1], Row::ZERO);
+        model.fit(&[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.5, 2.0])], &mut mu).unwrap();
+        assert_eq!(mu, means([&[2.0, 2.0], &[4.0, 3.0]]));
+        assert!(model.is_known(0) && !model.is_known(1));
         assert_eq!(data.variance(&[1.0, 5.0, 1.0]), 5.0);
     }
 
     #[test]
     fn an_empty_region_keeps_its_parameters() {
         let data = random_data(5, 2);
-        let mut model = PiecewiseConstant::new(&data, vec![vec![0.1; 2], vec![7.0, -3.0]]);
-        let change = DataModel::<2>::fit(&mut model, &[Row([0.2, 0.0]); 5]);
-        let means: Vec<Vec<f64>> =
-            DataModel::<2>::parameters(&model).into_iter().map(|p| p.mean).collect();
-        assert_eq!(means[1], [7.0, -3.0]);
-        let moved = f64::max((means[0][0] - 0.1).abs(), (means[0][1] - 0.1).abs());
+        let mut mu = means([&[0.1; 2], &[7.0, -3.0]]);
+        let change = PiecewiseConstant::new(&data).fit(&[Row([0.2, 0.0]); 5], &mut mu).unwrap();
+        assert_eq!(mu[1].mean, [7.0, -3.0]);
+        let moved = f64::max((mu[0].mean[0] - 0.1).abs(), (mu[0].mean[1] - 0.1).abs());
         assert_eq!(change, moved);
         assert!(change > 0.0);
     }
@@ -141,10 +273,52 @@ mod tests {
     #[test]
     fn padded_regions_have_no_parameters() {
         let data = random_data(4, 1);
-        let mut model = PiecewiseConstant::new(&data, vec![vec![0.5]; 9]);
+        let model = PiecewiseConstant::new(&data);
+        let mut mu = means([&[0.5]; 9]);
         let u = random_labels::<12>(4, 9, &mut rng(123));
-        DataModel::<12>::fit(&mut model, &u);
-        assert_eq!(DataModel::<12>::parameters(&model).len(), 9);
-        assert!(DataModel::<12>::costs(&model).iter().all(|s| s.0[9..] == [0.0; 3]));
+        model.fit(&u, &mut mu).unwrap();
+        assert_eq!(mu.len(), 9);
+        assert!(model.costs::<12>(&mu).iter().all(|s| s.0[9..] == [0.0; 3]));
+    }
+
+    /// A vertex of which nothing is known has no weight in any mean.
+    #[test]
+    fn unknown_data_are_in_no_mean() {
+        let mesh = bumpy(12);
+        let mut rng = rng(42);
+        let values = mesh.vertices.iter().map(|_| match rng.random_range(0..3) {
+            0 => f64::NAN,
+            _ => 0.25,
+        });
+        let data = Data::new(1, values.collect()).unwrap();
+        let weights = Mass::Barycentric.weights(&mesh);
+        let level = mesh.coarsened();
+        let coarse = level.restricted(&weights, |v| data.is_known(v));
+        let means = PiecewiseConstant::new(&data).restricted(&level, &weights, &coarse);
+        let mean =
+            |(w, x): (&f64, &f64)| if *w > 0.0 { (x - 0.25).abs() <= 1e-15 } else { *x == 0.0 };
+        assert!(coarse.iter().zip(&means.data.values).all(mean));
+    }
+
+    /// The costs of the means are the restricted costs, less what is the same for every region.
+    #[test]
+    fn means_have_the_restricted_costs_up_to_a_constant() {
+        let mesh = with_isolated_vertices(bumpy(12));
+        let data = random_data(mesh.vertices.len(), 2);
+        let model = PiecewiseConstant::new(&data);
+        let weights = Mass::Barycentric.weights(&mesh);
+        let level = mesh.coarsened();
+        let coarse = level.restricted(&weights, |_| true);
+        let restricted = model.restricted(&level, &weights, &coarse);
+        let mu = means([&[0.2, 0.9], &[0.5, 0.1], &[1.4, 0.3]]);
+        let costs = |model: &PiecewiseConstant, weights: &[f64]| -> Vec<Row<3>> {
+            model.costs::<3>(&mu).iter().zip(weights).map(|(&s, &w)| s * w).collect()
+        };
+        let exact = crate::transfer::restrict(&level, &costs(&model, &weights));
+        for (f, exact) in costs(&restricted, &coarse).into_iter().zip(exact) {
+            let constant = exact - f;
+            assert!(constant.min() >= -1e-15);
+            assert!(constant.max() - constant.min() <= 1e-14);
+        }
     }
 }

@@ -1,13 +1,19 @@
-//! Area-weighted k-means in the space of the data: where the region parameters start.
+//! Area-weighted k-means and k-medians in the space of the data: where the region parameters start.
 //!
-//! Minimizes sum_k a_k min_p |y_k - c_p|^2 over the centers c_p. Seeding: D. Arthur, S. Vassilvitskii,
+//! ```text
+//! sum_k a_k min_p |y_k - c_p|^2      centers are means
+//! sum_k a_k min_p |y_k - c_p|_1      centers are medians, coordinate by coordinate
+//! ```
+//!
+//! is minimized over the centers c_p. Seeding: D. Arthur, S. Vassilvitskii,
 //! *k-means++: the advantages of careful seeding*, SODA 2007: each next center is a datum drawn with
-//! probability a_k D_k^2, D_k the distance to the centers so far. Then Lloyd's alternation of nearest
-//! centers and weighted means. Several seedings compete on a random subset of the data; the best one
-//! continues on all of them.
+//! probability a_k times its cost, that of the nearest center so far. Then Lloyd's alternation of nearest
+//! centers and weighted means or medians. Several seedings compete on a random subset of the data; the best one
+//! continues on all of them, if that is quick.
 
 use rand::{Rng, RngExt};
 
+use super::range::median;
 use crate::sweep::collect;
 
 const SEEDINGS: usize = 8;
@@ -26,6 +32,89 @@ pub fn kmeans(
     regions: usize,
     rng: &mut impl Rng,
 ) -> Vec<Vec<f64>> {
+    clusters::<Squares>(data, d, area, regions, rng)
+}
+
+/// The same with medians, of the subset: those of all data take a sort a step, and differ little.
+pub fn kmedians(
+    data: &[f64],
+    d: usize,
+    area: &[f64],
+    regions: usize,
+    rng: &mut impl Rng,
+) -> Vec<Vec<f64>> {
+    clusters::<Absolutes>(data, d, area, regions, rng)
+}
+
+/// What a center is.
+trait Center {
+    /// Whether Lloyd's steps on all data are quick.
+    const QUICK: bool;
+
+    /// Of a datum, with its center.
+    fn cost(datum: &[f64], center: &[f64]) -> f64;
+
+    /// Moves the center of each cluster to where its data cost the least; an empty cluster keeps its own.
+    fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]);
+}
+
+struct Squares;
+
+impl Center for Squares {
+    const QUICK: bool = true;
+
+    fn cost(datum: &[f64], center: &[f64]) -> f64 {
+        datum.iter().zip(center).map(|(s, t)| (s - t) * (s - t)).sum()
+    }
+
+    fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]) {
+        let d = data.d;
+        let mut sums = vec![0.0; centers.len()];
+        let mut weights = vec![0.0; centers.len() / d];
+        for (k, (&a, &p)) in data.weight.iter().zip(assigned).enumerate() {
+            weights[p] += a;
+            let sum = &mut sums[p * d..][..d];
+            sum.iter_mut().zip(data.row(k)).for_each(|(s, y)| *s += a * y);
+        }
+        for p in (0..weights.len()).filter(|&p| weights[p] > 0.0) {
+            for i in p * d..(p + 1) * d {
+                centers[i] = sums[i] / weights[p];
+            }
+        }
+    }
+}
+
+struct Absolutes;
+
+impl Center for Absolutes {
+    const QUICK: bool = false;
+
+    fn cost(datum: &[f64], center: &[f64]) -> f64 {
+        datum.iter().zip(center).map(|(s, t)| (s - t).abs()).sum()
+    }
+
+    fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]) {
+        for (p, center) in centers.chunks_mut(data.d).enumerate() {
+            let members = || (0..assigned.len()).filter(|&k| assigned[k] == p);
+            let weight: Vec<f64> = members().map(|k| data.weight[k]).collect();
+            if weight.is_empty() {
+                continue;
+            }
+            for (i, center) in center.iter_mut().enumerate() {
+                let values: Vec<f64> = members().map(|k| data.row(k)[i]).collect();
+                *center = median(&values, &weight);
+            }
+        }
+    }
+}
+
+fn clusters<C: Center>(
+    data: &[f64],
+    d: usize,
+    area: &[f64],
+    regions: usize,
+    rng: &mut impl Rng,
+) -> Vec<Vec<f64>> {
     assert!(d > 0 && regions > 0 && data.len() == d * area.len());
     let all = Weighted::positive(data, d, area);
     assert!(!all.weight.is_empty(), "no datum has a positive weight");
@@ -33,15 +122,15 @@ pub fn kmeans(
     let subset = all.subset(SUBSET, rng);
     let mut best = (f64::INFINITY, Vec::new());
     for _ in 0..SEEDINGS {
-        let mut centers = subset.seed(regions, rng);
-        let cost = subset.lloyd(&mut centers);
+        let mut centers = subset.seed::<C>(regions, rng);
+        let cost = subset.lloyd::<C>(&mut centers);
         if cost < best.0 || best.1.is_empty() {
             best = (cost, centers);
         }
     }
     let mut centers = best.1;
-    if subset.weight.len() < all.weight.len() {
-        all.lloyd(&mut centers);
+    if C::QUICK && subset.weight.len() < all.weight.len() {
+        all.lloyd::<C>(&mut centers);
     }
     centers.chunks(d).map(<[f64]>::to_vec).collect()
 }
@@ -89,14 +178,14 @@ impl Weighted {
     }
 
     /// k-means++; once every row coincides with a center, rows are drawn by weight alone.
-    fn seed(&self, regions: usize, rng: &mut impl Rng) -> Vec<f64> {
+    fn seed<C: Center>(&self, regions: usize, rng: &mut impl Rng) -> Vec<f64> {
         let mut centers = self.row(draw(&self.weight, rng)).to_vec();
-        let mut distance = vec![f64::INFINITY; self.weight.len()];
+        let mut cost = vec![f64::INFINITY; self.weight.len()];
         let mut chance = vec![0.0; self.weight.len()];
         while centers.len() < regions * self.d {
             let newest = &centers[centers.len() - self.d..];
-            for (k, nearest) in distance.iter_mut().enumerate() {
-                *nearest = nearest.min(distance_squared(self.row(k), newest));
+            for (k, nearest) in cost.iter_mut().enumerate() {
+                *nearest = nearest.min(C::cost(self.row(k), newest));
                 chance[k] = self.weight[k] * *nearest;
             }
             let covered = chance.iter().all(|&c| c == 0.0);
@@ -107,52 +196,38 @@ impl Weighted {
     }
 
     /// Lloyd's steps until no row changes its center, or a fixed number of them. Returns the cost of the
-    /// centers before the last step, which the step can only lower. An empty cluster keeps its center.
-    fn lloyd(&self, centers: &mut [f64]) -> f64 {
-        let regions = centers.len() / self.d;
+    /// centers before the last step, which the step can only lower.
+    fn lloyd<C: Center>(&self, centers: &mut [f64]) -> f64 {
         let mut assigned = vec![usize::MAX; self.weight.len()];
         let mut cost = f64::INFINITY;
         for _ in 0..STEPS {
             let mut changed = false;
-            let mut sums = vec![0.0; centers.len()];
-            let mut weights = vec![0.0; regions];
             cost = 0.0;
-            let found = collect(self.weight.len(), |k| nearest(self.row(k), centers));
-            for (k, (&a, (p, distance))) in self.weight.iter().zip(found).enumerate() {
+            let found = collect(self.weight.len(), |k| nearest::<C>(self.row(k), centers));
+            for (k, (&a, (p, cost_here))) in self.weight.iter().zip(found).enumerate() {
                 changed |= assigned[k] != p;
                 assigned[k] = p;
-                cost += a * distance;
-                weights[p] += a;
-                let sum = &mut sums[p * self.d..][..self.d];
-                sum.iter_mut().zip(self.row(k)).for_each(|(s, y)| *s += a * y);
+                cost += a * cost_here;
             }
             if !changed {
                 break;
             }
-            for p in (0..regions).filter(|&p| weights[p] > 0.0) {
-                for i in p * self.d..(p + 1) * self.d {
-                    centers[i] = sums[i] / weights[p];
-                }
-            }
+            C::moved(self, &assigned, centers);
         }
         cost
     }
 }
 
-/// The nearest center, the first of equals, and its squared distance.
-fn nearest(row: &[f64], centers: &[f64]) -> (usize, f64) {
+/// The nearest center, the first of equals, and what it costs.
+fn nearest<C: Center>(row: &[f64], centers: &[f64]) -> (usize, f64) {
     let mut best = (0, f64::INFINITY);
     for (p, center) in centers.chunks_exact(row.len()).enumerate() {
-        let distance = distance_squared(row, center);
-        if distance < best.1 {
-            best = (p, distance);
+        let cost = C::cost(row, center);
+        if cost < best.1 {
+            best = (p, cost);
         }
     }
     best
-}
-
-fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(s, t)| (s - t) * (s - t)).sum()
 }
 
 /// An index drawn with probability proportional to the weights, some of which are positive.
@@ -198,7 +273,7 @@ mod tests {
             let data = blobs(&truth, n, 0.1);
             let found = kmeans(&data, 2, &vec![1.0; n * truth.len()], 5, &mut rng(1));
             for center in truth {
-                let hits = found.iter().filter(|c| distance_squared(c, &center) < 1e-3).count();
+                let hits = found.iter().filter(|c| Squares::cost(c, &center) < 1e-3).count();
                 assert_eq!(hits, 1, "{found:?}");
             }
         }
@@ -214,16 +289,39 @@ mod tests {
         assert!((weighted[0][0] - 4.1 / 7.0).abs() < 1e-15);
     }
 
-    #[test]
-    fn lloyd_never_raises_the_cost_of_the_seeding() {
+    fn lloyd_lowers_the_cost_of<C: Center>() {
         let data = blobs(&[[0.0, 0.0], [0.3, 0.1], [0.1, 0.4]], 100, 0.5);
         let samples = Weighted::positive(&data, 2, &[1.0; 300]);
         for seed in 0..20 {
-            let mut centers = samples.seed(4, &mut rng(seed));
-            let seeded: f64 = (0..300).map(|k| nearest(samples.row(k), &centers).1).sum();
-            samples.lloyd(&mut centers);
-            let reached: f64 = (0..300).map(|k| nearest(samples.row(k), &centers).1).sum();
+            let mut centers = samples.seed::<C>(4, &mut rng(seed));
+            let cost = |centers: &[f64]| -> f64 {
+                (0..300).map(|k| nearest::<C>(samples.row(k), centers).1).sum()
+            };
+            let seeded = cost(&centers);
+            samples.lloyd::<C>(&mut centers);
+            let reached = cost(&centers);
             assert!(reached <= seeded, "{reached} {seeded}");
+        }
+    }
+
+    #[test]
+    fn lloyd_never_raises_the_cost_of_the_seeding() {
+        lloyd_lowers_the_cost_of::<Squares>();
+        lloyd_lowers_the_cost_of::<Absolutes>();
+    }
+
+    /// A tenth of the data anywhere moves the means, and the medians by next to nothing.
+    #[test]
+    fn medians_stay_where_the_data_are() {
+        let truth = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let mut data = blobs(&truth, 2000, 0.1);
+        let mut rng = rng(8);
+        data.extend((0..1200).map(|_| rng.random_range(-2.0..3.0)));
+        let area = vec![1.0; data.len() / 2];
+        let found = kmedians(&data, 2, &area, 3, &mut rng);
+        for center in truth {
+            let hits = found.iter().filter(|c| Squares::cost(c, &center) < 1e-3).count();
+            assert_eq!(hits, 1, "{found:?}");
         }
     }
 

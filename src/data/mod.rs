@@ -1,9 +1,10 @@
-//! Data models: which pointwise costs s_p(x) the data suggest for region p, and which region parameters
-//! suit given labels. One likelihood a file.
+//! Data models: which pointwise costs s_p(x) the data suggest for region p, and which region parameters mu_p
+//! suit given labels. One likelihood a file; what all of them have to answer is [`DataModel`].
 
 pub mod constant;
 pub mod curved;
 pub mod kmeans;
+pub mod l1;
 pub mod looks;
 pub mod projection;
 pub mod range;
@@ -12,14 +13,19 @@ pub mod synthetic;
 pub mod texture;
 
 pub use constant::PiecewiseConstant;
+pub use l1::L1;
 
 use std::borrow::Cow;
+use std::fmt::Debug;
 
+use rand_pcg::Pcg64;
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::field::Row;
+use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
+use crate::sweep::sum;
 use range::robust_unit_range;
 
 /// What is segmented: a value in R^d at every vertex. Where nothing is known, d times NaN: such a vertex costs nothing,
@@ -116,28 +122,130 @@ impl Data {
         if most > 0.0 { all.min(4.0 * most) } else { all }
     }
 
+    /// int u_p over what is known for each of the first m regions, if it is any; `weights` = M U.
+    pub fn masses<const M: usize>(&self, weights: &[Row<M>], m: usize) -> Vec<Option<f64>> {
+        let n = weights.len();
+        let total = sum(n, |k| weights[k].0.iter().sum());
+        let mass = |p: usize| sum(n, |k| if self.is_known(k) { weights[k].0[p] } else { 0.0 });
+        (0..m).map(mass).map(|mass| (mass > f64::EPSILON * total).then_some(mass)).collect()
+    }
+
+    /// How many different values there are, counted up to a number.
+    pub fn different(&self, most: usize) -> usize {
+        let mut found: Vec<&[f64]> = Vec::new();
+        for value in (0..self.len()).filter(|&k| self.is_known(k)).map(|k| self.at(k)) {
+            if !found.contains(&value) {
+                found.push(value);
+                if found.len() == most {
+                    break;
+                }
+            }
+        }
+        found.len()
+    }
+
+    /// C_i at all vertices.
+    pub fn column(&self, i: usize) -> Vec<f64> {
+        self.values[i..].iter().step_by(self.dimension).copied().collect()
+    }
+
     /// C(x_k).
     pub fn at(&self, k: usize) -> &[f64] {
         &self.values[k * self.dimension..(k + 1) * self.dimension]
     }
 }
 
-/// What is known of one region in the end.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RegionParameters {
-    /// mu_p.
-    pub mean: Vec<f64>,
+/// Where the region parameters start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Initial {
+    /// Clusters of the data: area-weighted k-means++, and Lloyd's iteration.
+    KMeans,
+    /// What fits a random partition of the vertices.
+    Random,
 }
 
-pub trait DataModel<const M: usize> {
-    /// s_p(x_k), one row per vertex.
-    fn costs(&self) -> Vec<Row<M>>;
+impl Initial {
+    pub const NAMES: [(&'static str, Initial); 2] =
+        [("kmeans", Initial::KMeans), ("random", Initial::Random)];
 
-    /// The parameters that minimize sum_k <u_k, f_k> for given U. `weights` = M U with the mass matrix of
-    /// f, so that both use one quadrature. A region without mass keeps its parameters.
-    /// Returns the largest change, in the units of the data.
-    fn fit(&mut self, weights: &[Row<M>]) -> f64;
+    pub fn name(self) -> &'static str {
+        match self {
+            Initial::KMeans => "kmeans",
+            Initial::Random => "random",
+        }
+    }
+}
 
-    /// One entry per region.
-    fn parameters(&self) -> Vec<RegionParameters>;
+/// What the numbers of a model are measured by. Costs and distances should not be those of a few values far away.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Of costs: a quarter of what it costs to take one value for the other, if half of the data have either. The
+    /// variance of constant data.
+    pub cost: f64,
+    /// Of [`DataModel::distance`]: how far values lie apart.
+    pub distance: f64,
+    /// Of the change that [`DataModel::fit`] returns.
+    pub change: f64,
+}
+
+/// The data on the vertices of one mesh, and a likelihood of them: s_p(x) depends on the data at x and on mu_p alone.
+/// `segment` knows nothing else of either.
+///
+/// A model takes no notice of vertices of which it knows nothing: they cost 0 and count for no parameters. `weights` of
+/// vertices are int phi_k, V of them, those of rows M U, with the mass matrix that makes f = M S: fit and costs share
+/// one quadrature. Costs are finite, of any sign.
+pub trait DataModel: Clone + Sync {
+    /// mu_p, what is known of one region in the end. Serialized as a map, whose keys become those of the region in
+    /// `summary.json`.
+    type Parameters: Clone + Debug + PartialEq + Serialize;
+
+    /// What [`DataModel::told`] is called, in the singular.
+    const TOLD: &'static str;
+
+    /// The numbers that tables and legends tell of a region.
+    fn told(mu: &Self::Parameters) -> &[f64];
+
+    /// V.
+    fn vertices(&self) -> usize;
+
+    /// Whether anything is known of vertex k.
+    fn is_known(&self, k: usize) -> bool;
+
+    /// How many different values the data have, counted up to `most`: there are no more regions.
+    fn different(&self, most: usize) -> usize;
+
+    /// The same data with the vertices in that order.
+    fn in_order(&self, order: &Order) -> Cow<'_, Self>;
+
+    /// Data on a coarser mesh whose costs with the weights P^T w are near P^T (w s), up to what is the same for all
+    /// regions. `coarse` = P^T w over what is known; a vertex without weight there may have any data.
+    fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self;
+
+    /// In the units of the data.
+    fn scale(&self, weights: &[f64]) -> Scale;
+
+    /// Parameters of m regions to start from.
+    ///
+    /// # Errors
+    /// As those of [`DataModel::fit`].
+    fn start(
+        &self,
+        initial: Initial,
+        m: usize,
+        weights: &[f64],
+        rng: &mut Pcg64,
+    ) -> Result<Vec<Self::Parameters>>;
+
+    /// s_p(x_k), one row per vertex; 0 for the regions that fill a row up.
+    fn costs<const M: usize>(&self, mu: &[Self::Parameters]) -> Vec<Row<M>>;
+
+    /// Moves the parameters to those that minimize sum_k <u_k, f_k> for given U, `weights` = M U. A region without mass
+    /// keeps its own. Returns the largest change.
+    ///
+    /// # Errors
+    /// Where the fit is itself a problem that is not solved.
+    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Self::Parameters]) -> Result<f64>;
+
+    /// How far two regions differ; 0 if they cost the same everywhere.
+    fn distance(a: &Self::Parameters, b: &Self::Parameters) -> f64;
 }

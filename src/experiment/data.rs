@@ -18,10 +18,10 @@ use super::choice::DataChoice;
 use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::colormap::categorical;
 use crate::costs;
-use crate::data::Data;
 use crate::data::kmeans::kmeans;
 use crate::data::seen::{self, DataSource, Manner};
 use crate::data::synthetic::waves;
+use crate::data::{Data, Initial, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::geometry::barycentric_areas;
@@ -31,7 +31,7 @@ use crate::npy;
 use crate::operator::Mass;
 use crate::regions;
 use crate::run::Stop;
-use crate::segment::{Alternation, Initial, lambda};
+use crate::segment::{Alternation, lambda};
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
@@ -286,7 +286,8 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
         coarse_to_fine: false,
         keep_dual: false,
     };
-    lambda::of_data(mesh, data, &alternation, &request, &mut |_| ControlFlow::Continue(()))
+    let model = PiecewiseConstant::new(data);
+    lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
 }
 
 /// s_p(x_k) = |C(x_k) - mu_p|^2; NaN, as the data, where nothing is known.

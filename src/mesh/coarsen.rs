@@ -32,6 +32,19 @@ impl Parents {
     }
 }
 
+impl Coarsening {
+    /// P^T w, over the fine vertices that count.
+    pub fn restricted(&self, weights: &[f64], counts: impl Fn(usize) -> bool) -> Vec<f64> {
+        let mut coarse = vec![0.0; self.mesh.vertices.len()];
+        for (v, parents) in self.parents.iter().enumerate().filter(|&(v, _)| counts(v)) {
+            for (&c, share) in parents.corners.iter().zip(parents.weights) {
+                coarse[c as usize] += share * weights[v];
+            }
+        }
+        coarse
+    }
+}
+
 /// So many faces around a coarse vertex are searched for the nearest point; a hub may have any number.
 const MOST_SEARCHED: usize = 32;
 

@@ -1,113 +1,92 @@
 //! The alternation on coarser meshes, where it is cheap.
 //!
-//! A coarse vertex has the weight and the mean of the data that P gives it, so that for any parameters
+//! A coarse vertex has the weight P^T w of what is known, and the data that the model makes of the finer ones.
 //!
-//! ```text
-//! w_coarse = P^T w,   C_coarse = P^T (w C) / w_coarse
-//! w_coarse |C_coarse - mu_p|^2 = ( P^T w |C - mu_p|^2 )_coarse - the variance that was averaged away
-//! ```
-//!
-//! which is the same for every region: the restricted costs, up to a constant that no label changes.
-//!
-//! A level on which regions end empty, or with one mean, has nothing to pass on: they would not part again on finer ones,
-//! where there is more to see. The next one starts as if it were the first.
+//! A level on which regions end empty, or two with the same parameters, has nothing to pass on: they would not part again
+//! on finer ones, where there is more to see. The next one starts as if it were the first.
 
 use std::time::Instant;
 
 use super::unions::are_apart;
-use super::{Asked, Found, Level, State, alternate};
+use super::{Found, Level};
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
-use crate::data::Data;
+use crate::data::DataModel;
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
 use crate::mesh::coarsen::Coarsening;
 use crate::solve::Observer;
+use crate::start::cheapest;
 
-/// Where the finest alternation starts, and what that took.
-pub fn start<const M: usize>(
-    finest: &Mesh,
-    data: &Data,
-    given: Vec<Vec<f64>>,
-    asked: &Asked<'_>,
+/// Where the finest alternation starts: mu, and U and q if they are known, and what that took.
+type Start<P, const M: usize> = (Vec<P>, Option<Pair<M>>, Record);
+
+/// Alternates on one level after the other, from `given` on.
+pub fn start<D: DataModel, const M: usize>(
+    finest: &Level<'_, D, M>,
+    given: Vec<D::Parameters>,
     observe: Observer<'_>,
-) -> Result<(Vec<Vec<f64>>, Option<Pair<M>>, Record)> {
-    let Asked { alternation, request, .. } = asked;
+) -> Result<Start<D::Parameters, M>> {
+    let request = finest.request;
     let begin = Instant::now();
-    let hierarchy = Hierarchy::new(finest);
-    let mut weighted: Vec<(Vec<f64>, Data)> = Vec::new();
+    let hierarchy = Hierarchy::new(finest.mesh);
+    let mut weighted: Vec<(Vec<f64>, D)> = Vec::new();
     for level in &hierarchy.levels {
         let next = match weighted.last() {
-            Some((weights, data)) => restrict(level, weights, data),
-            None => restrict(level, &request.mass.weights(finest), data),
+            Some((weights, model)) => restrict(level, weights, model),
+            None => restrict(level, &request.mass.weights(finest.mesh), finest.model),
         };
         weighted.push(next);
     }
     let mut levels = Vec::new();
-    let mut means = given.clone();
+    let mut mu = given.clone();
     let pair = hierarchy.climb(request.lambda, |l, pair| {
-        let (mesh, (weights, data)) = (&hierarchy.levels[l].mesh, &weighted[l]);
+        let (mesh, (weights, model)) = (&hierarchy.levels[l].mesh, &weighted[l]);
         let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
-        let level = Level { mesh, data, integrate: &integrate };
+        let scale = model.scale(weights);
+        let level = Level { mesh, model, integrate: &integrate, scale, unite: false, ..*finest };
         let spent = begin.elapsed();
         let stop = coarse::stop(request, spent);
-        let asked = Asked { alternation, request, stop, unite: false };
-        let problem = level.problem(&means, &asked)?;
-        let state = State { problem, means: means.clone(), pair };
-        let Found { mut solver, run, status, parameters, .. } =
-            alternate(&level, state, spent, &asked, &mut |_| observe(None))?;
+        let problem = level.problem(&mu)?;
+        let Found { mut solver, run, status, mu: found, .. } =
+            level.alternate(problem, mu.clone(), pair, spent, &stop, &mut |_| observe(None))?;
         levels.push(LevelRecord::of(mesh, run.iterations()));
         let used = |p: usize| run.best_u().iter().any(|u| u.argmax() == p);
-        let deviation = data.robust_variance(weights).sqrt();
-        if are_apart(&parameters, deviation) && (0..parameters.len()).all(used) {
-            means = parameters.into_iter().map(|region| region.mean).collect();
+        let distance = |a: usize, b: usize| D::distance(&found[a], &found[b]);
+        if are_apart(found.len(), distance, scale.distance) && (0..found.len()).all(used) {
+            mu = found;
             return Ok(coarse::reached(solver.iterate(), status));
         }
-        means = given.clone();
-        let f = level.problem(&means, &asked)?.f;
-        let u = f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+        mu = given.clone();
+        let u = cheapest(&level.problem(&mu)?.f);
         Ok(Some(Pair { u, q: vec![Tangent::ZERO; mesh.faces.len()] }))
     })?;
-    Ok((means, pair, Record { spent: begin.elapsed(), levels }))
+    Ok((mu, pair, Record { spent: begin.elapsed(), levels }))
 }
 
-/// P^T w where something is known, and the means of the data with these weights; a vertex without weight has none.
-pub fn restrict(level: &Coarsening, weights: &[f64], data: &Data) -> (Vec<f64>, Data) {
-    let d = data.dimension;
-    let n = level.mesh.vertices.len();
-    let (mut weight, mut sums) = (vec![0.0; n], vec![0.0; n * d]);
-    for (v, parents) in level.parents.iter().enumerate().filter(|&(v, _)| data.is_known(v)) {
-        for (&c, share) in parents.corners.iter().zip(parents.weights) {
-            let (c, w) = (c as usize, share * weights[v]);
-            weight[c] += w;
-            for (sum, x) in sums[c * d..(c + 1) * d].iter_mut().zip(data.at(v)) {
-                *sum += w * x;
-            }
-        }
-    }
-    for (mean, &w) in sums.chunks_mut(d).zip(&weight) {
-        if w > 0.0 {
-            mean.iter_mut().for_each(|x| *x /= w);
-        }
-    }
-    (weight, Data { dimension: d, values: sums })
+/// P^T w over what is known, and the data that have these weights.
+pub fn restrict<D: DataModel>(level: &Coarsening, weights: &[f64], model: &D) -> (Vec<f64>, D) {
+    let coarse = level.restricted(weights, |v| model.is_known(v));
+    let model = model.restricted(level, weights, &coarse);
+    (coarse, model)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::{DataModel, PiecewiseConstant};
+    use crate::data::constant::Mean;
+    use crate::data::{Data, Initial, PiecewiseConstant};
+    use crate::mesh::Mesh;
     use crate::operator::Mass;
     use crate::run::Stop;
-    use crate::samples::{bumpy, disjoint, rng, shape, with_isolated_vertices};
-    use crate::segment::{Alternation, Initial};
+    use crate::samples::{bumpy, disjoint, rng, shape};
+    use crate::segment::Alternation;
     use crate::solve::Request;
     use rand::RngExt;
     use std::ops::ControlFlow;
 
-    /// A vertex of which nothing is known has no weight in any mean.
+    /// A vertex of which nothing is known gives its weight to none.
     #[test]
-    fn unknown_data_are_in_no_mean() {
+    fn unknown_data_have_no_weight() {
         let mesh = bumpy(12);
         let mut rng = rng(42);
         let values = mesh.vertices.iter().map(|_| match rng.random_range(0..3) {
@@ -115,36 +94,10 @@ mod tests {
             _ => 0.25,
         });
         let data = Data::new(1, values.collect()).unwrap();
-        let weights = crate::operator::Mass::Barycentric.weights(&mesh);
-        let (coarse, means) = restrict(&mesh.coarsened(), &weights, &data);
-        let mean =
-            |(w, x): (&f64, &f64)| if *w > 0.0 { (x - 0.25).abs() <= 1e-15 } else { *x == 0.0 };
-        assert!(coarse.iter().zip(&means.values).all(mean));
+        let weights = Mass::Barycentric.weights(&mesh);
+        let (coarse, _) = restrict(&mesh.coarsened(), &weights, &PiecewiseConstant::new(&data));
         let known: f64 = data.known_area(&weights).iter().sum();
         assert!((coarse.iter().sum::<f64>() - known).abs() <= 1e-14);
-    }
-
-    /// The costs of the means are the restricted costs, less what is the same for every region.
-    #[test]
-    fn means_have_the_restricted_costs_up_to_a_constant() {
-        let mesh = with_isolated_vertices(bumpy(12));
-        let mut rng = rng(41);
-        let n = mesh.vertices.len();
-        let data = Data::new(2, (0..2 * n).map(|_| rng.random()).collect()).unwrap();
-        let weights = crate::operator::Mass::Barycentric.weights(&mesh);
-        let level = mesh.coarsened();
-        let (coarse_weights, means) = restrict(&level, &weights, &data);
-        let mu = vec![vec![0.2, 0.9], vec![0.5, 0.1], vec![1.4, 0.3]];
-        let costs = |data: &Data, weights: &[f64]| -> Vec<Row<3>> {
-            let s = DataModel::<3>::costs(&PiecewiseConstant::new(data, mu.clone()));
-            s.iter().zip(weights).map(|(&s, &w)| s * w).collect()
-        };
-        let exact = crate::transfer::restrict(&level, &costs(&data, &weights));
-        for (f, exact) in costs(&means, &coarse_weights).into_iter().zip(exact) {
-            let constant = exact - f;
-            assert!(constant.min() >= -1e-15);
-            assert!(constant.max() - constant.min() <= 1e-14);
-        }
     }
 
     /// What a level found is where the next one starts; nothing is, where it lost a region or two have one mean: then the
@@ -165,19 +118,24 @@ mod tests {
                 coarse_to_fine: true,
                 keep_dual: false,
             };
-            let stop = request.stop.clone();
-            let asked = Asked { alternation: &alternation, request: &request, stop, unite: true };
             let data = Data::new(1, values).unwrap();
-            let given = given.map(|x| vec![x]).to_vec();
+            let model = &PiecewiseConstant::new(&data);
+            let (alternation, request) = (&alternation, &request);
+            let mass = request.mass.on(mesh);
+            let integrate = &|s: &[Row<4>]| mass.integrate(s);
+            let scale = model.scale(&request.mass.weights(mesh));
+            let finest = Level { mesh, model, integrate, scale, alternation, request, unite: true };
+            let given = given.map(|x| Mean { mean: vec![x] }).to_vec();
             let mut go = |sample: Option<&crate::run::Sample>| {
                 assert!(sample.is_none());
                 ControlFlow::Continue(())
             };
-            let (means, pair, record) = start::<4>(mesh, &data, given, &asked, &mut go).unwrap();
+            let (mu, pair, record) = start(&finest, given, &mut go).unwrap();
+            let means: Vec<f64> = mu.into_iter().flat_map(|mu| mu.mean).collect();
             assert_eq!(record.levels.len(), 1);
             let Pair { u, q } = pair.unwrap();
             let labels: Vec<usize> = u.iter().map(|u| u.argmax()).collect();
-            (means.concat(), labels, q.iter().all(|q| q.norm() == 0.0))
+            (means, labels, q.iter().all(|q| q.norm() == 0.0))
         };
         let each = |values: [f64; 3]| values.map(|x| vec![x; n]).concat();
         let thirds = [0, 1, 2].map(|p| vec![p; n]).concat();

@@ -1,26 +1,26 @@
 //! A lambda for data of any kind, and one that saves a region which a given lambda empties.
 //!
 //! ```text
-//! lambda_i = 0.02 |variance of C| sqrt(area) / 2^i                      the variance without outliers
-//! R(U)     = 1 - sum_p int u_p |C - mu_p|^2 / int |C - mean C|^2        the share of the variance that labels explain
+//! lambda_i = 0.02 (scale of the costs) sqrt(area) / 2^i              for constant data the variance without outliers
+//! R(U)     = min_mu int s_mu - min_mu sum_p int u_p s_{mu_p}         what labels explain: less of the costs of one region
 //! ```
 //!
 //! The first weighs cuts as much as a mistake of one standard deviation within a fiftieth of the size of the surface,
 //! which suits colors and textures, but empties all regions but one where the data vary over shorter distances, as
-//! curvature does. So it is halved until, on a coarse mesh with the means of the data, no region that k-means uses is
-//! empty and the labels explain at least two thirds of what those of k-means explain, which know no cuts. Means over
-//! coarse vertices carry little noise, so that noise is no reason to go on.
+//! curvature does. So it is halved until, on a coarse mesh with the model restricted to it, no region that clusters of
+//! the data use is empty and the labels explain at least two thirds of what those of the clusters explain, which know no
+//! cuts. Data of coarse vertices carry little noise, so that noise is no reason to go on.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use super::coarse::restrict;
-use super::{Alternation, Asked, Level, State, alternate};
+use super::{Alternation, Level};
 use crate::coarse::Hierarchy;
-use crate::data::kmeans::kmeans;
-use crate::data::{Data, DataModel, PiecewiseConstant};
+use crate::data::{DataModel, Initial, Scale};
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
@@ -40,110 +40,115 @@ const MOST_STEPS: u64 = 200;
 /// Lambdas that are tried at the most, each half of the one before.
 const TRIED: i32 = 14;
 
-/// Of what k-means explains.
+/// Of what clusters explain.
 const KEPT: f64 = 2.0 / 3.0;
 
 /// lambda for data of any kind: the first of lambda_0, lambda_1, ... that loses no region, or lambda_0 if all do.
 ///
 /// # Errors
-/// Data whose variance leaves the range of double precision.
-pub fn of_data(
+/// Data whose costs leave the range of double precision, and a fit that fails.
+pub fn of_data<D: DataModel>(
     mesh: &Mesh,
-    data: &Data,
+    model: &D,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<f64> {
     let cells = barycentric_areas(mesh);
-    let largest = largest(data.robust_variance(&cells), cells.iter().sum());
+    let largest = largest(model.scale(&cells).cost, cells.iter().sum());
     if !largest.is_finite() {
         return Err(Error::unsuitable(
-            "the data leave the range of double precision when squared; scale them down",
+            "the costs of the data leave the range of double precision; scale the data down",
         ));
     }
-    let (model, _) = model_mesh(mesh)?;
-    let wanted = Wanted { mesh: &model, data, alternation, request, from: largest };
-    Ok(separating(&wanted, observe)?.lambda.unwrap_or(largest))
+    let (sound, _) = model_mesh(mesh)?;
+    let request = Request { lambda: largest, ..request.clone() };
+    let found = separating(&sound, model, alternation, &request, observe)?;
+    Ok(found.lambda.unwrap_or(largest))
 }
 
-/// Where lambdas start, for data of this variance on a surface of this area.
-fn largest(variance: f64, area: f64) -> f64 {
-    0.02 * variance * area.sqrt()
-}
-
-/// What is looked for a lambda for.
-pub struct Wanted<'a> {
-    /// Without faces that have no area.
-    pub mesh: &'a Mesh,
-    pub data: &'a Data,
-    pub alternation: &'a Alternation,
-    /// Its lambda does not count.
-    pub request: &'a Request,
-    /// The largest lambda.
-    pub from: f64,
+/// Where lambdas start, for costs of this scale on a surface of this area.
+fn largest(cost: f64, area: f64) -> f64 {
+    0.02 * cost * area.sqrt()
 }
 
 /// What was found.
 pub(super) struct Separation {
     /// How many regions the data have that are more than a speck and differ, before any cut is paid for.
     pub regions: usize,
-    /// The first of `from`, `from` / 2, ... that keeps all of these and explains enough; none if all of them fail.
+    /// The first that keeps all of these and explains enough; none if all of them fail.
     pub lambda: Option<f64>,
 }
 
-/// Looks for the first of `from`, `from` / 2, ... that leaves no region empty and explains enough.
+/// Looks for the first of lambda, lambda / 2, ..., from that of the request on, that leaves no region empty and explains
+/// enough. The mesh has no faces without area.
 ///
 /// # Errors
-/// Numbers that leave the range of double precision.
-pub(super) fn separating(wanted: &Wanted<'_>, observe: Observer<'_>) -> Result<Separation> {
-    with_regions!(wanted.alternation.regions, separating_compiled(wanted, observe))
+/// Numbers that leave the range of double precision, and a fit that fails.
+pub(super) fn separating<D: DataModel>(
+    mesh: &Mesh,
+    model: &D,
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Separation> {
+    with_regions!(
+        alternation.regions,
+        separating_compiled::<D>(mesh, model, alternation, request, observe)
+    )
 }
 
-fn separating_compiled<const M: usize>(
-    &Wanted { mesh: finest, data, alternation, request, from }: &Wanted<'_>,
+fn separating_compiled<const M: usize, D: DataModel>(
+    finest: &Mesh,
+    model: &D,
+    alternation: &Alternation,
+    request: &Request,
     observe: Observer<'_>,
 ) -> Result<Separation> {
     let begin = Instant::now();
     let hierarchy = Hierarchy::down_to(finest, MOST_VERTICES);
-    let mut coarse = (request.mass.weights(finest), data.clone());
+    let (mut weights, mut model) = (request.mass.weights(finest), Cow::Borrowed(model));
     for level in &hierarchy.levels {
-        coarse = restrict(level, &coarse.0, &coarse.1);
+        let (coarse, restricted) = restrict(level, &weights, &*model);
+        (weights, model) = (coarse, Cow::Owned(restricted));
     }
-    let (weights, data) = &coarse;
+    let model = &*model;
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
-    let known = data.known_area(weights);
+    let known = |(k, &w): (usize, &f64)| if model.is_known(k) { w } else { 0.0 };
+    let known: Vec<f64> = weights.iter().enumerate().map(known).collect();
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
-    let means = kmeans(&data.values, data.dimension, &known, alternation.regions, &mut rng);
+    let mu = model.start(Initial::KMeans, alternation.regions, &known, &mut rng)?;
 
     let integrate = |s: &[Row<M>]| s.iter().zip(&known).map(|(&s, &w)| s * w).collect();
-    let level = Level { mesh, data, integrate: &integrate };
+    let scale = model.scale(&known);
     let stop = Stop {
         relative_gap: Some(GAP),
         iterations: Some(MOST_STEPS),
         ..request.stop.after(begin.elapsed())
     };
-    let nearest = nearest::<M>(data, &means);
-    let most = Explained::of(&nearest, data, &known, alternation.regions);
+    let explained = |labels: &[Row<M>]| Explained::of(labels, model, &mu, &known, scale);
+    let most = explained(&without_cuts(model, &mu))?;
     let none = Separation { regions: most.regions, lambda: None };
-    if most.share <= 0.0 {
+    if most.costs <= 0.0 {
         return Ok(none);
     }
     for i in 0..TRIED {
-        let request = Request { lambda: from * 0.5_f64.powi(i), ..request.clone() };
-        let asked = Asked { alternation, request: &request, stop: stop.clone(), unite: false };
-        let state =
-            State { problem: level.problem(&means, &asked)?, means: means.clone(), pair: None };
+        let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
+        let level =
+            Level { mesh, model, integrate: &integrate, scale, alternation, request, unite: false };
+        let problem = level.problem(&mu)?;
         let mut flow = std::ops::ControlFlow::Continue(());
-        let found = alternate(&level, state, begin.elapsed(), &asked, &mut |_| {
+        let mut observe = |_: Option<&_>| {
             flow = observe(None);
             flow
-        })?;
+        };
+        let spent = begin.elapsed();
+        let found = level.alternate(problem, mu.clone(), None, spent, &stop, &mut observe)?;
         if flow.is_break() {
             return Ok(none);
         }
-        let labels = rounded(found.run.best_u());
-        let reached = Explained::of(&labels, data, &known, alternation.regions);
-        if reached.regions >= most.regions && reached.share >= KEPT * most.share {
+        let reached = explained(&rounded(found.run.best_u()))?;
+        if reached.regions >= most.regions && reached.costs >= KEPT * most.costs {
             return Ok(Separation { lambda: Some(request.lambda), ..none });
         }
     }
@@ -151,73 +156,81 @@ fn separating_compiled<const M: usize>(
 }
 
 /// The labels without any cuts in mind.
-fn nearest<const M: usize>(data: &Data, means: &[Vec<f64>]) -> Vec<Row<M>> {
-    let s = DataModel::<M>::costs(&PiecewiseConstant::new(data, means.to_vec()));
-    let least = |s: &Row<M>| (0..means.len()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
+fn without_cuts<D: DataModel, const M: usize>(model: &D, mu: &[D::Parameters]) -> Vec<Row<M>> {
+    let s: Vec<Row<M>> = model.costs(mu);
+    let least = |s: &Row<M>| (0..mu.len()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
     s.iter().map(|s| Row::one_hot(least(s).expect("there are regions"))).collect()
 }
 
 /// What labels tell of the data.
 struct Explained {
     /// R.
-    share: f64,
-    /// How many are used on more than a speck, and differ in their means.
+    costs: f64,
+    /// How many are used on more than a speck, and differ in their parameters.
     regions: usize,
 }
 
 /// Of the area: a speck.
 const SPECK: f64 = 1e-3;
 
-/// Of the standard deviation of the data: means that are closer do not differ. With 0.1 two regions of a photograph, and
-/// two of six on Spot, that the fine mesh united passed as different; 0.2 and 0.3 part the same ones on all data tried.
+/// Of the scale of distances, the standard deviation for constant data: regions that are closer do not differ. With 0.1
+/// two regions of a photograph, and two of six on Spot, that the fine mesh united passed as different; 0.2 and 0.3 part
+/// the same ones on all data tried.
 const CLOSE: f64 = 0.25;
 
 impl Explained {
-    fn of<const M: usize>(labels: &[Row<M>], data: &Data, area: &[f64], m: usize) -> Self {
-        let d = data.dimension;
-        let (mut mass, mut moments) = (vec![0.0; m], vec![vec![0.0; d]; m]);
-        for (k, (u, &a)) in labels.iter().zip(area).enumerate().filter(|(_, (_, a))| **a > 0.0) {
-            let p = u.argmax();
-            mass[p] += a;
-            moments[p].iter_mut().zip(data.at(k)).for_each(|(sum, c)| *sum += a * c);
-        }
+    /// For labels without mixtures, and weights w of the vertices; `mu` is where fits start.
+    fn of<D: DataModel, const M: usize>(
+        labels: &[Row<M>],
+        model: &D,
+        mu: &[D::Parameters],
+        known: &[f64],
+        scale: Scale,
+    ) -> Result<Self> {
+        let fitted = |labels: &dyn Fn(usize) -> Row<M>, mu: &[D::Parameters]| -> Result<_> {
+            let weights: Vec<Row<M>> =
+                known.iter().enumerate().map(|(k, &w)| labels(k) * w).collect();
+            let mut mu = mu.to_vec();
+            model.fit(&weights, &mut mu)?;
+            let costs: f64 =
+                model.costs::<M>(&mu).iter().zip(&weights).map(|(&s, w)| w.dot(s)).sum();
+            Ok((mu, costs))
+        };
+        let (_, one) = fitted(&|_| Row::one_hot(0), &mu[..1])?;
+        let (mu, within) = fitted(&|k| labels[k], mu)?;
+        let mut mass = vec![0.0; mu.len()];
+        labels.iter().zip(known).for_each(|(u, &w)| mass[u.argmax()] += w);
         let total: f64 = mass.iter().sum();
-        let mean: Vec<f64> =
-            (0..d).map(|i| moments.iter().map(|sum| sum[i]).sum::<f64>() / total).collect();
-        // Mean and mass of each region that has some.
-        let regions: Vec<(Vec<f64>, f64)> = moments
-            .into_iter()
-            .zip(mass)
-            .filter(|(_, mass)| *mass > 0.0)
-            .map(|(sum, mass)| (sum.into_iter().map(|sum| sum / mass).collect(), mass))
-            .collect();
-        let squared =
-            |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
-        let (variance, robust) = (data.variance(area), data.robust_variance(area));
-        let explained: f64 = regions.iter().map(|(mu, mass)| mass * squared(mu, &mean)).sum();
-        let mut different: Vec<&[f64]> = Vec::new();
-        for (mu, mass) in &regions {
-            let new = different.iter().all(|other| squared(mu, other) > CLOSE.powi(2) * robust);
-            if new && *mass > SPECK * total {
+        let mut different: Vec<&D::Parameters> = Vec::new();
+        for (mu, mass) in mu.iter().zip(mass) {
+            let new = different.iter().all(|other| D::distance(mu, other) > CLOSE * scale.distance);
+            if new && mass > SPECK * total {
                 different.push(mu);
             }
         }
-        let share = if variance > 0.0 { explained / (total * variance) } else { 0.0 };
-        Explained { share, regions: different.len() }
+        Ok(Explained { costs: one - within, regions: different.len() })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::{Data, L1, PiecewiseConstant};
     use crate::operator::Mass;
     use crate::run::Sample;
     use crate::samples::{rng, shape};
-    use crate::segment::{Initial, segment};
+    use crate::segment::segment;
     use rand::RngExt;
     use std::ops::ControlFlow;
 
-    /// The share of the variance that is between the regions, by the other formula: what is left is within them.
+    fn explained(labels: &[Row<4>], data: &Data, area: &[f64]) -> Explained {
+        let model = PiecewiseConstant::new(data);
+        let mut rng = Pcg64::seed_from_u64(0);
+        let mu = model.start(Initial::Random, 4, area, &mut rng).unwrap();
+        Explained::of(labels, &model, &mu, area, model.scale(area)).unwrap()
+    }
+
+    /// What is not within the regions is between them: the variance of their means.
     #[test]
     fn explained_is_what_is_not_within() {
         let mut rng = rng(141);
@@ -225,17 +238,22 @@ mod tests {
         let data = Data::new(2, (0..2 * n).map(|_| rng.random()).collect()).unwrap();
         let area: Vec<f64> = (0..n).map(|_| rng.random()).collect();
         let labels: Vec<Row<4>> = (0..n).map(|_| Row::one_hot(rng.random_range(0..4))).collect();
-        let mut model = PiecewiseConstant::new(&data, vec![vec![0.0; 2]; 4]);
-        let weights: Vec<Row<4>> = labels.iter().zip(&area).map(|(&u, &a)| u * a).collect();
-        DataModel::<4>::fit(&mut model, &weights);
-        let s = DataModel::<4>::costs(&model);
-        let within: f64 = weights.iter().zip(&s).map(|(w, &s)| w.dot(s)).sum();
-        let total = area.iter().sum::<f64>() * data.variance(&area);
-        let found = Explained::of(&labels, &data, &area, 4);
-        assert!((found.share - (1.0 - within / total)).abs() < 1e-12, "{}", found.share);
+        let (mut mass, mut moments) = ([0.0; 4], [[0.0; 2]; 4]);
+        for (k, u) in labels.iter().enumerate() {
+            let p = u.argmax();
+            mass[p] += area[k];
+            (0..2).for_each(|i| moments[p][i] += area[k] * data.at(k)[i]);
+        }
+        let total: f64 = mass.iter().sum();
+        let mean = [0, 1].map(|i| moments.iter().map(|moment| moment[i]).sum::<f64>() / total);
+        let between: f64 = (0..4)
+            .flat_map(|p| [0, 1].map(|i| mass[p] * (moments[p][i] / mass[p] - mean[i]).powi(2)))
+            .sum();
+        let found = explained(&labels, &data, &area);
+        assert!((found.costs - between).abs() < 1e-12 * total, "{} {between}", found.costs);
     }
 
-    /// Lambda times a length is a cost times an area: squared data times squared lengths.
+    /// Lambda times a length is a cost times an area.
     #[test]
     fn the_largest_lambda_has_its_units() {
         let lambda = largest(0.5, 4.0);
@@ -277,8 +295,10 @@ mod tests {
             told += 1;
             ControlFlow::Continue(())
         };
-        let wanted = Wanted { mesh, data, alternation: &alternation(), request, from };
-        (separating(&wanted, &mut observe).unwrap(), told)
+        let request = Request { lambda: from, ..request.clone() };
+        let model = PiecewiseConstant::new(data);
+        let found = separating(mesh, &model, &alternation(), &request, &mut observe).unwrap();
+        (found, told)
     }
 
     /// Three bands, one of them narrow: the largest of the halves for which no region is lost, and the first itself if
@@ -288,19 +308,19 @@ mod tests {
         let mesh = crate::samples::shape("sphere:3");
         let band = |z: f64| if z > 0.9 { 1.0 } else { 0.5 * f64::from(z > 0.0) };
         let data = Data::new(1, mesh.vertices.iter().map(|x| band(x.z)).collect()).unwrap();
+        let model = PiecewiseConstant::new(&data);
         let (alternation, request) = (alternation(), request());
         let mut go = |_: Option<&crate::run::Sample>| std::ops::ControlFlow::Continue(());
         let mut found = |from: f64| {
-            let (alternation, request) = (&alternation, &request);
-            let wanted = Wanted { mesh: &mesh, data: &data, alternation, request, from };
-            separating(&wanted, &mut go).unwrap().lambda.unwrap()
+            let request = Request { lambda: from, ..request.clone() };
+            separating(&mesh, &model, &alternation, &request, &mut go).unwrap().lambda.unwrap()
         };
         assert_eq!(found(1e-3), 1e-3);
         let lambda = found(2.0);
         assert!(lambda < 2.0 && (2.0 / lambda).log2().fract() == 0.0, "{lambda}");
         let mut empty = |lambda: f64| {
             let request = Request { lambda, ..request.clone() };
-            let found = crate::segment::segment(&mesh, &data, &alternation, &request, &mut go);
+            let found = segment(&mesh, &model, &alternation, &request, &mut go);
             found.unwrap().solution.summary.empty_regions.len()
         };
         assert_eq!(empty(lambda), 0);
@@ -312,7 +332,7 @@ mod tests {
         let regions = [vec![0; 1000], vec![1; 1000], vec![2; 1000], vec![3; 1]].concat();
         let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
         let data = Data::new(1, values).unwrap();
-        assert_eq!(Explained::of(&labels, &data, &[1.0; 3001], 4).regions, 2);
+        assert_eq!(explained(&labels, &data, &[1.0; 3001]).regions, 2);
     }
 
     /// A few values far away, such as those that stand for missing ones, make no two regions one.
@@ -322,10 +342,11 @@ mod tests {
         let regions = [vec![0; 1000], vec![1; 1000], vec![2; 2]].concat();
         let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
         let data = Data::new(1, values).unwrap();
-        let found = Explained::of(&labels, &data, &[1.0; 2002], 4);
+        let found = explained(&labels, &data, &[1.0; 2002]);
         // Specks are no regions, wherever they lie.
         assert_eq!(found.regions, 2);
-        assert!((found.share - 1.0).abs() <= 1e-9);
+        let all = 2002.0 * data.variance(&[1.0; 2002]);
+        assert!((found.costs / all - 1.0).abs() <= 1e-9);
     }
 
     /// What CLOSE is a share of is a length, not its square.
@@ -336,7 +357,7 @@ mod tests {
             let values = [0.0, apart, 1.0, 1.0 + apart].map(|x| vec![x; 100]).concat();
             let labels: Vec<Row<4>> = (0..400).map(|k| Row::one_hot(k / 100)).collect();
             let data = Data::new(1, values).unwrap();
-            assert_eq!(Explained::of(&labels, &data, &[1.0; 400], 4).regions, regions);
+            assert_eq!(explained(&labels, &data, &[1.0; 400]).regions, regions);
         }
     }
 
@@ -348,15 +369,17 @@ mod tests {
         let lambda = found.lambda.unwrap();
         let request = Request { lambda, ..request() };
         let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
+        let model = PiecewiseConstant::new(&data);
         let labels =
-            segment(&mesh, &data, &alternation(), &request, &mut go).unwrap().solution.labels;
+            segment(&mesh, &model, &alternation(), &request, &mut go).unwrap().solution.labels;
         let labels: Vec<Row<4>> = labels.iter().map(|&p| Row::one_hot(p as usize)).collect();
         let cells = barycentric_areas(&mesh);
-        let means = kmeans(&data.values, 1, &cells, 3, &mut Pcg64::seed_from_u64(0));
-        let most = Explained::of(&nearest::<4>(&data, &means), &data, &cells, 3);
-        let kept = Explained::of(&labels, &data, &cells, 3);
+        let mut rng = Pcg64::seed_from_u64(0);
+        let mu = model.start(Initial::KMeans, 3, &cells, &mut rng).unwrap();
+        let most = explained(&without_cuts(&model, &mu), &data, &cells);
+        let kept = explained(&labels, &data, &cells);
         assert_eq!((most.regions, kept.regions, found.regions), (3, 3, 3));
-        assert!(kept.share < 0.95 * most.share && kept.share >= KEPT * most.share);
+        assert!(kept.costs < 0.95 * most.costs && kept.costs >= KEPT * most.costs);
     }
 
     /// On a mesh that is small enough a lambda is tried as `segment` does it, to its own gap.
@@ -374,7 +397,8 @@ mod tests {
             steps += 1;
             ControlFlow::Continue(())
         };
-        let found = segment(&mesh, &data, &alternation(), &request, &mut count).unwrap();
+        let model = PiecewiseConstant::new(&data);
+        let found = segment(&mesh, &model, &alternation(), &request, &mut count).unwrap();
         assert!(found.solution.summary.empty_regions.is_empty() && found.estimates > 1);
         assert_eq!(told, steps);
     }
@@ -398,16 +422,18 @@ mod tests {
             told += 1;
             ControlFlow::Break(())
         };
-        let lambda = of_data(&mesh, &data, &alternation(), &request(), &mut observe).unwrap();
+        let model = PiecewiseConstant::new(&data);
+        let lambda = of_data(&mesh, &model, &alternation(), &request(), &mut observe).unwrap();
         assert!(told <= 2, "{told}");
         let cells = barycentric_areas(&mesh);
         let (robust, all) = (data.robust_variance(&cells), data.variance(&cells));
         assert_eq!(lambda, largest(robust, cells.iter().sum()));
         assert!(all > 100.0 * robust);
         // Labels of a run that was broken off say nothing of its lambda.
-        let (alternation, request) = (&alternation(), &request());
-        let wanted = Wanted { mesh: &mesh, data: &data, alternation, request, from: lambda };
-        assert_eq!(separating(&wanted, &mut |_| ControlFlow::Break(())).unwrap().lambda, None);
+        let request = Request { lambda, ..request() };
+        let mut observe = |_: Option<&Sample>| ControlFlow::Break(());
+        let found = separating(&mesh, &model, &alternation(), &request, &mut observe).unwrap();
+        assert_eq!(found.lambda, None);
     }
 
     /// A time that is up leaves each lambda one step.
@@ -425,7 +451,8 @@ mod tests {
         let (mesh, data) = bands(0.1);
         let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
         let mut found = |mesh: &Mesh, data: &Data| {
-            of_data(mesh, data, &alternation(), &request(), &mut go).unwrap()
+            let model = PiecewiseConstant::new(data);
+            of_data(mesh, &model, &alternation(), &request(), &mut go).unwrap()
         };
         let lambda = found(&mesh, &data);
         let mut flat = mesh.clone();
@@ -442,7 +469,10 @@ mod tests {
         let (mesh, mut data) = bands(0.1);
         data.values.iter_mut().for_each(|x| *x *= 1e200);
         let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
-        let error = of_data(&mesh, &data, &alternation(), &request(), &mut go).unwrap_err();
-        assert!(error.to_string().contains("when squared"), "{error}");
+        let model = PiecewiseConstant::new(&data);
+        let error = of_data(&mesh, &model, &alternation(), &request(), &mut go).unwrap_err();
+        assert!(error.to_string().contains("the costs of the data"), "{error}");
+        // Distances are no larger than the data.
+        assert!(of_data(&mesh, &L1::new(&data), &alternation(), &request(), &mut go).is_ok());
     }
 }

@@ -1,42 +1,41 @@
 //! Regions that become one.
 //!
-//! Two regions of one mean cost the same everywhere, so that what one has may go to the other without more energy. The
-//! cut between them would be arbitrary, and found slowly.
+//! Two regions with the same parameters cost the same everywhere, so that what one has may go to the other without more
+//! energy. The cut between them would be arbitrary, and found slowly.
 
-use crate::data::RegionParameters;
 use crate::field::Row;
 use crate::sweep::sum;
 
-/// Means that agree to this share of the standard deviation of the data are one.
+/// Parameters that are no farther apart than this share of the scale of distances are the same.
 const SAME: f64 = 0.05;
 
-/// Re-estimations through which means stay together before their regions count as one, settled or not.
+/// Re-estimations through which parameters stay together before their regions count as one, settled or not.
 const TOGETHER: usize = 10;
 
 /// Which regions are still on their own.
 pub struct Unions {
     /// m.
     pub open: Vec<bool>,
-    /// For pairs a < b, at b m + a: whether their means were ever apart, as those of a random start are not, and for how
+    /// For pairs a < b, at b m + a: whether their parameters were ever apart, as those of a random start are not, and for how
     /// many re-estimations they have been together since.
     apart: Vec<bool>,
     together: Vec<usize>,
-    /// Below it means are together, in units of the data.
+    /// Up to it parameters are together.
     distance: f64,
 }
 
 impl Unions {
-    /// For m regions of data with this standard deviation.
-    pub fn new(m: usize, deviation: f64) -> Self {
+    /// For m regions and the scale of their distances.
+    pub fn new(m: usize, scale: f64) -> Self {
         let (apart, together) = (vec![false; m * m], vec![0; m * m]);
-        Unions { open: vec![true; m], apart, together, distance: SAME * deviation }
+        Unions { open: vec![true; m], apart, together, distance: SAME * scale }
     }
 
-    /// Looks at the means after a re-estimation. Each pair is a region that goes on and one that goes into it, which is
+    /// Looks at the distances of regions after a re-estimation. Each pair is a region that goes on and one that goes into it, which is
     /// open no more; `weights` = M U.
     pub fn unite<const M: usize>(
         &mut self,
-        parameters: &[RegionParameters],
+        distance: impl Fn(usize, usize) -> f64,
         weights: &[Row<M>],
         settled: bool,
     ) -> Vec<[usize; 2]> {
@@ -46,7 +45,7 @@ impl Unions {
         for b in 0..m {
             for a in 0..b {
                 let pair = b * m + a;
-                if distance(parameters, a, b) > self.distance {
+                if distance(a, b) > self.distance {
                     (self.apart[pair], self.together[pair]) = (true, 0);
                     continue;
                 }
@@ -65,16 +64,9 @@ impl Unions {
     }
 }
 
-/// Whether no two regions have one mean, for data of this standard deviation.
-pub fn are_apart(parameters: &[RegionParameters], deviation: f64) -> bool {
-    let apart = |a: usize, b: usize| distance(parameters, a, b) > SAME * deviation;
-    (0..parameters.len()).all(|b| (0..b).all(|a| apart(a, b)))
-}
-
-/// |mu_a - mu_b|.
-fn distance(parameters: &[RegionParameters], a: usize, b: usize) -> f64 {
-    let pairs = parameters[a].mean.iter().zip(&parameters[b].mean);
-    pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+/// Whether no two of m regions have the same parameters, for this scale of their distances.
+pub fn are_apart(m: usize, distance: impl Fn(usize, usize) -> f64, scale: f64) -> bool {
+    (0..m).all(|b| (0..b).all(|a| distance(a, b) > SAME * scale))
 }
 
 /// What region `left` has goes to region `kept`.
@@ -92,21 +84,22 @@ pub fn without<const M: usize>(mut row: Row<M>, p: usize) -> Row<M> {
 mod tests {
     use super::*;
 
-    fn at(means: [f64; 3]) -> Vec<RegionParameters> {
-        means.map(|mean| RegionParameters { mean: vec![mean] }).to_vec()
+    /// The distances of three numbers.
+    fn at(means: [f64; 3]) -> impl Fn(usize, usize) -> f64 {
+        move |a, b| (means[a] - means[b]).abs()
     }
 
     #[test]
     fn regions_that_come_together_become_one() {
         let weights = [Row([1.0, 2.0, 4.0])];
         let mut unions = Unions::new(3, 1.0);
-        assert!(unions.unite(&at([0.0, 1.0, 2.0]), &weights, true).is_empty());
+        assert!(unions.unite(at([0.0, 1.0, 2.0]), &weights, true).is_empty());
         for _ in 1..TOGETHER {
-            assert!(unions.unite(&at([0.0, 0.04, 2.0]), &weights, false).is_empty());
+            assert!(unions.unite(at([0.0, 0.04, 2.0]), &weights, false).is_empty());
         }
-        assert_eq!(unions.unite(&at([0.0, 0.04, 2.0]), &weights, false), [[1, 0]]);
+        assert_eq!(unions.unite(at([0.0, 0.04, 2.0]), &weights, false), [[1, 0]]);
         assert_eq!(unions.open, [false, true, true]);
-        assert!(unions.unite(&at([0.0, 0.04, 2.0]), &weights, true).is_empty());
+        assert!(unions.unite(at([0.0, 0.04, 2.0]), &weights, true).is_empty());
     }
 
     /// A random start has all means together: only once they have settled is that an answer.
@@ -115,9 +108,9 @@ mod tests {
         let weights = [Row([1.0, 2.0, 4.0])];
         let mut unions = Unions::new(3, 1.0);
         for _ in 0..3 * TOGETHER {
-            assert!(unions.unite(&at([0.0, 0.01, 0.02]), &weights, false).is_empty());
+            assert!(unions.unite(at([0.0, 0.01, 0.02]), &weights, false).is_empty());
         }
-        assert_eq!(unions.unite(&at([0.0, 0.01, 0.02]), &weights, true), [[1, 0], [2, 1]]);
+        assert_eq!(unions.unite(at([0.0, 0.01, 0.02]), &weights, true), [[1, 0], [2, 1]]);
         assert_eq!(unions.open, [false, false, true]);
     }
 
@@ -126,14 +119,14 @@ mod tests {
     fn the_larger_region_goes_on() {
         let mut unions = Unions::new(3, 1.0);
         let weights = [Row([3.0, 2.0, 4.0])];
-        assert_eq!(unions.unite(&at([0.0, 0.01, 0.02]), &weights, true), [[0, 1], [0, 2]]);
+        assert_eq!(unions.unite(at([0.0, 0.01, 0.02]), &weights, true), [[0, 1], [0, 2]]);
     }
 
     #[test]
     fn an_empty_region_is_none_to_unite_with() {
         let mut unions = Unions::new(3, 1.0);
         let weights = [Row([1.0, 0.0, 4.0])];
-        assert!(unions.unite(&at([0.0, 0.01, 2.0]), &weights, true).is_empty());
+        assert!(unions.unite(at([0.0, 0.01, 2.0]), &weights, true).is_empty());
     }
 
     #[test]

@@ -136,6 +136,32 @@ fn coarse_to_fine() {
     assert!(with.summary["coarse_to_fine"]["levels"].as_array().unwrap().len() >= 3);
 }
 
+/// Medians instead of means, in the summary and on the screen, from any start and on any machine the same.
+#[test]
+fn regions_have_medians() {
+    let folder = Folder::new();
+    let line = "segment torus:40x25 --data curvature --regions 3 --model l1 --no-preview";
+    for flags in ["", "--coarse-to-fine", "--init random --seed 3", "--mass consistent"] {
+        for threads in [1, 2] {
+            let command = format!("{line} {flags} --threads {threads} --out {threads}");
+            let output = folder.run(&command);
+            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            let table = String::from_utf8(output.stdout).unwrap();
+            assert!(table.contains("median") && !table.contains(" mean"), "{table}");
+        }
+        let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join("u.npy")).unwrap());
+        assert_eq!(one, two, "{flags}");
+        let answer = folder.answer("1");
+        answer.assert_consistent();
+        assert_eq!((answer.status(), answer.summary["model"].as_str()), ("converged", Some("l1")));
+        for region in answer.summary["region_parameters"].as_array().unwrap() {
+            let median = region["median"].as_array().unwrap();
+            assert!(median.len() == 1 && region["mean"].is_null(), "{region}");
+            assert!((0.0..=1.0).contains(&median[0].as_f64().unwrap()));
+        }
+    }
+}
+
 #[test]
 fn the_same_bytes_for_the_same_seed() {
     let folder = Folder::new();
