@@ -1,6 +1,6 @@
 //! The number of regions: a number outside, a type inside. The one place where one becomes the other.
 //!
-//! Sizes that are not compiled are rounded up, with regions that cost [`NEVER`](crate::problem::NEVER)
+//! Sizes that are not compiled are rounded up, with regions that cost [`NEVER`]
 //! and start with no mass; the projection onto the simplex then keeps them at exactly zero.
 
 use ndarray::{Array2, ArrayView2};

@@ -1,7 +1,7 @@
 //! The solvers: one algorithm, one reference, one file; none imports another.
 //!
 //! To add one: write its file, with a [`Description`], typed `Settings` and an implementation of [`Step`], and give it a
-//! line in [`solvers`] below. Clock, stopping and samples are those of `run.rs`; a solver only advances.
+//! line in `solvers!` below. Clock, stopping and samples are those of `run.rs`; a solver only advances.
 
 mod balance;
 mod metric;

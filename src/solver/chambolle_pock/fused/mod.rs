@@ -7,9 +7,9 @@
 
 mod bound;
 mod buffer;
+mod halo;
 mod lanes;
 mod layout;
-mod halo;
 mod part;
 mod pass;
 
@@ -20,10 +20,10 @@ use pulp::Arch;
 
 use bound::{Bounds, KnownBounds};
 use buffer::Slices;
+use halo::HaloMessage;
 pub use lanes::Real;
 use lanes::lane_order;
 use layout::{Lanes, Layout, Window};
-use halo::HaloMessage;
 use part::{Part, Units, groups, share_rows};
 use pass::{DEEPEST, Pass};
 
@@ -96,7 +96,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let stencil = &problem.k;
         let units = units::<T>(stencil, &method.steps);
         let messages_from = |sender| HaloMessage::from(sender, &windows);
-        let mut messages = [0, 1].map(|_| (0..windows.len()).map(messages_from).collect::<Vec<_>>());
+        let mut messages =
+            [0, 1].map(|_| (0..windows.len()).map(messages_from).collect::<Vec<_>>());
         let kq = q.as_ref().map(|q| {
             let kt = stencil.adjoint();
             collect(u.len(), |v| kt.at(q, v))
