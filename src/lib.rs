@@ -42,8 +42,6 @@ pub mod figure;
 pub mod file;
 #[cfg(feature = "experiments")]
 mod font;
-#[cfg(all(feature = "cli", target_os = "linux"))]
-pub mod memory;
 pub mod mesh;
 pub mod misfit;
 pub mod npy;

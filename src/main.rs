@@ -2,9 +2,10 @@
 
 mod cli;
 
-#[cfg(target_os = "linux")]
+use mimalloc::MiMalloc;
+
 #[global_allocator]
-static ALLOCATOR: meshseg::memory::LargePages = meshseg::memory::LargePages;
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 fn main() -> std::process::ExitCode {
     cli::main()

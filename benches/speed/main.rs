@@ -15,11 +15,11 @@ mod triad;
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use mimalloc::MiMalloc;
 
 /// As in the program.
-#[cfg(target_os = "linux")]
 #[global_allocator]
-static ALLOCATOR: meshseg::memory::LargePages = meshseg::memory::LargePages;
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 // All of it within ten minutes.
 criterion_group! {
