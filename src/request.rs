@@ -24,7 +24,8 @@ pub struct Request {
 impl Request {
     /// Refuses what no solver could work with.
     pub fn check(&self) -> Result<()> {
-        check_lambda(self.lambda)
+        check_lambda(self.lambda)?;
+        self.method.check()
     }
 }
 

@@ -2,8 +2,8 @@
 //!
 //! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap, which is relative to E - B, see
 //! `problem.rs`. The best of each is kept apart: the best U may come from another iteration than the best bound, and
-//! no bound is less than B. After [`STEPS_BEFORE_CONSTANT`] steps the best labels that are constant on every component count as seen,
-//! on the clock; see `constant.rs`. Metrics are evaluated off the clock.
+//! no bound is less than B. After [`STEPS_BEFORE_CONSTANT`] steps the best labels that are constant on every component
+//! count as seen, on the clock; see `constant.rs`. Metrics are evaluated off the clock.
 //!
 //! A bound above an energy, by more than rounding allows, proves a fault of the program: it is kept as it is, and the
 //! run ends as [`Status::Contradicted`].

@@ -69,11 +69,12 @@ macro_rules! solvers {
             /// The solver, ready to advance.
             ///
             /// # Errors
-            /// Settings that exclude each other.
+            /// Settings that are out of range or exclude each other.
             pub fn build<'a, K: Engines + 'a, const M: usize>(
                 &self,
                 setup: Setup<'_, K, M>,
             ) -> Built<'a, K, M> {
+                self.check()?;
                 match self {
                     $($(#[$attribute])* Method::$Name(settings) => $module::build(settings, setup),)*
                 }
@@ -194,6 +195,12 @@ impl Method {
     /// Which key or value is none.
     pub fn set(&mut self, options: &Options) -> Result<()> {
         options.apply(self.name(), self.settings())
+    }
+
+    /// # Errors
+    /// Which setting is out of range.
+    pub fn check(&self) -> Result<()> {
+        settings::check(&self.clone().settings())
     }
 
     pub fn name(&self) -> &'static str {

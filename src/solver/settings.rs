@@ -109,6 +109,21 @@ impl<'a> Setting<'a> {
     }
 
     /// # Errors
+    /// What the value must be, if it is none: whoever writes the fields may write any number.
+    fn check(&self) -> std::result::Result<(), String> {
+        let within =
+            |number: f64, range: &Range| match number.is_finite() && range.contains(&number) {
+                true => Ok(()),
+                false => Err(format!("must be a number{}", words(*range))),
+            };
+        match &self.value {
+            Value::Number(number, range) => within(**number, range),
+            Value::Optional(Some(number), range, _) => within(*number, range),
+            Value::Optional(None, ..) | Value::Choice(_) => Ok(()),
+        }
+    }
+
+    /// # Errors
     /// What the value must be, if it is none.
     fn set(&mut self, text: &str) -> std::result::Result<(), String> {
         let within = |range: &Range| {
@@ -145,6 +160,18 @@ fn words((low, high): Range) -> String {
         Unbounded => String::new(),
     };
     from + &to
+}
+
+/// # Errors
+/// Which of the settings has a value that is none.
+pub(super) fn check(settings: &[Setting<'_>]) -> Result<()> {
+    for setting in settings {
+        setting.check().map_err(|message| {
+            let (key, value) = (setting.key, setting.value());
+            Error::unsuitable(format!("solver option {key}={value}: {message}"))
+        })?;
+    }
+    Ok(())
 }
 
 /// Values by key, as somebody wrote them.

@@ -10,7 +10,9 @@ use crate::problem::{Problem, rounded};
 use crate::regions::close_from;
 use crate::run::{Run, Status, Stop};
 use crate::samples::{bumpy, disjoint, random_problem, shape, with_isolated_vertices};
-use crate::solver::{Method, Options, chambolle_pock};
+use crate::solver::{
+    Method, Options, Setup, chambolle_pock, douglas_rachford, fista, projected_gradient,
+};
 
 /// lambda = 0: every vertex for itself, argmin f, with a gap of exactly nothing.
 #[test]
@@ -171,6 +173,28 @@ fn every_solver_is_described_and_refuses_what_it_does_not_know() {
     }
     let message = refusal("simplex", "rho=1");
     assert!(Method::all().iter().all(|m| message.contains(m.name())) && !message.contains('\n'));
+}
+
+/// Typed settings can hold any number; no solver is built from one that is out of range.
+#[test]
+fn settings_out_of_range_are_refused() {
+    let mesh = bumpy(3);
+    let problem = random_problem::<3>(&mesh, 0.05, 98);
+    let wrong: [(Method, &str); 4] = [
+        (chambolle_pock::Settings { rho: 2.0, ..Default::default() }.into(), "rho=2"),
+        (douglas_rachford::Settings { reach: Some(-1.0), ..Default::default() }.into(), "reach=-1"),
+        (fista::Settings { continuation: 0.5, ..Default::default() }.into(), "continuation=0.5"),
+        (
+            projected_gradient::Settings { tau: Some(f64::NAN), ..Default::default() }.into(),
+            "tau=NaN",
+        ),
+    ];
+    for (method, said) in wrong {
+        let start = uniform(mesh.vertices.len(), 3);
+        let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+        let message = method.build(setup).err().expect("it is refused").to_string();
+        assert!(message.contains(said) && message.contains("must be a number"), "{message}");
+    }
 }
 
 /// What is written as text is read as it was, whatever the kind of the setting, and only what differs is said to.
