@@ -27,9 +27,9 @@ pub use region::Region;
 pub use view::{View, standing};
 
 /// Each half has this width at the most, and this height if it has one view,
-const HALF: f64 = 720.0;
+const HALF: f64 = 600.0;
 /// or this one if it has two.
-const TALL: f64 = 900.0;
+const TALL: f64 = 750.0;
 /// Pixels around the mesh and everything else.
 const MARGIN: f64 = 14.0;
 /// No half is narrower: captions and legend need some room.

@@ -413,7 +413,7 @@ fn the_picture_shows_every_column() {
     }
     // A flat mesh is seen straight on, in its own proportions.
     let image = image::open(folder.path("out/preview.png")).unwrap();
-    assert!(image.width() == 1440 && image.height() < 520, "{}", image.height());
+    assert!(image.width() == 1200 && image.height() < 450, "{}", image.height());
 }
 
 #[test]
