@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use meshseg::colormap::categorical;
-use meshseg::data::seen::{Manner, see};
+use meshseg::data::input::{self, Mapping};
 use meshseg::data::{Initial, PiecewiseConstant};
 use meshseg::mesh::{Source, io};
 use meshseg::operator::Mass;
@@ -20,8 +20,8 @@ fn main() -> meshseg::Result<()> {
     let mesh = mesh.scaled(scale);
 
     // The texture or the colors that come with it, in [0, 1].
-    let seen = see(&source, &mesh, None, None, &Manner::default())?;
-    println!("{}: {} vertices", seen.name, seen.data.len());
+    let input = input::read(&source, &mesh, None, None, &Mapping::default())?;
+    println!("{}: {} vertices", input.name, input.data.len());
 
     let alternation = Alternation { regions: 4, initial: Initial::KMeans, seed: 1, every: 10 };
     let request = Request {
@@ -33,7 +33,7 @@ fn main() -> meshseg::Result<()> {
         keep_dual: false,
     };
     let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
-    let model = PiecewiseConstant::new(&seen.data);
+    let model = PiecewiseConstant::new(&input.data);
     let segmentation = segment(&mesh, &model, &alternation, &request, &mut go_on)?;
 
     for (p, region) in segmentation.parameters.iter().enumerate() {

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use meshseg::colormap::categorical;
+use meshseg::data::input::{self, DataSource, InputData, Mapping};
 use meshseg::data::projection::{Fit, Projection};
-use meshseg::data::seen::{self, DataSource, Manner, Seen};
 use meshseg::data::texture::Texel;
-use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, looks};
+use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, palette};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Source};
 use meshseg::outcome::{self, Looks, Shown};
@@ -32,7 +32,7 @@ pub struct Arguments {
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
     /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as it is stored), image:IMAGE (laid on the surface, see
     /// --project; a JPEG photo upright, as its EXIF orientation says),
-    /// curvature (mean curvature, positive where the surface is convex as seen from outside, its middle 96 % mapped to
+    /// curvature (mean curvature, positive where the surface is convex as input from outside, its middle 96 % mapped to
     /// [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
     /// by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
@@ -155,22 +155,23 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     let scaled = welded.clone().scaled(scale);
     check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
-    let manner = Manner { texel: arguments.texel, project: arguments.project, fit: arguments.fit };
-    let seen = seen::see(&source, welded, weld.as_ref(), arguments.data.as_ref(), &manner)?;
-    seen.notes.iter().for_each(|line| note(&one_line(line)));
+    let mapping =
+        Mapping { texel: arguments.texel, project: arguments.project, fit: arguments.fit };
+    let input = input::read(&source, welded, weld.as_ref(), arguments.data.as_ref(), &mapping)?;
+    input.notes.iter().for_each(|line| note(&one_line(line)));
 
     let found = match arguments.model {
         Model::Constant => {
-            found(&scaled, &PiecewiseConstant::new(&seen.data), &seen, arguments, request)
+            found(&scaled, &PiecewiseConstant::new(&input.data), &input, arguments, request)
         }
-        Model::L1 => found(&scaled, &L1::new(&seen.data), &seen, arguments, request),
+        Model::L1 => found(&scaled, &L1::new(&input.data), &input, arguments, request),
     };
     let Found { mut solution, regions, told, estimates } = found?;
     let lambda = solution.summary.lambda;
 
-    let mut colors = seen.looks;
+    let mut colors = input.colors;
     let warnings = &mut solution.summary.warnings;
-    warnings.extend(seen.warnings);
+    warnings.extend(input.warnings);
     warnings.extend(match arguments.weld {
         Some(_) => welding::unmended(welded),
         None => welding::shattered(welded, "--weld"),
@@ -182,10 +183,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
     }
     let summary = SegmentSummary {
         summary: &solution.summary,
-        data: &seen.name,
+        data: &input.name,
         // What is said of lengths is said of the scaled mesh.
-        data_unit_range: seen.unit_range.map(|range| range.map(|h| h / scale)),
-        data_sign: seen.sign,
+        data_unit_range: input.unit_range.map(|range| range.map(|h| h / scale)),
+        data_sign: input.sign,
         welded_vertices: weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
         model: arguments.model.name(),
@@ -207,10 +208,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
         regions: regions.iter().enumerate().map(drawn).collect(),
         data: (!solving.no_preview).then(|| Shown {
             colors,
-            caption: looks::words(
-                &seen.data,
-                &seen.name,
-                seen.unit_range,
+            caption: palette::words(
+                &input.data,
+                &input.name,
+                input.unit_range,
                 &barycentric_areas(&scaled),
             ),
             view: solving.view,
@@ -255,7 +256,7 @@ struct Found {
 fn found<D: DataModel>(
     mesh: &Mesh,
     model: &D,
-    seen: &Seen,
+    input: &InputData,
     arguments: &Arguments,
     mut request: Request,
 ) -> Result<Found> {
@@ -269,11 +270,11 @@ fn found<D: DataModel>(
     let mut observe = |sample: Option<&_>| progress.observe(sample);
     if arguments.lambda.is_none() {
         request.lambda = lambda::of_data(mesh, model, &alternation, &request, &mut observe)
-            .map_err(|error| error.of_file(Path::new(&seen.name)))?;
+            .map_err(|error| error.of_file(Path::new(&input.name)))?;
     }
     let segmentation = segment(mesh, model, &alternation, &request, &mut observe)?;
     progress.finish();
-    let regions = describe_regions::<D>(&segmentation, seen, &barycentric_areas(mesh));
+    let regions = describe_regions::<D>(&segmentation, input, &barycentric_areas(mesh));
     let Segmentation { solution, estimates, .. } = segmentation;
     Ok(Found { solution, regions, told: D::TOLD, estimates })
 }
@@ -331,7 +332,7 @@ struct SegmentSummary<'a> {
 
 fn describe_regions<D: DataModel>(
     segmentation: &Segmentation<D::Parameters>,
-    seen: &Seen,
+    input: &InputData,
     area: &[f64],
 ) -> Vec<Region> {
     let m = segmentation.parameters.len();
@@ -340,7 +341,7 @@ fn describe_regions<D: DataModel>(
     for (&label, area) in labels.iter().zip(area) {
         areas[label as usize] += area;
     }
-    let colors = preview::means(&seen.looks, labels, area, m);
+    let colors = preview::means(&input.colors, labels, area, m);
     let total: f64 = area.iter().sum();
     let parameters = segmentation.parameters.iter();
     parameters

@@ -3,12 +3,12 @@
 
 pub mod constant;
 pub mod curved;
+pub mod input;
 pub mod kmeans;
 pub mod l1;
-pub mod looks;
+pub mod palette;
 pub mod projection;
 pub mod range;
-pub mod seen;
 pub mod synthetic;
 pub mod texture;
 

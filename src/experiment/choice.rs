@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use crate::data::seen::DataSource;
+use crate::data::input::DataSource;
 
 /// The key `data` of an instance.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub enum DataChoice {
     Waves,
     /// What comes with the mesh: its texture or its colors.
     Own,
-    Seen(DataSource),
+    Source(DataSource),
     /// Pointwise costs, V x m.
     Costs(PathBuf),
 }
@@ -28,7 +28,7 @@ impl FromStr for DataChoice {
             (_, Some(("costs", file))) if file.ends_with(".npy") => {
                 Ok(DataChoice::Costs(file.into()))
             }
-            _ => text.parse().map(DataChoice::Seen).map_err(|_| {
+            _ => text.parse().map(DataChoice::Source).map_err(|_| {
                 "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
                  \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
                     .into()
@@ -42,7 +42,7 @@ impl fmt::Display for DataChoice {
         match self {
             DataChoice::Waves => f.write_str("waves"),
             DataChoice::Own => f.write_str("own"),
-            DataChoice::Seen(source) => source.fmt(f),
+            DataChoice::Source(source) => source.fmt(f),
             DataChoice::Costs(path) => write!(f, "costs:{}", path.display()),
         }
     }

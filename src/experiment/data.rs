@@ -18,8 +18,8 @@ use super::choice::DataChoice;
 use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::colormap::categorical;
 use crate::costs;
+use crate::data::input::{self, DataSource, Mapping};
 use crate::data::kmeans::kmeans;
-use crate::data::seen::{self, DataSource, Manner};
 use crate::data::synthetic::waves;
 use crate::data::{Data, Initial, PiecewiseConstant};
 use crate::error::{Error, Result};
@@ -92,14 +92,14 @@ impl Places {
         let at = |path: &Path| self.path(&path.to_string_lossy());
         Ok(match choice {
             DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
-            DataChoice::Seen(DataSource::Texture(Some(path))) => {
-                DataChoice::Seen(DataSource::Texture(Some(at(path)?)))
+            DataChoice::Source(DataSource::Texture(Some(path))) => {
+                DataChoice::Source(DataSource::Texture(Some(at(path)?)))
             }
-            DataChoice::Seen(DataSource::Image(path)) => {
-                DataChoice::Seen(DataSource::Image(at(path)?))
+            DataChoice::Source(DataSource::Image(path)) => {
+                DataChoice::Source(DataSource::Image(at(path)?))
             }
-            DataChoice::Seen(DataSource::File(path)) => {
-                DataChoice::Seen(DataSource::File(at(path)?))
+            DataChoice::Source(DataSource::File(path)) => {
+                DataChoice::Source(DataSource::File(at(path)?))
             }
             other => other.clone(),
         })
@@ -116,17 +116,17 @@ impl Places {
             hash.update(file::read(path)?);
         }
         match &self.data(&cell.data)? {
-            DataChoice::Costs(path) | DataChoice::Seen(DataSource::File(path)) => {
+            DataChoice::Costs(path) | DataChoice::Source(DataSource::File(path)) => {
                 hash.update(file::read(path)?);
             }
             DataChoice::Own => paint(&mut hash, &source, None)?,
-            DataChoice::Seen(choice) => paint(&mut hash, &source, Some(choice))?,
+            DataChoice::Source(choice) => paint(&mut hash, &source, Some(choice))?,
             DataChoice::Waves => {}
         }
         Ok(hex(&hash.finalize()))
     }
 
-    /// A hash of the words of a command that are files; what these files call is not seen.
+    /// A hash of the words of a command that are files; what these files call is not input.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -198,20 +198,20 @@ impl Places {
                 let looks = costs.outer_iter().map(look).collect();
                 (None, costs, looks, None)
             }
-            DataChoice::Own | DataChoice::Seen(_) => {
+            DataChoice::Own | DataChoice::Source(_) => {
                 let choice = match &choice {
-                    DataChoice::Seen(choice) => Some(choice),
+                    DataChoice::Source(choice) => Some(choice),
                     _ => None,
                 };
-                let mut seen = seen::see(&source, &mesh, None, choice, &Manner::default())?;
-                seen.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
-                noise(&mut seen.data);
+                let mut input = input::read(&source, &mesh, None, choice, &Mapping::default())?;
+                input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
+                noise(&mut input.data);
                 let mut rng = Pcg64::seed_from_u64(cell.seed);
-                let (values, d) = (&seen.data.values, seen.data.dimension);
-                let known = seen.data.known_area(&barycentric_areas(&mesh));
+                let (values, d) = (&input.data.values, input.data.dimension);
+                let known = input.data.known_area(&barycentric_areas(&mesh));
                 let mu = kmeans(values, d, &known, cell.regions, &mut rng);
-                let costs = distances(&seen.data, &mu);
-                (Some(seen.data), costs, seen.looks, None)
+                let costs = distances(&input.data, &mu);
+                (Some(input.data), costs, input.colors, None)
             }
         };
         let lambda = match (cell.lambda, &data) {
@@ -244,7 +244,7 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
         let color = material.color.map(|color| color.map(f64::to_bits));
         hash.update(format!("{color:?} {:?}", material.placement.bits()));
     }
-    for path in seen::image_files(source, &mesh, choice, &Manner::default()) {
+    for path in input::image_files(source, &mesh, choice, &Mapping::default()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let bytes = match (file::read(&path), choice) {
             (Ok(bytes), _) => bytes,

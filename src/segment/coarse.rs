@@ -7,8 +7,8 @@
 
 use std::time::Instant;
 
+use super::alternation::{Found, Level};
 use super::unions::are_apart;
-use super::{Found, Level};
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
 use crate::data::DataModel;
 use crate::error::Result;

@@ -17,8 +17,8 @@ use std::time::Instant;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
+use super::alternation::{Alternation, Level};
 use super::coarse::restrict;
-use super::{Alternation, Level};
 use crate::coarse::Hierarchy;
 use crate::data::{DataModel, Initial, Scale};
 use crate::error::{Error, Result};

@@ -6,6 +6,7 @@
 
 mod decode;
 mod paint;
+mod pyramid;
 mod sample;
 mod shrink;
 #[cfg(test)]
@@ -13,147 +14,8 @@ mod tests;
 mod upright;
 mod vertices;
 
-use std::io::{Cursor, Read};
-use std::path::Path;
-
-use crate::error::{Error, Result};
-use crate::file;
-use decode::{Decoded, Texels};
-use sample::Level;
-use shrink::{Channel, Shrink};
-
 pub use decode::Turn;
 pub use paint::{Content, Painted, Paints, color_of_face, images, is_same_image};
-use sample::Place;
-pub use vertices::{Sums, Texel, texels_a_face};
-
-/// What a JPEG file may have, which is read whole.
-const MAX_FILE_BYTES: u64 = 1 << 28;
-
-/// An image in sizes that halve: level l has means of 2^l x 2^l texels.
-pub struct Texture {
-    /// Of the image in the file.
-    pub width: u32,
-    pub height: u32,
-    /// The texels of level 0 are means of 2^k x 2^k pixels.
-    k: u32,
-    levels: Levels,
-    /// Whether its edges go on beyond [0, 1], instead of further copies of it.
-    clamp: bool,
-}
-
-enum Levels {
-    Eight(Vec<Level<u8>>),
-    Sixteen(Vec<Level<u16>>),
-}
-
-impl Texture {
-    /// Reads a PNG or JPEG file; its content decides which, not its name.
-    pub fn open(path: &Path, turn: Turn) -> Result<Self> {
-        let (mut file, length) = file::open(path)?;
-        let mut magic = Vec::new();
-        let io = |source| Error::io(path, source);
-        (&mut file).take(PNG.len() as u64).read_to_end(&mut magic).map_err(io)?;
-        if magic == PNG {
-            return Texture::new(decode::png(Cursor::new(magic).chain(file), length, path)?, path);
-        }
-        if !magic.starts_with(JPEG) {
-            return Err(Error::malformed(path, NEITHER));
-        }
-        if length > MAX_FILE_BYTES {
-            return Err(Error::malformed(
-                path,
-                "is larger than 256 MiB; save it as PNG, or shrink it",
-            ));
-        }
-        file.read_to_end(&mut magic).map_err(io)?;
-        Texture::new(decode::jpeg(&magic, path, turn)?, path)
-    }
-
-    /// Decodes the content of a PNG or JPEG file; `name` is for the errors.
-    pub fn decode(bytes: &[u8], name: &Path) -> Result<Self> {
-        let decoded = if bytes.starts_with(PNG) {
-            decode::png(bytes, bytes.len() as u64, name)
-        } else if bytes.starts_with(JPEG) {
-            decode::jpeg(bytes, name, Turn::AsStored)
-        } else {
-            Err(Error::malformed(name, NEITHER))
-        };
-        Texture::new(decoded?, name)
-    }
-
-    fn new(Decoded { width, height, k, texels }: Decoded, name: &Path) -> Result<Self> {
-        if k > 0 {
-            tracing::warn!(
-                "{}: its {width} x {height} pixels were shrunk by {} in each direction",
-                name.display(),
-                1 << k
-            );
-        }
-        let levels = match texels {
-            Texels::Eight(texels) => Levels::Eight(vec![level(width, height, k, texels)]),
-            Texels::Sixteen(texels) => Levels::Sixteen(vec![level(width, height, k, texels)]),
-        };
-        Ok(Texture { width, height, k, levels, clamp: false })
-    }
-
-    /// The length of [0, 1] in texels of level 0, along both axes.
-    fn extent(&self) -> [f64; 2] {
-        [self.width, self.height].map(|n| f64::from(n) / f64::from(1_u32 << self.k))
-    }
-
-    /// Makes the sizes up to that one, as far as they are more than a texel.
-    fn reach(&mut self, last: usize) {
-        let (width, height, k) = (self.width, self.height, self.k);
-        match &mut self.levels {
-            Levels::Eight(levels) => halve(levels, last, width, height, k),
-            Levels::Sixteen(levels) => halve(levels, last, width, height, k),
-        }
-    }
-
-    /// The colors in [0, 1] of the corners of a face, whose level must be reached.
-    #[inline(always)]
-    fn of_corners(&self, place: &Place, texel: Texel) -> [[f64; 3]; 3] {
-        match &self.levels {
-            Levels::Eight(levels) => of_corners(levels, place, texel),
-            Levels::Sixteen(levels) => of_corners(levels, place, texel),
-        }
-    }
-}
-
-const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
-const JPEG: &[u8] = b"\xff\xd8\xff";
-const NEITHER: &str = "is neither a PNG nor a JPEG image; convert it to one";
-
-fn level<T>(width: u32, height: u32, k: u32, texels: Vec<[T; 3]>) -> Level<T> {
-    let extent = [width, height].map(|n| f64::from(n) / (1_u64 << k) as f64);
-    let [width, height] = [width, height].map(|n| u64::from(n).div_ceil(1 << k) as usize);
-    Level { width, height, texels, extent }
-}
-
-fn halve<T: Channel>(levels: &mut Vec<Level<T>>, last: usize, width: u32, height: u32, k: u32) {
-    while levels.len() <= last {
-        let fine = &levels[levels.len() - 1];
-        if fine.width.max(fine.height) == 1 {
-            return;
-        }
-        let mut shrink = Shrink::new(fine.width as u32, fine.height as u32, 1);
-        for row in fine.texels.chunks(fine.width) {
-            shrink.push(row.iter().copied());
-        }
-        let texels = shrink.finish();
-        levels.push(level(width, height, k + levels.len() as u32, texels));
-    }
-}
-
-#[inline(always)]
-fn of_corners<T: Channel>(levels: &[Level<T>], place: &Place, texel: Texel) -> [[f64; 3]; 3] {
-    let colors = match texel {
-        Texel::Mean => {
-            let level = &levels[place.level.min(levels.len() - 1)];
-            [0, 1, 2].map(|i| place.mean(level, i))
-        }
-        Texel::Vertex => [0, 1, 2].map(|i| place.corner(&levels[0], i)),
-    };
-    colors.map(|color| color.map(|value| value / T::MAX))
-}
+pub use pyramid::Texture;
+pub use sample::Texel;
+pub use vertices::{Sums, texels_a_face};

@@ -12,10 +12,10 @@ use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::Texture;
 use super::decode::Turn;
-use super::sample::tile;
-use super::vertices::{Sums, Texel, is_placed, texels_a_face};
+use super::pyramid::Texture;
+use super::sample::{Texel, tile};
+use super::vertices::{Sums, is_placed, texels_a_face};
 use crate::error::{Error, Result};
 use crate::mesh::{Material, Materials, Mesh, Placement};
 use crate::unreached::INHERIT;
@@ -239,8 +239,8 @@ impl<'a> Paints<'a> {
                 }
             };
             match texture {
-                Ok(texture) => {
-                    let mut texture = Texture { clamp: placement.clamp, ..texture };
+                Ok(mut texture) => {
+                    texture.clamp = placement.clamp;
                     for &j in &faces {
                         sizes[j as usize] = Some([texture.width, texture.height].map(f64::from));
                     }

@@ -18,8 +18,21 @@ use super::shrink::Channel;
 /// Sides of the triangles that are sampled once, in texels.
 const SPACING: f64 = 1.5;
 
+/// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Texel {
+    #[default]
+    Mean,
+    Vertex,
+}
+
+impl Texel {
+    pub const NAMES: [(&'static str, Texel); 2] =
+        [("mean", Texel::Mean), ("vertex", Texel::Vertex)];
+}
+
 /// A texture in one of its sizes.
-pub struct Level<T> {
+pub struct MipLevel<T> {
     pub width: usize,
     pub height: usize,
     /// From the upper left corner, row by row.
@@ -37,7 +50,7 @@ enum Edge {
 
 /// Where a face lies in a texture.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Place {
+pub struct Footprint {
     /// Of its corners, with v downwards, from the upper left corner of its tile, in parts of the image.
     corners: [[f64; 2]; 3],
     edges: [Edge; 2],
@@ -57,7 +70,7 @@ pub fn tile(uv: &[[f64; 2]; 3]) -> [f64; 2] {
     })
 }
 
-impl Place {
+impl Footprint {
     /// The place of a face with coordinates `uv` in an image whose [0, 1]^2 is `extent` texels long; at most
     /// 6 `most`^2 samples.
     #[inline(always)]
@@ -77,12 +90,12 @@ impl Place {
         let k = (length.ceil() as u32).clamp(1, most);
         let spacing = length / f64::from(k);
         let level = if spacing > 1.0 { spacing.log2().ceil() as usize } else { 0 };
-        Place { corners, edges, k, level }
+        Footprint { corners, edges, k, level }
     }
 
     /// The mean over the share of corner i, in units of the channels.
     #[inline(always)]
-    pub fn mean<T: Channel>(&self, level: &Level<T>, i: usize) -> [f64; 3] {
+    pub fn mean<T: Channel>(&self, level: &MipLevel<T>, i: usize) -> [f64; 3] {
         let corners = self.in_texels(level);
         let [a, b, c] = [corners[i], corners[(i + 1) % 3], corners[(i + 2) % 3]];
         let center = [0, 1].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0);
@@ -115,12 +128,12 @@ impl Place {
 
     /// The color at corner i, in units of the channels.
     #[inline(always)]
-    pub fn corner<T: Channel>(&self, level: &Level<T>, i: usize) -> [f64; 3] {
+    pub fn corner<T: Channel>(&self, level: &MipLevel<T>, i: usize) -> [f64; 3] {
         level.bilinear(self.in_texels(level)[i], self.edges)
     }
 
     #[inline(always)]
-    fn in_texels<T>(&self, level: &Level<T>) -> [[f64; 2]; 3] {
+    fn in_texels<T>(&self, level: &MipLevel<T>) -> [[f64; 2]; 3] {
         self.corners.map(|[u, v]| [u * level.extent[0], v * level.extent[1]])
     }
 }
@@ -144,7 +157,7 @@ pub fn area(uv: &[[f64; 2]; 3], size: [f64; 2]) -> f64 {
     0.5 * doubled.abs() * size[0] * size[1]
 }
 
-impl<T: Channel> Level<T> {
+impl<T: Channel> MipLevel<T> {
     /// The color at a point given in texels from the upper left corner.
     #[inline(always)]
     fn bilinear(&self, [x, y]: [f64; 2], edges: [Edge; 2]) -> [f64; 3] {

@@ -8,7 +8,9 @@ use image::{
 };
 use nalgebra::Point3;
 
+use super::sample::Footprint;
 use super::*;
+use crate::error::{Error, Result};
 use crate::mesh::{Material, Materials, Mesh, Placement};
 
 const FACE: [[f64; 2]; 3] = [[0.1, 0.2], [0.3, 0.2], [0.1, 0.4]];
@@ -35,7 +37,7 @@ fn ramp(n: u32) -> RgbImage {
 }
 
 fn corners(texture: &mut Texture, uv: [[f64; 2]; 3], texel: Texel) -> [[f64; 3]; 3] {
-    let place = Place::new(&uv, texture.extent(), texture.clamp, 64);
+    let place = Footprint::new(&uv, texture.extent(), texture.clamp, 64);
     texture.reach(place.level);
     texture.of_corners(&place, texel)
 }
@@ -178,14 +180,14 @@ fn means_of_fine_stripes_are_gray() {
     let mut texture = texture(stripes);
     let uv = [[0.02, 0.02], [0.95, 0.02], [0.02, 0.95]];
     for most in [4, 16, 200] {
-        let place = Place::new(&uv, texture.extent(), texture.clamp, most);
+        let place = Footprint::new(&uv, texture.extent(), texture.clamp, most);
         texture.reach(place.level);
         for color in texture.of_corners(&place, Texel::Mean) {
             assert_near(color, [0.5; 3], 0.02);
         }
     }
-    assert_eq!(Place::new(&uv, texture.extent(), texture.clamp, 200).level, 0);
-    assert!(Place::new(&uv, texture.extent(), texture.clamp, 4).level >= 5);
+    assert_eq!(Footprint::new(&uv, texture.extent(), texture.clamp, 200).level, 0);
+    assert!(Footprint::new(&uv, texture.extent(), texture.clamp, 4).level >= 5);
 }
 
 #[test]
@@ -255,7 +257,7 @@ fn large_images_are_shrunk_while_they_are_read() {
     stream.finish().unwrap();
     drop(writer);
     let mut texture = Texture::decode(&bytes, Path::new("t.png")).unwrap();
-    assert_eq!((texture.width, texture.k, texture.extent()), (N, 1, [5000.0; 2]));
+    assert_eq!((texture.width, texture.shrunk(), texture.extent()), (N, 1, [5000.0; 2]));
     assert_eq!(sample(&mut texture, [0.25, 0.9]), [0.2; 3]);
     assert_eq!(sample(&mut texture, [0.75, 0.1]), [0.4; 3]);
 }

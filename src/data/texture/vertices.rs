@@ -1,8 +1,8 @@
 //! Colors of vertices from those of faces: a vertex takes the mean over its share of its faces, weighted by
 //! their areas, so that seams split no vertex. What no face knows is NaN: unknown.
 
-use super::Texture;
-use super::sample::{self, Place};
+use super::pyramid::Texture;
+use super::sample::{self, Footprint, Texel};
 use crate::mesh::{Mesh, is_place};
 use crate::sweep;
 
@@ -14,19 +14,6 @@ const SAMPLES: f64 = (1_u64 << 24) as f64;
 
 /// As many faces are sampled before their colors are added.
 const FACES_AT_ONCE: usize = 1 << 16;
-
-/// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Texel {
-    #[default]
-    Mean,
-    Vertex,
-}
-
-impl Texel {
-    pub const NAMES: [(&'static str, Texel); 2] =
-        [("mean", Texel::Mean), ("vertex", Texel::Vertex)];
-}
 
 /// Whether a face lies somewhere in a texture.
 pub fn is_placed(uv: &[[f64; 2]; 3]) -> bool {
@@ -63,7 +50,7 @@ impl Sums {
         let most = (SAMPLES / (6 * mesh.faces.len()) as f64).sqrt().max(4.0) as u32;
         for first in (0..n).step_by(FACES_AT_ONCE) {
             let count = FACES_AT_ONCE.min(n - first);
-            let place = |i: usize| Place::new(&uv[faces(first + i)], extent, clamp, most);
+            let place = |i: usize| Footprint::new(&uv[faces(first + i)], extent, clamp, most);
             let places = sweep::collect(count, place);
             if texel == Texel::Mean {
                 texture.reach(places.iter().map(|place| place.level).max().unwrap_or(0));

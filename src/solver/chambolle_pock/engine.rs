@@ -1,12 +1,12 @@
 //! The engines of the method, and the one place where an engine and its precision are chosen.
 
 use pulp::Arch;
-use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::fused::{Fused, Plan, Real};
 use super::rows::Rows;
+use super::settings::{Engine, Precision, Settings};
+use super::stepping::Stepping;
 use super::steps::Steps;
-use super::{Method, Settings};
 use crate::error::Error;
 use crate::field::{Row, Tangent};
 use crate::operator::{Matrix, Operator, Stencil};
@@ -14,27 +14,6 @@ use crate::problem::Problem;
 use crate::solver::balance::Balance;
 use crate::solver::{Built, OneByOne, Setup};
 use crate::sweep::join;
-
-/// What iterates.
-#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
-#[strum(serialize_all = "kebab-case")]
-pub enum Engine {
-    /// The fused one where the operator has it.
-    Auto,
-    /// Several iterations in one blocked pass over memory.
-    Fused,
-    /// The readable text, for any operator.
-    Rows,
-}
-
-/// Of the iterates; certificates are in double precision.
-#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
-pub enum Precision {
-    #[strum(serialize = "f64")]
-    Double,
-    #[strum(serialize = "f32")]
-    Single,
-}
 
 /// A pair (u, q), where q is zero if there is none.
 type Pair<const M: usize> = (Vec<Row<M>>, Option<Vec<Tangent<M>>>);
@@ -44,7 +23,7 @@ pub trait Engines: Operator + Sized {
     /// Whether there is a fused one.
     const IS_FUSED: bool = false;
 
-    /// The fused engine, of a method that is made for the pair from which it starts.
+    /// The fused engine, with steps that are made for the pair from which it starts.
     ///
     /// # Errors
     /// That there is none, for operators of which nothing is known but their rows.
@@ -52,7 +31,7 @@ pub trait Engines: Operator + Sized {
         _problem: &Problem<Self, M>,
         _start: Pair<M>,
         _precision: Precision,
-        _method: impl FnOnce(&Pair<M>) -> Method<M> + Send,
+        _stepping: impl FnOnce(&Pair<M>) -> Stepping<M> + Send,
     ) -> Built<'a, Self, M>
     where
         Self: 'a,
@@ -72,25 +51,25 @@ impl Engines for Stencil {
         problem: &Problem<Self, M>,
         start: Pair<M>,
         precision: Precision,
-        method: impl FnOnce(&Pair<M>) -> Method<M> + Send,
+        stepping: impl FnOnce(&Pair<M>) -> Stepping<M> + Send,
     ) -> Built<'a, Self, M> {
         Ok(match precision {
-            Precision::Double => Box::new(planned::<f64, M>(problem, start, method)),
-            Precision::Single => Box::new(planned::<f32, M>(problem, start, method)),
+            Precision::Double => Box::new(planned::<f64, M>(problem, start, stepping)),
+            Precision::Single => Box::new(planned::<f32, M>(problem, start, stepping)),
         })
     }
 }
 
-/// Method and plan side by side.
+/// Steps and plan side by side.
 fn planned<T: Real, const M: usize>(
     problem: &Problem<Stencil, M>,
     start: Pair<M>,
-    method: impl FnOnce(&Pair<M>) -> Method<M> + Send,
+    stepping: impl FnOnce(&Pair<M>) -> Stepping<M> + Send,
 ) -> Fused<T, M> {
     let plan = || Plan::new::<T, M>(&problem.k, Arch::new());
-    let (method, plan) = join(|| method(&start), plan);
+    let (stepping, plan) = join(|| stepping(&start), plan);
     let (u, q) = start;
-    Fused::new(problem, u, q, method, plan)
+    Fused::new(problem, u, q, stepping, plan)
 }
 
 /// The solver in the engine and the precision that are asked for.
@@ -100,22 +79,22 @@ pub fn build<'a, K: Engines + 'a, const M: usize>(
 ) -> Built<'a, K, M> {
     let Settings { steps, rho, step_ratio, balance, engine, precision } = *settings;
     let Setup { problem, start: u, dual_start: q, .. } = setup;
-    let method = |(u, q): &Pair<M>| {
+    let stepping = |(u, q): &Pair<M>| {
         let balance = Balance::new(balance, u, q.as_ref());
-        Method { steps: Steps::new(problem, steps, step_ratio), balance, rho }
+        Stepping { steps: Steps::new(problem, steps, step_ratio), balance, rho }
     };
     let start = (u, q);
     let fused = engine == Engine::Fused || engine == Engine::Auto && K::IS_FUSED;
     match (fused, precision) {
-        (true, _) => K::fused(problem, start, precision, method),
+        (true, _) => K::fused(problem, start, precision, stepping),
         (false, Precision::Single) => Err(Error::unsuitable(
             "solver options engine=rows and precision=f32 exclude each other: rows are in double precision",
         )),
         (false, Precision::Double) => {
-            let method = method(&start);
+            let stepping = stepping(&start);
             let (u, q) = start;
             let q = q.unwrap_or_else(|| vec![Tangent::ZERO; problem.k.faces()]);
-            Ok(Box::new(OneByOne::new(Rows { u_bar: u.clone(), u, q, method })))
+            Ok(Box::new(OneByOne::new(Rows { u_bar: u.clone(), u, q, stepping })))
         }
     }
 }

@@ -11,23 +11,22 @@
 //! one is looked at has rho = 1, after which u = x and q = y.
 //!
 //! `rows` is the text of the method, for any operator. `fused` computes the same iterates from the stencil's
-//! numbers, several in one pass over memory. They share the step lengths (`steps`) and their weight
-//! (`../balance.rs`).
+//! numbers, several in one pass over memory. They share the step lengths (`steps`), and when their weight
+//! is balanced (`stepping`, `../balance.rs`).
 
 mod engine;
 mod fused;
 mod rows;
+mod settings;
+mod stepping;
 mod steps;
 
-pub use engine::{Engine, Engines, Precision, build};
+pub use engine::{Engines, build};
+pub use settings::{Engine, Precision, Settings};
 pub use steps::Rule;
-use steps::Steps;
 
-use super::balance::Balance;
 pub use super::balance::Balancing;
-use super::{Adjustable, Description, Iterate, Setting};
-use crate::operator::Operator;
-use crate::problem::Problem;
+use super::interface::Description;
 
 pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
@@ -35,102 +34,3 @@ pub const DESCRIPTION: Description = Description {
     reference: "Chambolle, Pock 2011; relaxation: Condat 2013; diagonal steps: Pock, Chambolle 2011",
     steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
 };
-
-#[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
-    pub steps: Rule,
-    /// Relaxation, above 0 and below 2.
-    pub rho: f64,
-    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
-    pub step_ratio: f64,
-    pub balance: Balancing,
-    pub engine: Engine,
-    pub precision: Precision,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings {
-            steps: Rule::Local,
-            rho: 1.9,
-            step_ratio: 1.5,
-            balance: Balancing::Adaptive,
-            engine: Engine::Auto,
-            precision: Precision::Double,
-        }
-    }
-}
-
-impl Adjustable for Settings {
-    fn settings(&mut self) -> Vec<Setting<'_>> {
-        vec![
-            Setting::choice(
-                "steps",
-                &mut self.steps,
-                "face by face; row and column sums of |K|; one number from ||K||",
-            ),
-            Setting::number(
-                "rho",
-                &mut self.rho,
-                f64::MIN_POSITIVE..2.0,
-                "relaxation, above 0 and below 2",
-            ),
-            Setting::number(
-                "step-ratio",
-                &mut self.step_ratio,
-                f64::MIN_POSITIVE..,
-                "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
-            ),
-            self.balance.setting(),
-            Setting::choice(
-                "engine",
-                &mut self.engine,
-                "one blocked pass over memory (what auto takes where it can), or the readable text",
-            ),
-            Setting::choice(
-                "precision",
-                &mut self.precision,
-                "of the iterates; f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are f64",
-            ),
-        ]
-    }
-}
-
-/// What the engines need beside their fields.
-pub struct Method<const M: usize> {
-    steps: Steps,
-    balance: Option<Balance<M>>,
-    rho: f64,
-}
-
-impl<const M: usize> Method<M> {
-    /// So many steps were made.
-    fn count(&mut self, steps: u64) {
-        self.balance.iter_mut().for_each(|balance| balance.count(steps));
-    }
-
-    /// Whether `rebalance` is due.
-    fn is_due(&self) -> bool {
-        self.balance.as_ref().is_some_and(Balance::is_due)
-    }
-
-    /// Balances omega for a feasible pair, and says whether the steps changed.
-    fn rebalance<K: Operator>(&mut self, problem: &Problem<K, M>, now: Iterate<'_, M>) -> bool {
-        let Self { steps, balance, .. } = self;
-        let omega = balance.as_mut().and_then(|balance| {
-            let Steps { sigma, tau, .. } = &*steps;
-            balance.omega(problem, now, |v| 1.0 / tau[v], |j| 1.0 / sigma[j], steps.omega())
-        });
-        if let Some(omega) = omega {
-            self.steps.set_omega(omega);
-        }
-        omega.is_some()
-    }
-
-    fn restart<K: Operator>(&mut self, problem: &Problem<K, M>, now: Iterate<'_, M>) {
-        self.steps.restart(problem);
-        if let Some(balance) = &mut self.balance {
-            balance.restart(now);
-        }
-    }
-}

@@ -1,6 +1,6 @@
 //! The readable text: one sweep over the vertices, one over the faces, on any operator.
 
-use super::Method;
+use super::stepping::Stepping;
 use super::steps::Steps;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
@@ -14,7 +14,7 @@ pub struct Rows<const M: usize> {
     /// 2x - u.
     pub u_bar: Vec<Row<M>>,
     pub q: Vec<Tangent<M>>,
-    pub method: Method<M>,
+    pub stepping: Stepping<M>,
 }
 
 impl<const M: usize> Rows<M> {
@@ -22,7 +22,7 @@ impl<const M: usize> Rows<M> {
     fn iterate_with<K: Operator>(&mut self, rho: Option<f64>, problem: &Problem<K, M>) {
         let Problem { k, f, lambda, .. } = problem;
         let kt = k.adjoint();
-        let Self { u, u_bar, q, method: Method { steps: Steps { sigma, tau, .. }, .. } } = self;
+        let Self { u, u_bar, q, stepping: Stepping { steps: Steps { sigma, tau, .. }, .. } } = self;
         // x = Proj_simplex( u - tau (f + K^T q) ),   u_bar = 2x - u,   u <- u + rho (x - u)
         sweep(
             (&mut u[..], &mut u_bar[..], &tau[..], &f[..]),
@@ -47,15 +47,15 @@ impl<const M: usize> Rows<M> {
 
 impl<K: Operator, const M: usize> Step<K, M> for Rows<M> {
     fn step(&mut self, problem: &Problem<K, M>) {
-        self.iterate_with(Some(self.method.rho), problem);
-        self.method.count(1);
+        self.iterate_with(Some(self.stepping.rho), problem);
+        self.stepping.count(1);
     }
 
     fn last_step(&mut self, problem: &Problem<K, M>) {
         self.iterate_with(None, problem);
-        self.method.count(1);
-        if self.method.is_due() {
-            self.method.rebalance(problem, Iterate { u: &self.u, q: &self.q });
+        self.stepping.count(1);
+        if self.stepping.is_due() {
+            self.stepping.rebalance(problem, Iterate { u: &self.u, q: &self.q });
         }
     }
 
@@ -64,6 +64,6 @@ impl<K: Operator, const M: usize> Step<K, M> for Rows<M> {
     }
 
     fn restart(&mut self, problem: &Problem<K, M>) {
-        self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
+        self.stepping.restart(problem, Iterate { u: &self.u, q: &self.q });
     }
 }

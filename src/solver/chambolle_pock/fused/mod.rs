@@ -27,7 +27,7 @@ use layout::{Lanes, Layout, Window};
 use part::{Part, Units, groups, share_rows};
 use pass::{DEEPEST, Pass};
 
-use super::Method;
+use super::stepping::Stepping;
 use super::steps::Steps;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator, Stencil};
@@ -50,7 +50,7 @@ pub struct Fused<T, const M: usize> {
     /// What each part sent after the last pass, and what it sends after the next.
     messages: [Vec<Vec<HaloMessage<T>>>; 2],
     units: Units,
-    method: Method<M>,
+    stepping: Stepping<M>,
     /// How many steps were made.
     made: usize,
     /// The number of each face in the order of the layout; empty until q is asked for.
@@ -89,12 +89,12 @@ impl<T: Real, const M: usize> Fused<T, M> {
         problem: &Problem<Stencil, M>,
         u: Vec<Row<M>>,
         q: Option<Vec<Tangent<M>>>,
-        method: Method<M>,
+        stepping: Stepping<M>,
         plan: Plan,
     ) -> Self {
         let Plan { arch, layout, windows } = plan;
         let stencil = &problem.k;
-        let units = units::<T>(stencil, &method.steps);
+        let units = units::<T>(stencil, &stepping.steps);
         let messages_from = |sender| HaloMessage::from(sender, &windows);
         let mut messages =
             [0, 1].map(|_| (0..windows.len()).map(messages_from).collect::<Vec<_>>());
@@ -106,7 +106,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             let mut part = Part::new(window, &layout, u.len(), M);
             part.set_u(&u);
             part.set_f(&problem.f, units);
-            part.set_steps(&method.steps, stencil.weights(), units);
+            part.set_steps(&stepping.steps, stencil.weights(), units);
             if let (Some(q), Some(kq)) = (&q, &kq) {
                 part.set_q(q, kq, units);
             }
@@ -123,7 +123,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             parts,
             messages,
             units,
-            method,
+            stepping,
             made: 0,
             places: Vec::new(),
             u,
@@ -176,10 +176,10 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
             last = !going || made == steps;
             self.pass(iterations as usize, last);
         }
-        self.method.count(made);
-        if self.method.is_due() {
+        self.stepping.count(made);
+        if self.stepping.is_due() {
             self.unpack();
-            if self.method.rebalance(problem, Iterate { u: &self.u, q: &self.q }) {
+            if self.stepping.rebalance(problem, Iterate { u: &self.u, q: &self.q }) {
                 self.set_steps(problem);
             }
         }
@@ -244,7 +244,7 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
     fn restart(&mut self, problem: &Problem<Stencil, M>) {
         self.unpack();
         self.lambda = problem.lambda;
-        self.method.restart(problem, Iterate { u: &self.u, q: &self.q });
+        self.stepping.restart(problem, Iterate { u: &self.u, q: &self.q });
         let units = self.units;
         each(self.parts.iter_mut().collect(), &|part| part.set_f(&problem.f, units));
         self.set_steps(problem);
@@ -257,8 +257,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
         let before = self.made;
         self.made += iterations;
         let lambda = self.lambda * self.units.q;
-        let Self { arch, layout, parts, messages, method, .. } = self;
-        let (arch, layout, rho) = (*arch, &*layout, method.rho);
+        let Self { arch, layout, parts, messages, stepping, .. } = self;
+        let (arch, layout, rho) = (*arch, &*layout, stepping.rho);
         messages.swap(0, 1);
         let [sent, received] = messages;
         each(parts.iter_mut().zip(sent).enumerate().collect(), &|(k, (part, sent))| {
@@ -273,9 +273,9 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 
     fn set_steps(&mut self, problem: &Problem<Stencil, M>) {
-        let Self { parts, units, method, .. } = self;
+        let Self { parts, units, stepping, .. } = self;
         each(parts.iter_mut().collect(), &|part| {
-            part.set_steps(&method.steps, problem.k.weights(), *units);
+            part.set_steps(&stepping.steps, problem.k.weights(), *units);
         });
     }
 

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use pulp::Arch;
 
-use super::super::Method;
 use super::super::rows::Rows;
+use super::super::stepping::Stepping;
 use super::super::steps::{Rule, Steps};
 use super::lanes::Real;
 use super::pass::DEEPEST;
@@ -26,8 +26,8 @@ use crate::sweep::with_threads;
 
 type State<const M: usize> = (Vec<Row<M>>, Vec<Tangent<M>>);
 
-fn method<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Method<M> {
-    Method {
+fn stepping<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> Stepping<M> {
+    Stepping {
         steps: Steps::new(problem, Rule::Local, 1.5),
         balance: Balance::new(Balancing::Adaptive, &start.0, Some(&start.1)),
         rho: 1.9,
@@ -41,12 +41,12 @@ fn fused<T: Real, const M: usize>(
 ) -> Fused<T, M> {
     let (u, q) = start.clone();
     let plan = Plan::new::<T, M>(&problem.k, arch);
-    Fused::new(problem, u, Some(q), method(problem, start), plan)
+    Fused::new(problem, u, Some(q), stepping(problem, start), plan)
 }
 
 fn rows<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> OneByOne<Rows<M>, M> {
     let (u, q) = start.clone();
-    OneByOne::new(Rows { u_bar: u.clone(), u, q, method: method(problem, start) })
+    OneByOne::new(Rows { u_bar: u.clone(), u, q, stepping: stepping(problem, start) })
 }
 
 fn after<const M: usize>(

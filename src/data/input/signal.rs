@@ -1,6 +1,6 @@
 //! Whether there is anything in data but rounding.
 
-use super::super::Data;
+use crate::data::Data;
 
 /// Differences below this share of the data are rounding.
 const ROUNDING: f64 = 1e-13;

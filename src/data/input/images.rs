@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::super::projection::Projection;
-use super::super::texture::{
+use super::reader::{InputData, Reader, colored};
+use super::source::{DataSource, Mapping};
+use crate::data::projection::Projection;
+use crate::data::texture::{
     Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_a_face,
 };
-use super::{DataSource, Manner, Seen, View, colored};
 use crate::error::{Error, Result};
 use crate::mesh::shapes::MOST_FACES;
 use crate::mesh::{Mesh, Shape, Source};
@@ -21,17 +22,17 @@ pub fn image_files(
     source: &Source,
     mesh: &Mesh,
     choice: Option<&DataSource>,
-    manner: &Manner,
+    mapping: &Mapping,
 ) -> Vec<PathBuf> {
-    let view = View { source, mesh, manner };
-    let Some(uv) = view.uv() else {
+    let reader = Reader { source, mesh, mapping };
+    let Some(uv) = reader.uv() else {
         return match choice {
             Some(DataSource::Image(image)) => vec![image.clone()],
             _ => Vec::new(),
         };
     };
     let paints = match choice {
-        Some(DataSource::Image(image)) if view.projection().is_some() => {
+        Some(DataSource::Image(image)) if reader.projection().is_some() => {
             return vec![image.clone()];
         }
         Some(DataSource::Image(image)) => {
@@ -42,7 +43,7 @@ pub fn image_files(
                 Some(DataSource::Texture(given)) => given.as_deref(),
                 _ => None,
             };
-            match view.paints(given, &uv) {
+            match reader.paints(given, &uv) {
                 Ok((paints, _)) => paints,
                 Err(_) => return Vec::new(),
             }
@@ -54,14 +55,14 @@ pub fn image_files(
     paints.files().into_iter().map(Path::to_owned).collect()
 }
 
-impl View<'_> {
+impl Reader<'_> {
     /// The images of the materials, or the given one, at the texture coordinates; `all` must be there.
-    pub(super) fn textures(&self, given: Option<&Path>, all: bool) -> Result<Seen> {
+    pub(super) fn textures(&self, given: Option<&Path>, all: bool) -> Result<InputData> {
         let Some(uv) = self.uv() else {
             return Err(self.lacks("has no texture coordinates"));
         };
         let (paints, notes) = self.paints(given, &uv)?;
-        let painted = paints.colors(self.mesh, self.manner.texel, all);
+        let painted = paints.colors(self.mesh, self.mapping.texel, all);
         let painted = painted.map_err(|error| error.of_file(&self.name()))?;
         let name = match (given, painted.images.as_slice()) {
             (None, _) if self.source.texture().is_some() => "texture".into(),
@@ -117,9 +118,9 @@ impl View<'_> {
     }
 
     /// An image by the projection that was asked for, or at the texture coordinates.
-    pub(super) fn image(&self, image: &Path) -> Result<Seen> {
+    pub(super) fn image(&self, image: &Path) -> Result<InputData> {
         let name = format!("image {}", image.display());
-        let Manner { texel, fit, .. } = *self.manner;
+        let Mapping { texel, fit, .. } = *self.mapping;
         if let Some(projection) = self.projection() {
             let mut texture = Texture::open(image, Turn::Upright)?;
             let size = [texture.width, texture.height];
@@ -150,17 +151,17 @@ impl View<'_> {
 
     /// How `image:` is laid on the surface, if not at its texture coordinates.
     fn projection(&self) -> Option<Projection> {
-        match (self.manner.project, self.source) {
+        match (self.mapping.project, self.source) {
             (None, Source::Shape(Shape::Grid { .. })) => Some(Projection::XY),
             (project, _) => project,
         }
     }
 
-    fn painted(&self, painted: Painted, name: String, mut notes: Vec<String>) -> Result<Seen> {
+    fn painted(&self, painted: Painted, name: String, mut notes: Vec<String>) -> Result<InputData> {
         notes.extend(self.hint(painted.texels_a_face));
-        let mut seen = colored(painted.colors, name)?;
-        seen.notes = notes;
-        Ok(seen)
+        let mut input = colored(painted.colors, name)?;
+        input.notes = notes;
+        Ok(input)
     }
 
     /// What to do about a texture that the mesh does not resolve.
@@ -180,7 +181,7 @@ impl View<'_> {
         });
         Some(format!(
             "the image is finer than the mesh, about {texels_a_face:.0} texels a face: vertices take {}{finer}",
-            match self.manner.texel {
+            match self.mapping.texel {
                 Texel::Mean => "means",
                 Texel::Vertex => "one point each",
             }

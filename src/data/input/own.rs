@@ -1,8 +1,8 @@
 //! What comes with a mesh by itself: the textures of its materials, the colors of its vertices, those of its faces.
 
-use super::super::texture::{Sums, color_of_face, images};
+use super::reader::{InputData, Reader, colored};
 use super::signal::varies;
-use super::{Seen, View, colored};
+use crate::data::texture::{Sums, color_of_face, images};
 use crate::error::{Error, Result};
 use crate::mesh::Source;
 use crate::unreached::INHERIT;
@@ -25,18 +25,18 @@ impl Own {
     }
 }
 
-impl View<'_> {
+impl Reader<'_> {
     /// The first of what comes with the mesh that can be read and is not of one value.
-    pub(super) fn own(&self) -> Result<Seen> {
+    pub(super) fn own(&self) -> Result<InputData> {
         let offers: Vec<Own> = [Own::Textures, Own::Vertices, Own::Faces]
             .into_iter()
             .filter(|&own| self.has(own))
             .collect();
-        let mut constant: Option<(Own, Seen)> = None;
+        let mut constant: Option<(Own, InputData)> = None;
         let mut refused: Option<Error> = None;
         for (i, &own) in offers.iter().enumerate() {
-            let mut seen = match self.see_own(own, false) {
-                Ok(seen) => seen,
+            let mut input = match self.read_own(own, false) {
+                Ok(input) => input,
                 Err(error) if i + 1 == offers.len() && constant.is_none() => {
                     return Err(refused.unwrap_or(error));
                 }
@@ -46,12 +46,12 @@ impl View<'_> {
                     continue;
                 }
             };
-            if !varies(&seen.data) {
-                constant.get_or_insert((own, seen));
+            if !varies(&input.data) {
+                constant.get_or_insert((own, input));
                 continue;
             }
             if let Some((other, _)) = constant {
-                seen.notes.push(format!(
+                input.notes.push(format!(
                     "{} are all of one value: {} are taken",
                     other.name(),
                     own.name()
@@ -59,16 +59,16 @@ impl View<'_> {
             } else if own == Own::Textures
                 && let Some(other) = offers.get(i + 1)
             {
-                seen.notes.push(format!(
+                input.notes.push(format!(
                     "{} are taken as data; --data colors takes {}",
                     own.name(),
                     other.name()
                 ));
             }
-            return Ok(seen);
+            return Ok(input);
         }
         match constant {
-            Some((_, seen)) => Ok(seen),
+            Some((_, input)) => Ok(input),
             None => Err(self.lacks("has neither colors nor textures of its own")),
         }
     }
@@ -89,7 +89,7 @@ impl View<'_> {
     }
 
     /// `all`: every image must be there.
-    pub(super) fn see_own(&self, own: Own, all: bool) -> Result<Seen> {
+    pub(super) fn read_own(&self, own: Own, all: bool) -> Result<InputData> {
         match own {
             Own::Textures => self.textures(None, all),
             Own::Vertices => {

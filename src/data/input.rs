@@ -1,0 +1,114 @@
+//! The data of a mesh: the textures of its materials, the colors of its vertices or faces, an image mapped to it,
+//! its mean curvature, or an array.
+
+mod images;
+mod own;
+mod reader;
+mod signal;
+mod source;
+
+use std::path::Path;
+
+use super::curved::{Curved, SIGN, curved};
+use super::{Data, palette};
+use crate::colormap::sequential;
+use crate::error::{Error, Result};
+use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::{Mesh, Source, Weld};
+use crate::npy;
+use crate::unreached::INHERIT;
+
+pub use images::image_files;
+pub use reader::InputData;
+pub use source::{DataSource, Mapping};
+
+use own::Own;
+use reader::Reader;
+use signal::flatten;
+
+/// The data of a mesh; without a choice the textures or the colors that come with it. If the mesh is what a weld made
+/// of that of the source, arrays have a row for every vertex of the source, and the merged ones take their means.
+///
+/// Data that are the same everywhere to rounding become the same, with a warning: nothing is stretched.
+///
+/// # Errors
+/// Data that the mesh does not have, files that cannot be read or do not fit it.
+pub fn read(
+    source: &Source,
+    mesh: &Mesh,
+    weld: Option<&Weld>,
+    choice: Option<&DataSource>,
+    mapping: &Mapping,
+) -> Result<InputData> {
+    let mut input = read_choice(source, mesh, weld, choice, mapping)?;
+    let what = if matches!(choice, Some(DataSource::File(_))) { "values" } else { "colors" };
+    if input.unit_range.is_none()
+        && let Some(found) = flatten(&mut input.data, what)
+    {
+        input.warnings.push(format!(
+            "{}: {found}: there is nothing to segment; choose other data",
+            input.name
+        ));
+    }
+    Ok(input)
+}
+
+fn read_choice(
+    source: &Source,
+    mesh: &Mesh,
+    weld: Option<&Weld>,
+    choice: Option<&DataSource>,
+    mapping: &Mapping,
+) -> Result<InputData> {
+    if mapping.project.is_some() && !matches!(choice, Some(DataSource::Image(_))) {
+        return Err(Error::unsuitable(
+            "--project lays an image on the mesh; name it by --data image:IMAGE",
+        ));
+    }
+    let reader = Reader { source, mesh, mapping };
+    match choice {
+        None => reader.own(),
+        Some(DataSource::Colors) => {
+            match [Own::Vertices, Own::Faces].into_iter().find(|&own| reader.has(own)) {
+                Some(own) => reader.read_own(own, true),
+                None => Err(reader.lacks("has no colors of vertices, faces or materials")),
+            }
+        }
+        Some(DataSource::Texture(image)) => reader.textures(image.as_deref(), true),
+        Some(DataSource::Image(image)) => reader.image(image),
+        Some(DataSource::Curvature) => {
+            let curved = curved(mesh).map_err(|error| error.of_file(&reader.name()));
+            let Curved { values, range, warnings } = curved?;
+            Ok(InputData {
+                colors: values.iter().map(|&t| sequential(t)).collect(),
+                data: Data::new(1, values)?,
+                name: "mean curvature".into(),
+                unit_range: Some(range),
+                notes: Vec::new(),
+                sign: Some(SIGN),
+                warnings,
+            })
+        }
+        Some(DataSource::File(path)) => numbers(mesh, weld, path),
+    }
+}
+
+/// Data from a file.
+fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<InputData> {
+    let array = npy::read_data(path)?;
+    npy::check_rows(path, &array, weld.map_or(mesh.vertices.len(), |weld| weld.of.len()))?;
+    let d = array.ncols();
+    let mut values: Vec<f64> = array.iter().copied().collect();
+    if let Some(weld) = weld {
+        values = weld.means(&values, d);
+    }
+    let data = Data::new(d, values).map_err(|error| error.of_file(path))?;
+    let colors = palette::colors(&data, &barycentric_areas(mesh));
+    let name = path.display().to_string();
+    let unknown = (0..data.len()).filter(|&k| !data.is_known(k)).count();
+    let warnings = match unknown {
+        0 => Vec::new(),
+        _ => vec![format!("{name}: nothing is known of {unknown} vertices; {INHERIT}")],
+    };
+    Ok(InputData { data, colors, name, unit_range: None, notes: Vec::new(), sign: None, warnings })
+}

@@ -1,0 +1,49 @@
+//! What is read, and from what.
+
+use std::path::PathBuf;
+
+use super::source::Mapping;
+use crate::data::Data;
+use crate::error::Result;
+use crate::mesh::{Mesh, Source};
+
+/// The data, how it looks, and what to call it.
+pub struct InputData {
+    pub data: Data,
+    /// A color per vertex; NaN where the data are unknown.
+    pub colors: Vec<[f64; 3]>,
+    pub name: String,
+    /// What 0 and 1 stand for, if the data was mapped.
+    pub unit_range: Option<[f64; 2]>,
+    /// What was chosen, and what else there is to choose, a line each.
+    pub notes: Vec<String>,
+    /// What the sign of the data means, if it has a meaning that is not plain.
+    pub sign: Option<&'static str>,
+    pub warnings: Vec<String>,
+}
+
+/// A mesh that is looked at.
+pub struct Reader<'a> {
+    pub source: &'a Source,
+    pub mesh: &'a Mesh,
+    pub mapping: &'a Mapping,
+}
+
+impl Reader<'_> {
+    pub fn name(&self) -> PathBuf {
+        self.source.to_string().into()
+    }
+}
+
+pub fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<InputData> {
+    let data = Data::new(3, colors.as_flattened().to_vec())?;
+    Ok(InputData {
+        data,
+        colors,
+        name,
+        unit_range: None,
+        notes: Vec::new(),
+        sign: None,
+        warnings: Vec::new(),
+    })
+}

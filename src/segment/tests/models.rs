@@ -1,0 +1,138 @@
+//! Data models other than `constant`: robust ones, costs of any sign, fits that fail.
+
+use super::*;
+
+/// Where a tenth of the data are anything, medians stay in the middle of the rest and labels follow them.
+#[test]
+fn medians_take_no_notice_of_outliers() {
+    let mesh = shape("sphere:4");
+    let (mut data, truth) = painted(&mesh, 0.1);
+    let mut rng = rng(112);
+    for color in data.values.chunks_mut(3) {
+        if rng.random_range(0..10) == 0 {
+            color.iter_mut().for_each(|c| *c = rng.random_range(-4.0..4.0));
+        }
+    }
+    for coarse_to_fine in [false, true] {
+        let alternation = alternation(Initial::KMeans, 5);
+        let model = L1::new(&data);
+        let request = Request { coarse_to_fine, ..request(0.0, Mass::Barycentric) };
+        let lambda = lambda::of_data(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        let request = Request { lambda, ..request };
+        let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        assert_eq!(found.solution.summary.status, Status::Converged);
+        let region = matched::<L1>(&found.parameters, 0.05);
+        let labels = &found.solution.labels;
+        let right = truth.iter().zip(labels).filter(|&(&t, &l)| region[t] == l as usize).count();
+        assert!(right as f64 > 0.97 * truth.len() as f64, "{right}");
+    }
+}
+
+/// Costs of any sign that differ from the squared distances by what is the same for all regions, and a fit that fails
+/// after a number of times: what other models may do.
+#[derive(Clone)]
+struct Odd<'a> {
+    model: PiecewiseConstant<'a>,
+    fits: &'a AtomicUsize,
+}
+
+impl DataModel for Odd<'_> {
+    type Parameters = Mean;
+
+    const TOLD: &'static str = "mean";
+
+    fn told(mu: &Mean) -> &[f64] {
+        &mu.mean
+    }
+
+    fn vertices(&self) -> usize {
+        self.model.vertices()
+    }
+
+    fn is_known(&self, k: usize) -> bool {
+        self.model.is_known(k)
+    }
+
+    fn different(&self, most: usize) -> usize {
+        self.model.different(most)
+    }
+
+    fn in_order(&self, order: &Order) -> Cow<'_, Self> {
+        Cow::Owned(Odd { model: self.model.in_order(order).into_owned(), fits: self.fits })
+    }
+
+    fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
+        Odd { model: self.model.restricted(level, weights, coarse), fits: self.fits }
+    }
+
+    fn scale(&self, weights: &[f64]) -> Scale {
+        self.model.scale(weights)
+    }
+
+    fn start(&self, initial: Initial, m: usize, w: &[f64], rng: &mut Pcg64) -> Result<Vec<Mean>> {
+        self.model.start(initial, m, w, rng)
+    }
+
+    fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
+        let s: Vec<Row<M>> = self.model.costs(mu);
+        let lower = |k: usize| f64::from(u8::from(self.is_known(k))) * (2.0 + (k as f64).sin());
+        (0..s.len()).map(|k| s[k] - Row([lower(k); M])).collect()
+    }
+
+    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
+        match self.fits.fetch_sub(1, Relaxed) {
+            0 => Err(crate::Error::unsuitable("the fit failed")),
+            _ => self.model.fit(weights, mu),
+        }
+    }
+
+    fn distance(a: &Mean, b: &Mean) -> f64 {
+        PiecewiseConstant::distance(a, b)
+    }
+}
+
+/// Negative costs end with the same labels and gaps.
+#[test]
+fn what_is_the_same_for_all_regions_changes_nothing() {
+    let mesh = shape("sphere:4");
+    let (mut data, _) = painted(&mesh, 0.4);
+    data.values[..30].fill(f64::NAN);
+    let fits = AtomicUsize::new(usize::MAX);
+    let model = PiecewiseConstant::new(&data);
+    let odd = Odd { model: model.clone(), fits: &fits };
+    let alternation = alternation(Initial::KMeans, 5);
+    for coarse_to_fine in [false, true] {
+        let request = Request { coarse_to_fine, ..request(0.05, Mass::Barycentric) };
+        let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        let same = segment(&mesh, &odd, &alternation, &request, &mut go).unwrap();
+        let (one, other) = (&found.solution, &same.solution);
+        assert!(other.summary.energy < 0.0 && other.summary.status == Status::Converged);
+        let agree = one.labels.iter().zip(&other.labels).filter(|(a, b)| a == b).count();
+        assert!(agree as f64 > 0.999 * one.labels.len() as f64, "{agree}");
+        let above = |solution: &Solution| solution.summary.energy - solution.summary.baseline;
+        assert_within(above(one), above(other), 1e-3, above(one));
+    }
+    let request = request(0.0, Mass::Barycentric);
+    let one = lambda::of_data(&mesh, &model, &alternation, &request, &mut go).unwrap();
+    let other = lambda::of_data(&mesh, &odd, &alternation, &request, &mut go).unwrap();
+    assert_eq!(one, other);
+}
+
+/// Wherever a fit fails, its error is that of the segmentation.
+#[test]
+fn a_fit_that_fails_ends_it() {
+    let mesh = shape("sphere:4");
+    let (data, _) = painted(&mesh, 0.4);
+    let alternation = alternation(Initial::Random, 5);
+    for (coarse_to_fine, after) in [(false, 0), (false, 2), (true, 0), (true, 2)] {
+        let fits = AtomicUsize::new(after);
+        let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits };
+        let request = Request { coarse_to_fine, ..request(0.05, Mass::Barycentric) };
+        let error = segment(&mesh, &model, &alternation, &request, &mut go).err().unwrap();
+        assert_eq!(error.to_string(), "the fit failed");
+    }
+    let fits = AtomicUsize::new(1);
+    let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits };
+    let request = request(0.0, Mass::Barycentric);
+    assert!(lambda::of_data(&mesh, &model, &alternation, &request, &mut go).is_err());
+}

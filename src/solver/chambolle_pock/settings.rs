@@ -1,0 +1,88 @@
+//! The settings of the method.
+
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use super::steps::Rule;
+use crate::solver::balance::Balancing;
+use crate::solver::{Adjustable, Setting};
+
+/// What iterates.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Engine {
+    /// The fused one where the operator has it.
+    Auto,
+    /// Several iterations in one blocked pass over memory.
+    Fused,
+    /// The readable text, for any operator.
+    Rows,
+}
+
+/// Of the iterates; certificates are in double precision.
+#[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+pub enum Precision {
+    #[strum(serialize = "f64")]
+    Double,
+    #[strum(serialize = "f32")]
+    Single,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    pub steps: Rule,
+    /// Relaxation, above 0 and below 2.
+    pub rho: f64,
+    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
+    pub step_ratio: f64,
+    pub balance: Balancing,
+    pub engine: Engine,
+    pub precision: Precision,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            steps: Rule::Local,
+            rho: 1.9,
+            step_ratio: 1.5,
+            balance: Balancing::Adaptive,
+            engine: Engine::Auto,
+            precision: Precision::Double,
+        }
+    }
+}
+
+impl Adjustable for Settings {
+    fn settings(&mut self) -> Vec<Setting<'_>> {
+        vec![
+            Setting::choice(
+                "steps",
+                &mut self.steps,
+                "face by face; row and column sums of |K|; one number from ||K||",
+            ),
+            Setting::number(
+                "rho",
+                &mut self.rho,
+                f64::MIN_POSITIVE..2.0,
+                "relaxation, above 0 and below 2",
+            ),
+            Setting::number(
+                "step-ratio",
+                &mut self.step_ratio,
+                f64::MIN_POSITIVE..,
+                "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
+            ),
+            self.balance.setting(),
+            Setting::choice(
+                "engine",
+                &mut self.engine,
+                "one blocked pass over memory (what auto takes where it can), or the readable text",
+            ),
+            Setting::choice(
+                "precision",
+                &mut self.precision,
+                "of the iterates; f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are f64",
+            ),
+        ]
+    }
+}
