@@ -1,6 +1,6 @@
 //! The folder that a run leaves: numbers, trace, fields, the colored mesh, a picture.
 //!
-//! Other programs read it; DESIGN.md section 3 fixes the names and contents. It appears whole or not at all.
+//! Other programs read it; docs/interface.md fixes the names and contents. It appears whole or not at all.
 
 use std::io::Write;
 use std::path::Path;
