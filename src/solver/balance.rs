@@ -54,6 +54,21 @@ impl Balancing {
     }
 }
 
+/// The setting `rho` of relaxed methods.
+pub(super) fn relaxation(rho: &mut f64) -> Setting<'_> {
+    Setting::number("rho", rho, f64::MIN_POSITIVE..2.0, "relaxation, above 0 and below 2")
+}
+
+/// The setting `step-ratio`, from which omega starts.
+pub(super) fn step_ratio(ratio: &mut f64) -> Setting<'_> {
+    Setting::number(
+        "step-ratio",
+        ratio,
+        f64::MIN_POSITIVE..,
+        "initial omega, in units of lambda (or of what the costs need, if that is less)",
+    )
+}
+
 pub(super) struct Balance<const M: usize> {
     /// Where u and q were when omega was last looked at; no q stands for zero.
     u: Vec<Row<M>>,

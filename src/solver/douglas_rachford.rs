@@ -33,7 +33,7 @@
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
-use super::balance::{Balance, Balancing, dual_scale};
+use super::balance::{self, Balance, Balancing, dual_scale};
 use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, Step};
 use crate::field::{Row, Tangent};
 use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
@@ -91,12 +91,7 @@ impl Adjustable for Settings {
                 &mut self.inner,
                 "what solves with D + K^T Sigma K: one symmetric over-relaxed sweep, or a factorization",
             ),
-            Setting::number(
-                "rho",
-                &mut self.rho,
-                f64::MIN_POSITIVE..2.0,
-                "relaxation, above 0 and below 2",
-            ),
+            balance::relaxation(&mut self.rho),
             Setting::optional(
                 "reach",
                 &mut self.reach,
@@ -104,12 +99,7 @@ impl Adjustable for Settings {
                 "3; 6 with cholesky",
                 "length of the steps, in units of those of an explicit method",
             ),
-            Setting::number(
-                "step-ratio",
-                &mut self.step_ratio,
-                f64::MIN_POSITIVE..,
-                "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
-            ),
+            balance::step_ratio(&mut self.step_ratio),
             self.balance.setting(),
         ]
     }

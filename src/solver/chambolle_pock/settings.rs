@@ -3,7 +3,7 @@
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::steps::Rule;
-use crate::solver::balance::Balancing;
+use crate::solver::balance::{self, Balancing};
 use crate::solver::{Adjustable, Setting};
 
 /// What iterates.
@@ -60,18 +60,8 @@ impl Adjustable for Settings {
                 &mut self.steps,
                 "face by face; row and column sums of |K|; one number from ||K||",
             ),
-            Setting::number(
-                "rho",
-                &mut self.rho,
-                f64::MIN_POSITIVE..2.0,
-                "relaxation, above 0 and below 2",
-            ),
-            Setting::number(
-                "step-ratio",
-                &mut self.step_ratio,
-                f64::MIN_POSITIVE..,
-                "omega to begin with, in units of lambda (or of what the costs need, if that is less)",
-            ),
+            balance::relaxation(&mut self.rho),
+            balance::step_ratio(&mut self.step_ratio),
             self.balance.setting(),
             Setting::choice(
                 "engine",
