@@ -21,6 +21,7 @@ pub struct Coarsening {
 /// One row of P: the coarse vertices that a fine one lies between.
 #[derive(Clone, Copy, Debug)]
 pub struct Parents {
+    /// The vertices of a coarse face; three times the same one where the fine vertex lies at it.
     pub corners: [u32; 3],
     /// Not negative, with sum 1.
     pub weights: [f64; 3],

@@ -28,7 +28,7 @@ use nalgebra::{Point3, Vector3};
 use crate::sweep;
 
 pub use extent::BoundingBox;
-pub use incidence::Incidence;
+pub(crate) use incidence::Incidence;
 pub use materials::{Material, Materials, Placement, is_place};
 pub use resolution::resolution;
 pub use shapes::Shape;

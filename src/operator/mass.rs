@@ -20,18 +20,23 @@ use crate::sweep::collect;
 /// How pointwise costs s become integrated costs f.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mass {
+    /// Lumped: a third of the area of each face at the vertex. The default of the program.
     Barycentric,
+    /// Lumped: the mixed Voronoi cell of the vertex.
     Voronoi,
+    /// The full mass matrix, exact for costs that are linear on each face.
     Consistent,
 }
 
 impl Mass {
+    /// All variants with their names, as [`Mass::name`] returns them.
     pub const NAMES: [(&'static str, Mass); 3] = [
         ("barycentric", Mass::Barycentric),
         ("voronoi", Mass::Voronoi),
         ("consistent", Mass::Consistent),
     ];
 
+    /// `barycentric`, `voronoi` or `consistent`.
     pub fn name(self) -> &'static str {
         match self {
             Mass::Barycentric => "barycentric",
@@ -107,7 +112,7 @@ pub fn consistent_matrix(mesh: &Mesh) -> CsMat<f64> {
 }
 
 /// M^-1, factored once. Vertices without area, on which nothing depends, count as if M were 1 there.
-pub fn consistent_inverse(mesh: &Mesh) -> Cholesky {
+pub(crate) fn consistent_inverse(mesh: &Mesh) -> Cholesky {
     let m = consistent_matrix(mesh);
     let mut padded = TriMat::new(m.shape());
     for (row, values) in m.outer_iterator().enumerate() {

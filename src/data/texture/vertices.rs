@@ -18,12 +18,15 @@ const FACES_AT_ONCE: usize = 1 << 16;
 /// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Texel {
+    /// The mean over its share of its faces. The default.
     #[default]
     Mean,
+    /// The color at its texture coordinates; where faces disagree on these, the mean weighted by their areas.
     Vertex,
 }
 
 impl Texel {
+    /// All variants with their names.
     pub const NAMES: [(&'static str, Texel); 2] =
         [("mean", Texel::Mean), ("vertex", Texel::Vertex)];
 }
@@ -40,6 +43,7 @@ pub struct Sums {
 }
 
 impl Sums {
+    /// Zeros at all vertices of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         Sums { colors: vec![[0.0; 3]; mesh.vertices.len()], areas: vec![0.0; mesh.vertices.len()] }
     }
