@@ -91,7 +91,7 @@ impl Start {
     }
 }
 
-/// The label that costs the least at each vertex by itself.
+/// The one-hot rows of argmin_p f_kp, V rows: the cheapest label of each vertex by itself.
 pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
     collect(
         f.len(),
@@ -100,7 +100,8 @@ pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
     )
 }
 
-/// A row of the simplex without what it gives to labels that f forbids.
+/// A row of the simplex without what it gives to labels that f forbids, rescaled to sum 1; the cheapest label if
+/// nothing is left.
 pub fn allowed<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
     let forbidden = |p: usize| f.0[p] == NEVER;
     if (0..M).all(|p| !forbidden(p) || u.0[p] == 0.0) {

@@ -16,9 +16,9 @@ pub const SIGN: &str = "positive where the surface is convex as seen from outsid
 
 /// Curvature as data.
 pub struct Curved {
-    /// In [0, 1], or NaN; all 0.5 where only rounding makes a difference.
+    /// V numbers in [0, 1], or NaN where there is no curvature; all 0.5 where only rounding makes a difference.
     pub values: Vec<f64>,
-    /// What 0 and 1 stand for.
+    /// The curvatures that 0 and 1 stand for, in 1/length.
     pub range: [f64; 2],
     /// What the user should know, a sentence each: faces that were turned, pieces without an orientation, vertices
     /// without a curvature, constant curvature.

@@ -28,12 +28,15 @@ use signal::flatten;
 /// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature` or `FILE.npy`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DataSource {
+    /// The colors of the vertices, or else those of the faces and their materials.
     Colors,
-    /// An image at the texture coordinates, or those that the materials name.
+    /// The images that the materials name, or a given one, at the texture coordinates of the mesh.
     Texture(Option<PathBuf>),
-    /// An image laid on the surface.
+    /// An image laid on the surface by a projection, or at the texture coordinates, see [`Manner::project`].
     Image(PathBuf),
+    /// The mean curvature, see [`curved`](super::curved::curved).
     Curvature,
+    /// An array of V or V x d numbers in a `.npy` file, see [`npy::read_data`].
     File(PathBuf),
 }
 
@@ -76,17 +79,21 @@ impl fmt::Display for DataSource {
 /// How images come onto a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Manner {
+    /// What a vertex takes of an image.
     pub texel: Texel,
     /// Of `image:`; without it the texture coordinates, and xy for a grid.
     pub project: Option<Projection>,
+    /// How a plane projection treats the aspect of an image.
     pub fit: Fit,
 }
 
 /// The data, how it looks, and what to call it.
 pub struct Seen {
+    /// V x d values.
     pub data: Data,
     /// A color per vertex; NaN where the data are unknown.
     pub looks: Vec<[f64; 3]>,
+    /// Such as `mean curvature`, `colors`, or the path of an array; for captions.
     pub name: String,
     /// What 0 and 1 stand for, if the data was mapped.
     pub unit_range: Option<[f64; 2]>,
@@ -94,6 +101,7 @@ pub struct Seen {
     pub notes: Vec<String>,
     /// What the sign of the data means, if it has a meaning that is not plain.
     pub sign: Option<&'static str>,
+    /// What the user should know, a sentence each.
     pub warnings: Vec<String>,
 }
 

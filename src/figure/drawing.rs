@@ -33,7 +33,7 @@ pub struct Panel {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Drawn in this order, later ones on top.
+    /// In the order of drawing; bands come before all curves, and a [`Shape::Reference`] before the other curves.
     pub series: Vec<Series>,
 }
 
@@ -51,7 +51,7 @@ pub struct Axis {
 pub enum Scale {
     /// Equal differences have equal lengths.
     Linear,
-    /// Equal ratios have equal lengths; only positive values have a place. Ticks are powers of ten.
+    /// Equal ratios have equal lengths; only positive values have a place.
     Log,
 }
 

@@ -54,8 +54,8 @@ impl Mass {
         }
     }
 
-    /// int phi_k: the weight of vertex k in an integral of nodal values, in squared units of length.
-    /// The row sums of the consistent matrix are the barycentric areas.
+    /// int phi_k: the weight of vertex k in an integral of nodal values, V numbers in squared units of length. The row
+    /// sums of the consistent matrix are the barycentric areas.
     pub fn weights(self, mesh: &Mesh) -> Vec<f64> {
         match self {
             Mass::Barycentric | Mass::Consistent => barycentric_areas(mesh),
@@ -73,7 +73,7 @@ pub enum Quadrature<'a> {
 }
 
 impl Quadrature<'_> {
-    /// f = M s, with pointwise costs s, one row per vertex.
+    /// f = M s, with pointwise costs s, V rows.
     pub fn integrate<const M: usize>(&self, s: &[Row<M>]) -> Vec<Row<M>> {
         match self {
             Quadrature::Lumped(area) => collect(

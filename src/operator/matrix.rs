@@ -43,7 +43,7 @@ impl Matrix {
         }
     }
 
-    /// The matrix itself, in compressed rows.
+    /// The matrix itself, 2F x V in compressed rows.
     pub fn csr(&self) -> &CsMat<f64> {
         &self.k
     }

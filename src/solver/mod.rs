@@ -31,7 +31,10 @@ macro_rules! solvers {
         /// A method with its settings.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Method {
-            $($(#[$attribute])* $Name($module::Settings),)*
+            $(
+                #[doc = concat!("See [`", stringify!($module), "`].")]
+                $(#[$attribute])* $Name($module::Settings),
+            )*
         }
 
         $($(#[$attribute])* impl From<$module::Settings> for Method {
@@ -46,6 +49,7 @@ macro_rules! solvers {
                 vec![$($(#[$attribute])* Method::$Name(Default::default()),)*]
             }
 
+            /// What there is to say of the method, whatever its settings.
             pub fn description(&self) -> &'static Description {
                 match self {
                     $($(#[$attribute])* Method::$Name(_) => &$module::DESCRIPTION,)*
@@ -136,13 +140,17 @@ pub trait Solver<K, const M: usize> {
 /// What certifies itself: E(u) is an upper, D(q) a lower bound of the least energy.
 #[derive(Clone, Copy)]
 pub struct Iterate<'a, const M: usize> {
+    /// U, V rows in the simplex.
     pub u: &'a [Row<M>],
+    /// The dual field, F tangents with |q_j| <= lambda.
     pub q: &'a [Tangent<M>],
 }
 
 /// What a solver is built from, beside its settings.
 pub struct Setup<'a, K, const M: usize> {
+    /// The mesh that K is of; every face has an area.
     pub mesh: &'a Mesh,
+    /// What is minimized.
     pub problem: &'a Problem<K, M>,
     /// U at the start: rows in the simplex.
     pub start: Vec<Row<M>>,
@@ -152,9 +160,13 @@ pub struct Setup<'a, K, const M: usize> {
 
 /// What `meshseg solvers` prints of a method, beside its settings.
 pub struct Description {
+    /// Its name in `--solver NAME`.
     pub name: &'static str,
+    /// One line on how it works.
     pub summary: &'static str,
+    /// Authors and year of what it is taken from.
     pub reference: &'static str,
+    /// How the step lengths are chosen.
     pub steps: &'static str,
 }
 
@@ -168,10 +180,8 @@ impl Default for Method {
 }
 
 impl Method {
-    /// The method of that name with its default settings.
-    ///
-    /// # Errors
-    /// A list of the names, if it is none of them.
+    /// The method of that name with its default settings. Fails if there is none of that name, with a list of the
+    /// names.
     pub fn named(name: &str) -> Result<Self> {
         Method::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
             let names: Vec<&str> = Method::all().iter().map(Method::name).collect();
@@ -179,30 +189,25 @@ impl Method {
         })
     }
 
-    /// The method of that name with settings as somebody wrote them.
-    ///
-    /// # Errors
-    /// Which name, key or value is none.
+    /// The method of that name with settings given as text. Fails if the name, a key or a value is none.
     pub fn parse(name: &str, options: &Options) -> Result<Self> {
         let mut method = Method::named(name)?;
         method.set(options)?;
         Ok(method)
     }
 
-    /// Changes settings to those that somebody wrote.
-    ///
-    /// # Errors
-    /// Which key or value is none.
+    /// Changes settings to those given as text. Fails if a key is unknown or a value is out of range; keys that sort
+    /// before it have been applied then.
     pub fn set(&mut self, options: &Options) -> Result<()> {
         options.apply(self.name(), self.settings())
     }
 
-    /// # Errors
-    /// Which setting is out of range.
+    /// Fails if a setting is out of range, naming it.
     pub fn check(&self) -> Result<()> {
         settings::check(&self.clone().settings())
     }
 
+    /// The name in `--solver NAME`.
     pub fn name(&self) -> &'static str {
         self.description().name
     }

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 
 /// Settings of a method that can be named.
 pub trait Adjustable: Default {
-    /// All of them, in the order in which they are listed.
+    /// All of them, in the order of the help.
     fn settings(&mut self) -> Vec<Setting<'_>>;
 }
 

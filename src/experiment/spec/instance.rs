@@ -23,9 +23,9 @@ pub struct InstanceCell {
     pub(crate) data: DataChoice,
     /// Standard deviation of the normal noise that is added to every entry of the data; 0 for none.
     pub noise: f64,
-    /// Of noise and random clusters.
+    /// Of the noise and of k-means.
     pub seed: u64,
-    /// m, from 2 to 64.
+    /// m, from 2 to 64; 0 where a file of costs tells it.
     pub regions: usize,
     pub(crate) lambda: LambdaChoice,
     /// The quadrature of the data term.

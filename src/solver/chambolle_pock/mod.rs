@@ -29,6 +29,7 @@ use super::{Adjustable, Description, Iterate, Setting};
 use crate::operator::Operator;
 use crate::problem::Problem;
 
+/// What `meshseg solvers` prints of the method.
 pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
     summary: "over-relaxed primal-dual method with steps fitted face by face; exact energy, no smoothing",
@@ -36,15 +37,20 @@ pub const DESCRIPTION: Description = Description {
     steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
 };
 
+/// The settings of Chambolle-Pock: `steps`, `rho`, `step-ratio`, `balance`, `engine`, `precision`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// The rule of the step lengths; local by default.
     pub steps: Rule,
-    /// Relaxation, above 0 and below 2.
+    /// Relaxation, above 0 and below 2; 1.9 by default.
     pub rho: f64,
-    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
+    /// omega at the start, in units of lambda, or of what the costs need, if that is less; 1.5 by default.
     pub step_ratio: f64,
+    /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,
+    /// What iterates; auto by default.
     pub engine: Engine,
+    /// Of the iterates; double by default.
     pub precision: Precision,
 }
 
