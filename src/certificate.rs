@@ -22,13 +22,13 @@ use crate::sweep::sweep;
 /// Steps of our own, where nothing else is at hand.
 pub const DUAL_STEPS: u64 = 100;
 
-/// D of a given field, of which nothing is believed.
+/// D of a given field, one tangent per face, each q_j cut off at |q_j| = lambda first.
 pub fn offered<const M: usize>(problem: &Problem<Stencil, M>, mut q: Vec<Tangent<M>>) -> f64 {
     sweep(&mut q[..], |_, q| *q = project_ball(*q, problem.lambda));
     problem.dual_bound(&q)
 }
 
-/// D of the gradient of the smoothed total variation at U.
+/// D of the gradient of the smoothed total variation at U, V rows.
 pub fn smoothed<const M: usize>(
     problem: &Problem<Stencil, M>,
     u: &[Row<M>],
@@ -40,7 +40,10 @@ pub fn smoothed<const M: usize>(
     problem.dual_bound(&q)
 }
 
-/// D after steps of the default solver from rows of the simplex. `observe` is told of steps alone.
+/// D after that many steps of the default solver from V rows of the simplex. `observe` is called without samples and
+/// may end the steps early.
+///
+/// Fails if the solver cannot be built, which its default settings do not cause.
 pub fn steps<const M: usize>(
     mesh: &Mesh,
     problem: &Problem<Stencil, M>,

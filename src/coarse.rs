@@ -27,16 +27,16 @@ const COARSEST: usize = 1000;
 const LARGEST_SHARE: f64 = 0.7;
 
 /// Coarse meshes, the finest of them first, each a coarsening of the one before.
-pub struct Hierarchy<'a> {
+pub(crate) struct Hierarchy<'a> {
     finest: &'a Mesh,
-    pub levels: Vec<Coarsening>,
+    pub(crate) levels: Vec<Coarsening>,
 }
 
 /// Where the finest solve starts, and what that took.
-pub struct Beginning<const M: usize> {
+pub(crate) struct Beginning<const M: usize> {
     /// Nothing, if there is no hierarchy or a coarse solve diverges.
-    pub pair: Option<Pair<M>>,
-    pub record: Record,
+    pub(crate) pair: Option<Pair<M>>,
+    pub(crate) record: Record,
 }
 
 /// What `summary.json` says of the coarse levels.
@@ -56,33 +56,37 @@ fn as_seconds<S: serde::Serializer>(
     to.serialize_f64(spent.as_secs_f64())
 }
 
+/// The size of one coarse mesh and the work that it took.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LevelRecord {
+    /// V of the coarse mesh.
     pub vertices: usize,
+    /// F of the coarse mesh.
     pub faces: usize,
+    /// Steps of the solver on it.
     pub iterations: u64,
 }
 
 impl LevelRecord {
-    pub fn of(mesh: &Mesh, iterations: u64) -> Self {
+    pub(crate) fn of(mesh: &Mesh, iterations: u64) -> Self {
         LevelRecord { vertices: mesh.vertices.len(), faces: mesh.faces.len(), iterations }
     }
 }
 
 /// U and the dual field that belongs to it.
-pub struct Pair<const M: usize> {
-    pub u: Vec<Row<M>>,
-    pub q: Vec<Tangent<M>>,
+pub(crate) struct Pair<const M: usize> {
+    pub(crate) u: Vec<Row<M>>,
+    pub(crate) q: Vec<Tangent<M>>,
 }
 
 impl<'a> Hierarchy<'a> {
     /// Without levels where the mesh is small, or where nothing can be made coarser.
-    pub fn new(finest: &'a Mesh) -> Self {
+    pub(crate) fn new(finest: &'a Mesh) -> Self {
         Hierarchy::down_to(finest, COARSEST)
     }
 
     /// The same, ending with the first level of at most so many vertices.
-    pub fn down_to(finest: &'a Mesh, vertices: usize) -> Self {
+    pub(crate) fn down_to(finest: &'a Mesh, vertices: usize) -> Self {
         let mut levels: Vec<Coarsening> = Vec::new();
         loop {
             let fine = levels.last().map_or(finest, |level| &level.mesh);
@@ -101,7 +105,7 @@ impl<'a> Hierarchy<'a> {
 
     /// Calls `solve` with the number of each level, the coarsest first, and what the one before it led to;
     /// returns what the last leads to on the finest mesh. Nothing, if there are no levels or `solve` gives up.
-    pub fn climb<const M: usize>(
+    pub(crate) fn climb<const M: usize>(
         &self,
         lambda: f64,
         mut solve: impl FnMut(usize, Option<Pair<M>>) -> Result<Option<Pair<M>>>,
@@ -127,7 +131,7 @@ const GAPS: [f64; 2] = [2.5e-4, 5e-3];
 const MOST_STEPS: u64 = 500;
 
 /// When a coarse level is done, which begins after all that took `spent`.
-pub fn stop(request: &Request, spent: Duration) -> Stop {
+pub(crate) fn stop(request: &Request, spent: Duration) -> Stop {
     let gap = 10.0 * request.stop.relative_gap.unwrap_or(0.0);
     Stop {
         relative_gap: Some(gap.clamp(GAPS[0], GAPS[1])),
@@ -139,14 +143,17 @@ pub fn stop(request: &Request, spent: Duration) -> Stop {
 
 /// Whether the cheapest region everywhere, with q = 0, is already as good as what is asked for. What comes up
 /// from coarse levels could then only be worse: where all costs are zero, by rounding.
-pub fn is_certified<const M: usize>(problem: &Problem<Stencil, M>, request: &Request) -> bool {
+pub(crate) fn is_certified<const M: usize>(
+    problem: &Problem<Stencil, M>,
+    request: &Request,
+) -> bool {
     let energy = problem.energy(&cheapest(&problem.f));
     let gap = relative_gap(energy, 0.0);
     request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
 }
 
 /// Solves each level, with the solver that is asked for.
-pub fn start<const M: usize>(
+pub(crate) fn start<const M: usize>(
     finest: &Mesh,
     problem: &Problem<Stencil, M>,
     request: &Request,
@@ -199,7 +206,7 @@ const TRIED: i32 = 14;
 
 /// The first of lambda / 2, lambda / 4, ... for which regions that should be used are, on a coarse mesh; none if all of
 /// them fail.
-pub fn separating<const M: usize>(
+pub(crate) fn separating<const M: usize>(
     finest: &Mesh,
     problem: &Problem<Stencil, M>,
     wanted: &[usize],
@@ -238,7 +245,7 @@ pub fn separating<const M: usize>(
 }
 
 /// What a level ends with, if that is made of numbers.
-pub fn reached<const M: usize>(iterate: Iterate<'_, M>, status: Status) -> Option<Pair<M>> {
+pub(crate) fn reached<const M: usize>(iterate: Iterate<'_, M>, status: Status) -> Option<Pair<M>> {
     (status != Status::Diverged).then(|| Pair { u: iterate.u.to_vec(), q: iterate.q.to_vec() })
 }
 

@@ -9,19 +9,38 @@ use std::path::{Path, PathBuf};
 
 use crate::misfit::Misfit;
 
+/// A result whose error is an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// What is wrong with a file or a request. Its text is one line for the user.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system refused.
     #[error("{}: {source}", on_one_line(path))]
-    Io { path: PathBuf, source: io::Error },
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
     /// The file can be read, but not as what it claims to be.
     #[error("{}: {message}", on_one_line(path))]
-    Malformed { path: PathBuf, message: String },
+    Malformed {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong with it and what to do, without its name.
+        message: String,
+    },
     /// The same, with the line (counted from 1) of a text file.
     #[error("{}, line {line}: {message}", on_one_line(path))]
-    MalformedLine { path: PathBuf, line: usize, message: String },
+    MalformedLine {
+        /// The file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: usize,
+        /// What is wrong with the line and what to do.
+        message: String,
+    },
     /// Well-formed input that does not fit what was asked.
     #[error("{0}")]
     Unsuitable(String),
@@ -31,18 +50,22 @@ pub enum Error {
 }
 
 impl Error {
+    /// The system refused to read or write `path`.
     pub fn io(path: &Path, source: io::Error) -> Self {
         Error::Io { path: path.to_owned(), source }
     }
 
+    /// `path` can be read, but not as what it should be; `message` goes on after its name.
     pub fn malformed(path: &Path, message: impl Into<String>) -> Self {
         Error::Malformed { path: path.to_owned(), message: message.into() }
     }
 
+    /// The same for one line of a text file, counted from 1.
     pub fn malformed_line(path: &Path, line: usize, message: impl Into<String>) -> Self {
         Error::MalformedLine { path: path.to_owned(), line, message: message.into() }
     }
 
+    /// Input that does not fit the request; `message` stands for itself.
     pub fn unsuitable(message: impl Into<String>) -> Self {
         Error::Unsuitable(message.into())
     }

@@ -21,17 +21,26 @@ use crate::start::Start;
 /// How far entries may leave the simplex and still count as rounding.
 const FEASIBLE: f64 = 1e-9;
 
+/// The scores of U on one problem, as `meshseg evaluate` prints them.
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluation {
+    /// V.
     pub vertices: usize,
+    /// F, faces without area included.
     pub faces: usize,
+    /// m.
     pub regions: usize,
+    /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
     pub mass: &'static str,
+    /// Sum of A_j over the faces with an area, in squared units of the mesh.
     pub area: f64,
     /// E(U) = data_term + lambda * total_variation.
     pub energy: f64,
+    /// sum_k <u_k, f_k>.
     pub data_term: f64,
+    /// sum_j |(K U)_j|, in units of length.
     pub total_variation: f64,
     /// E_eps(U), if an eps was given.
     pub smoothed_energy: Option<f64>,
@@ -51,31 +60,42 @@ pub struct Evaluation {
     pub rounded_relative_gap: f64,
     /// Of E_eps, if that was asked for.
     pub epsilon: Option<f64>,
+    /// The mode of that smoothing: `paper` or `intrinsic`.
     pub epsilon_mode: Option<&'static str>,
     /// Whether every row of U is in the simplex to 1e-9; if not, the gap is none.
     pub feasible: bool,
+    /// max_k |sum_p u_kp - 1|.
     pub largest_row_sum_error: f64,
+    /// min_kp u_kp, below 0 where U leaves the simplex.
     pub smallest_entry: f64,
+    /// What the user should know, a sentence each: unknown vertices, forbidden labels, faces left out.
     pub warnings: Vec<String>,
 }
 
 /// What is asked besides mesh, costs and U.
 #[derive(Clone, Copy, Debug)]
 pub struct Question<'a> {
+    /// Weight of the total variation, in units of cost times length; not negative.
     pub lambda: f64,
+    /// The quadrature of the data term.
     pub mass: Mass,
     /// Of E_eps.
     pub smoothing: Option<Smoothing>,
-    /// A dual field that bounds the energies, 2F x m as [`crate::solve::Solution::q`]; without one, so many steps of
-    /// our own find one.
+    /// A dual field that bounds the energies, 2F x m as [`crate::solve::Solution::q`]. Without one, `dual_steps` steps
+    /// of the default solver find one.
     pub q: Option<&'a Array2<f64>>,
+    /// Steps of the default solver from U to a dual field; ignored if `q` is given. The program takes
+    /// [`certificate::DUAL_STEPS`].
     pub dual_steps: u64,
 }
 
-/// Scores U (V x m) for pointwise costs s (V x m, see [`costs`]). `observe` is told of the steps to a bound.
+/// Scores U (V x m) for pointwise costs s (V x m, see [`costs`]). U need not be feasible, see [`Evaluation::feasible`].
+/// `observe` is called during the steps to a bound, without samples.
 ///
-/// # Errors
-/// Shapes that do not fit each other; a mesh without area; lambda negative or not finite; labels that are forbidden.
+/// Fails if the shapes of the costs, U, q and the mesh do not fit each other, the number of regions is not from 2 to
+/// 64, an entry of U or q is not finite, the costs are refused by [`costs::checked`], lambda is negative or not finite,
+/// no face has an area, U gives more than 1e-9 to a forbidden label, or the integrated costs leave the range of double
+/// precision.
 pub fn evaluate(
     mesh: &Mesh,
     s: &Array2<f64>,

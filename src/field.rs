@@ -14,8 +14,10 @@ pub struct Row<const M: usize>(pub [f64; M]);
 pub struct Tangent<const M: usize>(pub [Row<M>; 2]);
 
 impl<const M: usize> Row<M> {
+    /// All entries 0.
     pub const ZERO: Self = Row([0.0; M]);
 
+    /// The row of the entries `value(p)`, called for p = 0, 1, ..., M - 1.
     #[inline(always)]
     pub fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
         let mut row = Row::ZERO;
@@ -31,6 +33,7 @@ impl<const M: usize> Row<M> {
         Row::from_fn(|i| f64::from(i == p))
     }
 
+    /// sum_p a_p b_p, added in the order of p.
     #[inline(always)]
     pub fn dot(self, other: Self) -> f64 {
         let mut sum = 0.0;
@@ -40,6 +43,7 @@ impl<const M: usize> Row<M> {
         sum
     }
 
+    /// sum_p u_p^2.
     #[inline(always)]
     pub fn norm_squared(self) -> f64 {
         self.dot(self)
@@ -77,6 +81,7 @@ impl<const M: usize> Row<M> {
 }
 
 impl<const M: usize> Tangent<M> {
+    /// All entries 0.
     pub const ZERO: Self = Tangent([Row::ZERO; 2]);
 
     /// Frobenius inner product.

@@ -8,7 +8,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
 
-/// The content of a regular file that is not empty. A device or a pipe may never end.
+/// The content of a regular file. Fails if it cannot be read, is empty, or is no regular file: a device or a pipe may
+/// never end.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     check_regular(path)?;
     let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
@@ -18,7 +19,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same for what is not read whole: the file and its length.
+/// The file, open, and its length in bytes, for what is not read whole. Fails as [`read`] does.
 pub fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
     match check_regular(path)? {
         0 => Err(Error::malformed(path, "is empty")),
@@ -82,7 +83,8 @@ pub fn abandon() {
     std::mem::forget(all);
 }
 
-/// Writes one file. Whatever stood at `path` stays until the new content is complete.
+/// Writes one file. Whatever stood at `path` stays until the new content is complete. Fails if `content` does, or if
+/// the file cannot be written, flushed or renamed.
 pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let write = || {
         let folder = match path.parent() {
@@ -112,7 +114,8 @@ fn permissions() -> fs::Permissions {
     fs::Permissions::from_mode(0o666)
 }
 
-/// Checks, before long work starts, that a folder can be written there: it exists, or can be made.
+/// Checks, before long work starts, that a folder can be written there: it exists, or can be made. Fails if it is a
+/// file or a link to nothing, if what is above it is a file, or if no file can be made there.
 pub fn check_folder(path: &Path) -> Result<()> {
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => check_writable(path, path),
@@ -157,6 +160,9 @@ fn check_writable(path: &Path, existing: &Path) -> Result<()> {
 ///
 /// An existing folder holds the temporary one itself: what is above it may be another file system or may not
 /// be written to.
+///
+/// Fails if `fill` does, if the folder cannot be made, read or renamed, or if a folder at `path` has the name of a new
+/// file; then no file of `path` was replaced.
 pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let io = |source| Error::io(path, source);
     let exists = path.is_dir();

@@ -24,6 +24,8 @@
 //! The feature `experiments` adds pictures, figures, folders of results, exchange and experiments; `cli` the program.
 //! Nothing here sets what is of the whole process, and all threads are those of [`sweep::with_threads`].
 
+#![warn(missing_docs)]
+
 pub mod certificate;
 pub mod coarse;
 pub mod colormap;
@@ -47,7 +49,8 @@ pub mod misfit;
 pub mod npy;
 mod one_line;
 pub mod operator;
-pub mod optics;
+#[cfg(feature = "experiments")]
+mod optics;
 #[cfg(feature = "experiments")]
 pub mod outcome;
 pub mod problem;
@@ -65,7 +68,7 @@ pub mod solve;
 pub mod solver;
 pub mod start;
 pub mod sweep;
-pub mod transfer;
+mod transfer;
 mod unreached;
 
 pub use error::{Error, Result};

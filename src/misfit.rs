@@ -9,10 +9,13 @@ use crate::one_line::one_line;
 /// What is wrong with an experiment file, and where.
 #[derive(Debug)]
 pub struct Misfit {
+    /// The file.
     pub path: PathBuf,
+    /// The whole content of the file.
     pub text: String,
-    /// Bytes of `text`.
+    /// The bytes of `text` that are wrong; empty where something is missing.
     pub place: Range<usize>,
+    /// What is wrong and what to do.
     pub message: String,
 }
 

@@ -31,21 +31,24 @@ pub fn read_rows(path: &Path) -> Result<Array2<f64>> {
     numbers(path, &file::read(path)?)
 }
 
-/// The array of a file, or of an entry of an `.npz` file, that was read already.
+/// The array of a file, or of an entry of an `.npz` file, that was read already; `path` is for the messages. Fails if
+/// it is cut off, has another number of axes than D, or entries that are no numbers.
 pub fn numbers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.numbers(path, bytes)
 }
 
-/// The same of integers, of any width.
+/// The same for integers of any width; what is beyond i64 becomes its largest number. Fails, too, if the entries are no
+/// integers.
 pub fn integers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.integers(path, bytes)
 }
 
-/// What stands in an array of one byte string, without the zeros at its end.
+/// The text in an array of one byte string, without the zeros at its end. Fails if the array is anything else or cut
+/// off.
 pub fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
     let header = Header::of(path, bytes)?;
     if !header.element.starts_with("|S") || !header.shape.is_empty() {
@@ -58,8 +61,8 @@ pub fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
 
 /// Data at vertices: V or V x d, numbers of any kind as they are, but uint8 divided by 255; NaN where nothing is known.
 ///
-/// # Errors
-/// As [`read_matrix`].
+/// Fails if the file cannot be read, is cut off, has another type, other than 1 or 2 axes or no column, or if an entry
+/// is infinite.
 pub fn read_data(path: &Path) -> Result<Array2<f64>> {
     let bytes = file::read(path)?;
     let header = Header::of(path, &bytes)?;
@@ -88,15 +91,12 @@ pub fn read_data(path: &Path) -> Result<Array2<f64>> {
     }
 }
 
-/// One uint8 per vertex.
-///
-/// # Errors
-/// As [`read_matrix`].
+/// One uint8 per vertex. Fails if the file cannot be read, is cut off, or has another type or shape.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     Ok(parse::<u8, Ix1>(path, &file::read(path)?)?.to_vec())
 }
 
-/// Writes one array; the file appears whole.
+/// Writes one array; the file appears whole or not at all. Fails if it cannot be written.
 pub fn write<A: WritableElement, D: Dimension>(
     path: &Path,
     array: &ArrayBase<impl Data<Elem = A>, D>,
@@ -277,10 +277,7 @@ fn parse<A: ReadableElement, D: Dimension>(
         .map_err(|error| Error::malformed(path, error.to_string().replace(['\n', '\r'], " ")))
 }
 
-/// Refuses an array from a file whose rows are not the vertices of a mesh.
-///
-/// # Errors
-/// The file and both numbers.
+/// Fails if the array of a file has not one row for each vertex of a mesh, naming the file and both numbers.
 pub fn check_rows(path: &Path, array: &Array2<f64>, vertices: usize) -> Result<()> {
     let rows = array.nrows();
     if rows == vertices {

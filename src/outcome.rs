@@ -19,6 +19,7 @@ use crate::sweep;
 
 /// How the regions and the data look.
 pub struct Looks {
+    /// One per region, in the order of the columns of U.
     pub regions: Vec<Region>,
     /// Without it no picture is drawn.
     pub data: Option<Shown>,
@@ -30,10 +31,14 @@ pub struct Shown {
     pub colors: Vec<[f64; 3]>,
     /// What they are.
     pub caption: String,
+    /// From where the mesh is seen.
     pub view: View,
 }
 
-/// Writes the folder. `summary` becomes `summary.json`.
+/// Writes the folder; `summary` becomes `summary.json`. The solution is that of the mesh: V rows of U, F faces. What an
+/// earlier run left there and this one does not make, `preview.png` or `q.npy`, is removed.
+///
+/// Fails if a file cannot be written or removed.
 pub fn write(
     folder: &Path,
     summary: &impl Serialize,

@@ -23,7 +23,10 @@ use crate::sweep::{collect, sum, sum_blocks, sweep};
 /// no number to multiply by zero; u is exactly zero there from the start to the end.
 pub const NEVER: f64 = 1e300;
 
+/// The convex problem: minimize E over U in the simplex, for an operator K and compiled rows of M regions. Regions that
+/// only fill up a row cost [`NEVER`].
 pub struct Problem<K, const M: usize> {
+    /// The gradient, for F faces and V vertices.
     pub k: K,
     /// Integrated costs above the least of their row, one row per vertex.
     pub f: Vec<Row<M>>,
@@ -49,7 +52,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         problem
     }
 
-    /// Other integrated costs take the place of f.
+    /// Replaces f by other integrated costs, V rows, and the baseline by their B. Panics if there are not V rows.
     pub fn set_costs(&mut self, mut f: Vec<Row<M>>) {
         assert_eq!(f.len(), self.k.vertices());
         self.baseline = sum(
@@ -68,7 +71,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         self.f = f;
     }
 
-    /// sum_k <u_k, f_k> - B.
+    /// sum_k <u_k, f_k> - B. U has V rows.
     pub fn data_term(&self, u: &[Row<M>]) -> f64 {
         sum(
             u.len(),
@@ -142,11 +145,13 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 /// Never compare E_eps with E: only E is the energy, E_eps lies above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing {
+    /// Which of the two formulas of eps_j.
     pub mode: SmoothingMode,
     /// eps, positive; squared length for `Paper`, inverse squared length for `Intrinsic`.
     pub epsilon: f64,
 }
 
+/// What eps_j is, see [`Smoothing::radius`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum SmoothingMode {
@@ -159,9 +164,11 @@ pub enum SmoothingMode {
 }
 
 impl SmoothingMode {
+    /// All variants with their names, as [`SmoothingMode::name`] returns them.
     pub const NAMES: [(&'static str, SmoothingMode); 2] =
         [("paper", SmoothingMode::Paper), ("intrinsic", SmoothingMode::Intrinsic)];
 
+    /// `paper` or `intrinsic`.
     pub fn name(self) -> &'static str {
         match self {
             SmoothingMode::Paper => "paper",
@@ -175,7 +182,7 @@ impl SmoothingMode {
 const DEFAULT_SMOOTHNESS: f64 = 0.3;
 
 impl Smoothing {
-    /// Refuses an eps that is not a positive number.
+    /// The smoothing with a given eps. Fails if that is not a positive finite number.
     pub fn new(mode: SmoothingMode, epsilon: f64) -> Result<Self> {
         if epsilon > 0.0 && epsilon.is_finite() {
             Ok(Smoothing { mode, epsilon })

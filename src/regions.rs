@@ -13,7 +13,7 @@ use crate::sweep::{collect, sweep};
 /// What users may ask for.
 pub const REGIONS: std::ops::RangeInclusive<usize> = 2..=64;
 
-/// Refuses a number of regions out of range.
+/// Fails if the number of regions is not in [`REGIONS`].
 pub fn check(m: usize) -> Result<()> {
     if REGIONS.contains(&m) {
         Ok(())
@@ -89,7 +89,7 @@ pub fn tangents<const M: usize>(array: ArrayView2<f64>) -> Vec<Tangent<M>> {
     collect(rows.len() / 2, |j| Tangent([rows[2 * j], rows[2 * j + 1]]))
 }
 
-/// The first m columns of rows.
+/// The V x m array of the first m columns of V rows.
 pub fn array<const M: usize>(rows: &[Row<M>], m: usize) -> Array2<f64> {
     let shape = (rows.len(), m);
     if m < M {

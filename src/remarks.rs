@@ -2,7 +2,7 @@
 
 use ndarray::Array1;
 
-/// The regions, of m, that no vertex has.
+/// The regions from 0 to m - 1 that no vertex has, ascending. Panics if a label is not among them.
 pub fn empty_regions(labels: &Array1<i32>, m: usize) -> Vec<usize> {
     let mut used = vec![false; m];
     labels.iter().for_each(|&label| used[label as usize] = true);

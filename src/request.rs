@@ -12,8 +12,11 @@ use crate::solver::Method;
 pub struct Request {
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The quadrature of the data term.
     pub mass: Mass,
+    /// The solver, with its settings.
     pub method: Method,
+    /// When the run ends, apart from the observer.
     pub stop: Stop,
     /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
     pub coarse_to_fine: bool,
@@ -22,7 +25,7 @@ pub struct Request {
 }
 
 impl Request {
-    /// Refuses what no solver could work with.
+    /// Fails if lambda is negative or not finite, or a setting of the method is out of range.
     pub fn check(&self) -> Result<()> {
         check_lambda(self.lambda)?;
         self.method.check()

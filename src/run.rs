@@ -37,6 +37,7 @@ const MOST_VERTICES_FACTORED: usize = 250_000;
 
 /// The state of one run; resumable.
 pub struct Run<const M: usize> {
+    /// The samples so far, in the order of their iterations.
     pub trace: Vec<Sample>,
     best_u: Vec<Row<M>>,
     /// Above B, as all energies of a problem.
@@ -93,11 +94,12 @@ impl<const M: usize> Run<M> {
         self.best_bound
     }
 
+    /// Steps so far, over all calls of [`Run::advance`].
     pub fn iterations(&self) -> u64 {
         self.iteration
     }
 
-    /// Seconds spent in steps.
+    /// Wall time in steps, in seconds, and what was [charged](Run::charge).
     pub fn seconds(&self) -> f64 {
         self.clock.as_secs_f64()
     }

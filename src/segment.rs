@@ -39,6 +39,7 @@ use alternation::{Found, Level, MOST_ESTIMATES};
 
 /// What a segmentation ends with; P are the parameters of its model.
 pub struct Segmentation<P> {
+    /// Labels, energies and bounds, for the final parameters.
     pub solution: Solution,
     /// mu, one per region; what the final gap is a certificate for.
     pub parameters: Vec<P>,
@@ -46,11 +47,12 @@ pub struct Segmentation<P> {
     pub estimates: usize,
 }
 
-/// Segments data on a mesh as it is: no scaling. The model has a datum for each vertex of the mesh.
+/// Segments data on a mesh as it is: no scaling. The model has a datum for each vertex of the mesh. `observe` is called
+/// as [`Observer`] says. Panics if `every` is 0.
 ///
-/// # Errors
-/// What no solver could work with, a model of other vertices, costs that leave the range of double precision, and a fit
-/// that fails.
+/// Fails if lambda, a setting of the solver or the number of regions is out of range, the model is one of another
+/// number of vertices, no face has an area, the integrated costs leave the range of double precision, or a fit of the
+/// model fails.
 pub fn segment<D: DataModel>(
     mesh: &Mesh,
     model: &D,

@@ -11,12 +11,16 @@ use crate::problem::NEVER;
 use crate::prox::project_simplex;
 use crate::sweep::collect;
 
+/// The initial U. Labels that the costs forbid get no mass in any of these.
 #[derive(Clone, Debug)]
 pub enum Start {
     /// 1/m everywhere.
     Uniform,
     /// Rows drawn uniformly from the simplex, with this seed for [`Pcg64`].
-    Random { seed: u64 },
+    Random {
+        /// The same seed gives the same rows, whatever the number of threads.
+        seed: u64,
+    },
     /// The region with the least cost at each vertex, the first of equals.
     Argmin,
     /// V x m; rows in the simplex.
@@ -27,7 +31,7 @@ pub enum Start {
 const OFF_SIMPLEX: f64 = 1e-5;
 
 impl Start {
-    /// Refuses a given U of another shape than V x m, or with a row that is not in the simplex.
+    /// Fails if a given U has another shape than `dim`, V x m, or a row off the simplex by more than 1e-5.
     pub fn check(&self, dim: (usize, usize)) -> Result<()> {
         let Start::Given(u) = self else { return Ok(()) };
         if u.dim() != dim {
@@ -87,7 +91,7 @@ impl Start {
     }
 }
 
-/// The label that costs the least at each vertex by itself.
+/// The one-hot rows of argmin_p f_kp, V rows: the cheapest label of each vertex by itself.
 pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
     collect(
         f.len(),
@@ -96,7 +100,8 @@ pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
     )
 }
 
-/// A row of the simplex without what it gives to labels that f forbids.
+/// A row of the simplex without what it gives to labels that f forbids, rescaled to sum 1; the cheapest label if
+/// nothing is left.
 pub fn allowed<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
     let forbidden = |p: usize| f.0[p] == NEVER;
     if (0..M).all(|p| !forbidden(p) || u.0[p] == 0.0) {

@@ -278,7 +278,7 @@ pub fn join<A: Send, B: Send>(
     rayon::join(a, b)
 }
 
-/// Runs `work` with that many threads; `None` takes as many as the machine has.
+/// Runs `work` with that many threads; `None` takes as many as the machine has. Fails if they cannot be started.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0))

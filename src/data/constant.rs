@@ -20,6 +20,7 @@ use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
 use crate::sweep::{collect, sum};
 
+/// The likelihood of piecewise constant data in R^d: squared distances to one mean per region.
 #[derive(Clone)]
 pub struct PiecewiseConstant<'a> {
     /// C.
@@ -34,6 +35,7 @@ pub struct Mean {
 }
 
 impl<'a> PiecewiseConstant<'a> {
+    /// The model of these data, which are borrowed.
     pub fn new(data: &'a Data) -> Self {
         PiecewiseConstant { data: Cow::Borrowed(data) }
     }

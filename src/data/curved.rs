@@ -16,10 +16,12 @@ pub const SIGN: &str = "positive where the surface is convex as seen from outsid
 
 /// Curvature as data.
 pub struct Curved {
-    /// In [0, 1], or NaN; all 0.5 where only rounding makes a difference.
+    /// V numbers in [0, 1], or NaN where there is no curvature; all 0.5 where only rounding makes a difference.
     pub values: Vec<f64>,
-    /// What 0 and 1 stand for.
+    /// The curvatures that 0 and 1 stand for, in 1/length.
     pub range: [f64; 2],
+    /// What the user should know, a sentence each: faces that were turned, pieces without an orientation, vertices
+    /// without a curvature, constant curvature.
     pub warnings: Vec<String>,
 }
 
@@ -29,8 +31,9 @@ const NOISE: f64 = 6.0;
 /// No differences below this share of the curvature itself mean anything.
 const ROUNDING: f64 = 1e-6;
 
-/// # Errors
-/// No vertex has a curvature.
+/// The mean curvature at the V vertices, of which the extreme 2 % at each end are cut off, mapped to [0, 1].
+///
+/// Fails if no vertex has a curvature.
 pub fn curved(mesh: &Mesh) -> Result<Curved> {
     let Oriented { mesh: oriented, turned, inconsistent_edges, open_patches } = orient(mesh);
     let curvature = mean_curvature(&oriented);

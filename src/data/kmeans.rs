@@ -35,7 +35,7 @@ pub fn kmeans(
     clusters::<Squares>(data, d, area, regions, rng)
 }
 
-/// The same with medians, of the subset: those of all data take a sort a step, and differ little.
+/// The same with medians, of the random subset alone: those of all data take a sort per step and differ little.
 pub fn kmedians(
     data: &[f64],
     d: usize,

@@ -27,6 +27,7 @@ use crate::sweep::collect;
 /// Quantiles of a coordinate that a coarse vertex has: an odd number, so that one of them is the median.
 const QUANTILES: usize = 5;
 
+/// The likelihood of data in R^d with outliers: distances in the 1-norm to one median per region.
 #[derive(Clone)]
 pub struct L1<'a> {
     /// C; on a coarse mesh n values of each coordinate side by side, each of which counts as an n-th of the vertex.
@@ -45,6 +46,7 @@ pub struct Median {
 }
 
 impl<'a> L1<'a> {
+    /// The model of these data, which are borrowed; each coordinate is sorted once.
     pub fn new(data: &'a Data) -> Self {
         L1::of(Cow::Borrowed(data), 1)
     }

@@ -39,10 +39,10 @@ pub struct Data {
 }
 
 impl Data {
-    /// A row with any NaN is unknown.
+    /// Data of d columns, V x d values row by row. A row with any NaN becomes unknown as a whole. Panics if d is 0 or
+    /// does not divide the number of values.
     ///
-    /// # Errors
-    /// Infinite values, naming the first one; nothing known of any vertex.
+    /// Fails if a value is infinite, naming the first one, or if nothing is known of any vertex.
     pub fn new(dimension: usize, mut values: Vec<f64>) -> Result<Self> {
         assert!(dimension > 0 && values.len().is_multiple_of(dimension));
         if let Some(i) = values.iter().position(|x| x.is_infinite()) {
@@ -67,7 +67,7 @@ impl Data {
         !self.values[k * self.dimension].is_nan()
     }
 
-    /// `area` where something is known, 0 elsewhere.
+    /// `area` (V entries) where something is known, 0 elsewhere.
     pub fn known_area(&self, area: &[f64]) -> Vec<f64> {
         (area.iter().enumerate()).map(|(k, &a)| if self.is_known(k) { a } else { 0.0 }).collect()
     }
@@ -84,11 +84,13 @@ impl Data {
         self.values.len() / self.dimension
     }
 
+    /// Whether there are no vertices.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
-    /// int |C - mean C|^2 / area, over what is known: the sum of the variances of the coordinates.
+    /// int |C - mean C|^2 / area, over what is known: the sum of the variances of the coordinates, in squared units of
+    /// the data. `area` has V entries.
     pub fn variance(&self, area: &[f64]) -> f64 {
         let total: f64 = self.known_area(area).iter().sum();
         (0..self.dimension)
@@ -122,7 +124,8 @@ impl Data {
         if most > 0.0 { all.min(4.0 * most) } else { all }
     }
 
-    /// int u_p over what is known for each of the first m regions, if it is any; `weights` = M U.
+    /// int u_p over what is known for each of the first m regions; none for a region whose integral is zero to
+    /// rounding. `weights` = M U, V rows.
     pub fn masses<const M: usize>(&self, weights: &[Row<M>], m: usize) -> Vec<Option<f64>> {
         let n = weights.len();
         let total = sum(n, |k| weights[k].0.iter().sum());
@@ -165,9 +168,11 @@ pub enum Initial {
 }
 
 impl Initial {
+    /// All variants with their names, as [`Initial::name`] returns them.
     pub const NAMES: [(&'static str, Initial); 2] =
         [("kmeans", Initial::KMeans), ("random", Initial::Random)];
 
+    /// `kmeans` or `random`.
     pub fn name(self) -> &'static str {
         match self {
             Initial::KMeans => "kmeans",

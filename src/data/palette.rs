@@ -14,7 +14,7 @@ use crate::sweep;
 /// Vertices that principal components are estimated from, at the most.
 const SAMPLED: usize = 20_000;
 
-/// A color per vertex, NaN where the data are not known. `area` are those of the vertices.
+/// A color per vertex, RGB in [0, 1], NaN where the data are not known. `area` has the V areas of the vertices.
 pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     match data.dimension {
         1 => scaled(data.values.clone(), area).0.into_iter().map(one).collect(),

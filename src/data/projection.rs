@@ -24,26 +24,39 @@ pub struct Axis {
 /// How an image comes onto a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
-    Plane { across: Axis, up: Axis },
+    /// Along the third axis: what lies behind gets the same colors.
+    Plane {
+        /// The axis along which u grows, the width of the image.
+        across: Axis,
+        /// The axis along which v grows, the height of the image; another one than `across`.
+        up: Axis,
+    },
+    /// Once around this axis; v runs from 0 to 1 along it, over the bounding box.
     Cylinder(Axis),
+    /// Once around this axis; v runs from 0 to 1 with the latitude, seen from the middle of the bounding box.
     Sphere(Axis),
 }
 
-/// How an image fills a box of another aspect.
+/// How an image fills a box of another aspect. Cylinder and sphere always stretch it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fit {
+    /// The image keeps its aspect and is cut off at both ends of what is too long. The default.
     #[default]
     Cover,
+    /// All of the image is seen, with the aspect of the box.
     Stretch,
 }
 
 impl Fit {
+    /// All variants with their names.
     pub const NAMES: [(&'static str, Fit); 2] = [("cover", Fit::Cover), ("stretch", Fit::Stretch)];
 }
 
 /// Texture coordinates, and what was done in words.
 pub struct Laid {
+    /// The texture coordinates of the corners of each face, F triples; v upwards.
     pub uv: Vec<[[f64; 2]; 3]>,
+    /// The size of the image, the projection, and what was cut off or distorted, for the user.
     pub how: String,
 }
 
@@ -55,10 +68,9 @@ impl Projection {
     /// For what lies in the plane z = 0.
     pub const XY: Projection = Projection::Plane { across: X, up: Y };
 
-    /// Lays an image of `size` pixels on a mesh.
+    /// Lays an image of `size` pixels (width, height) on a mesh.
     ///
-    /// # Errors
-    /// The mesh has no extent where the image has.
+    /// Fails if the mesh has no extent along an axis that the image runs along.
     pub fn lay(self, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Result<Laid> {
         let (low, high) = bounds(mesh);
         let extent = |axis: Axis| {

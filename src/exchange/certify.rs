@@ -31,9 +31,11 @@ const LARGEST: f64 = 1e100;
 /// Which solver ended, and how, by the judgment of whoever ran it.
 #[derive(Clone, Debug)]
 pub struct End {
+    /// The name of the solver, for the summary.
     pub solver: String,
     /// What it was told, by key.
     pub options: BTreeMap<String, String>,
+    /// How it ended, unless its iterates converge or fail.
     pub status: Status,
     /// More about it.
     pub warnings: Vec<String>,

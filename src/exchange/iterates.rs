@@ -23,19 +23,24 @@ use crate::problem::{Smoothing, SmoothingMode};
 /// One line of `trace.csv`, and the files that belong to it.
 #[derive(Clone, Debug)]
 pub struct Iterate {
+    /// Its number, as in the names of its files.
     pub iteration: u64,
-    /// By the solver's own clock.
+    /// By the solver's own clock, in seconds; does not descend.
     pub seconds: f64,
     /// Of the energy that it minimizes, if that is not the true one.
     pub smoothing: Option<Smoothing>,
+    /// The file of U, V x m, not read yet.
     pub u: PathBuf,
+    /// The file of the dual field, 2F x m, if there is one; not read yet.
     pub q: Option<PathBuf>,
 }
 
 /// All that is whole, and what is wrong with the rest.
 #[derive(Debug, Default)]
 pub struct Iterates {
+    /// In ascending order of their iterations.
     pub all: Vec<Iterate>,
+    /// Why the rest was not read, if there is any.
     pub broken: Option<Error>,
 }
 

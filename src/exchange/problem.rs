@@ -54,6 +54,7 @@ pub struct Exchanged {
     pub mesh: Mesh,
     /// Integrated costs, V x m.
     pub f: Array2<f64>,
+    /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
     /// What f was integrated with.
     pub mass: Mass,
@@ -62,10 +63,9 @@ pub struct Exchanged {
 }
 
 impl Exchanged {
-    /// The problem of `solve` with pointwise costs s (V x m).
+    /// The problem of `solve` with pointwise costs s (V x m). Faces without area are left out.
     ///
-    /// # Errors
-    /// What `solve` refuses too.
+    /// Fails where [`crate::solve::solve`] refuses lambda, costs, start or mesh, and if the costs forbid a label.
     pub fn new(
         mesh: &Mesh,
         s: &Array2<f64>,

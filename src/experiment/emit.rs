@@ -8,11 +8,14 @@ use super::quoting::{braces, one_line, plain, python, shell};
 /// What runs the jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cluster {
+    /// An array job for `sbatch`, which submits the report behind itself.
     Slurm,
+    /// A Snakefile with a rule for the shards and one for the report.
     Snakemake,
 }
 
 impl Cluster {
+    /// All variants with their names.
     pub const NAMES: [(&'static str, Cluster); 2] =
         [("slurm", Cluster::Slurm), ("snakemake", Cluster::Snakemake)];
 }

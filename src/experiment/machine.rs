@@ -13,14 +13,17 @@ use super::data::hex;
 /// The program as it was built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
+    /// Of Cargo.toml.
     pub version: String,
-    /// Of the sources, or "unknown" outside a repository.
+    /// The full hash of the sources' commit, or `unknown` outside a repository.
     pub commit: String,
     /// Whether the sources had changes that were not committed.
     pub dirty: bool,
     /// SHA-256 of Cargo.lock.
     pub lock: String,
+    /// What `rustc --version` prints.
     pub rustc: String,
+    /// The target triple.
     pub target: String,
     /// What the compiler was allowed to use everywhere; more is found when the program runs.
     pub target_features: String,
@@ -29,8 +32,11 @@ pub struct Program {
 /// The machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
+    /// The brand of the processor, or `unknown`.
     pub cpu: String,
+    /// Logical processors that the process may use.
     pub cores: usize,
+    /// Main memory in GiB, to one decimal.
     pub memory_gib: f64,
     /// A hash of its name: the same for runs of one host, and no more.
     pub host: String,
@@ -55,6 +61,7 @@ pub struct LoadWatch {
 }
 
 impl Machine {
+    /// The machine that the process runs on.
     pub fn this() -> Self {
         let system = System::new_with_specifics(
             RefreshKind::nothing()

@@ -25,7 +25,7 @@ mod store;
 pub use crate::misfit::Misfit;
 pub use data::Places;
 pub use emit::{Cluster, Command, emit};
-pub use machine::{LoadWatch, Machine, Program};
+pub use machine::{Machine, Program};
 pub use manifest::Manifest;
 pub use nearest::did_you_mean;
 pub use plan::{Plan, Planned};

@@ -14,26 +14,33 @@ use crate::error::Result;
 /// The runs of a file in the order in which they are made: instance by instance, and in each the repetitions,
 /// in each all solvers, so that what slows the machine down for a while slows all of them.
 pub struct Plan<'a> {
+    /// The file.
     pub spec: &'a Spec,
+    /// All runs, or those of one shard.
     pub runs: Vec<Planned<'a>>,
     /// Instances that need the folder of data, by their labels.
     pub skipped: Vec<&'a str>,
 }
 
+/// One run of the file.
 pub struct Planned<'a> {
+    /// 16 hexadecimal digits, the name of the folder of its results.
     pub id: String,
+    /// What is segmented.
     pub instance: &'a InstanceCell,
     /// Of the content that the instance is made from, and its keys.
     pub instance_id: String,
+    /// By what.
     pub solver: &'a SolverCell,
+    /// From 0.
     pub repetition: u64,
     /// An experiment file of this one run.
     pub toml: String,
 }
 
 impl<'a> Plan<'a> {
-    /// # Errors
-    /// Files of instances that are missing or cannot be read.
+    /// The runs of a file; `version` is that of the program. Fails if files of instances or commands are missing or
+    /// cannot be read.
     pub fn of(spec: &'a Spec, places: &Places, version: &str) -> Result<Self> {
         let (mut runs, mut skipped) = (Vec::new(), Vec::new());
         for instance in &spec.instances {
@@ -67,7 +74,7 @@ impl<'a> Plan<'a> {
         Ok(Plan { spec, runs, skipped })
     }
 
-    /// Every N-th run from the i-th on, i counted from 1.
+    /// Keeps every N-th run from the i-th on, i counted from 1.
     pub fn shard(&mut self, (i, n): (usize, usize)) {
         let mut index = 0;
         self.runs.retain(|_| {

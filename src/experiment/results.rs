@@ -15,13 +15,19 @@ use crate::run::Status;
 
 /// One finished run.
 pub struct Done {
+    /// The folder of the run.
     pub folder: PathBuf,
+    /// `spec.toml`: an experiment file of this run alone.
     pub spec: toml::Table,
+    /// `manifest.json`.
     pub manifest: Manifest,
+    /// `summary.json`.
     pub summary: Recorded,
+    /// `trace.csv`, in the order of the iterations.
     pub trace: Vec<Point>,
-    /// Label and 255 max_p u_p of each vertex, where they were kept.
+    /// The label of each vertex, V bytes, where they were kept: for the first repetition on small meshes.
     pub labels: Option<Vec<u8>>,
+    /// 255 max_p u_kp of each vertex, V bytes, where they were kept.
     pub certainty: Option<Vec<u8>>,
 }
 
@@ -59,8 +65,7 @@ pub struct Point {
 }
 
 impl Done {
-    /// # Errors
-    /// A run whose files are missing or damaged.
+    /// The run in a folder. Fails if a file of it is missing or damaged.
     pub fn read(folder: &Path) -> Result<Self> {
         if let Some(name) = lacking(folder) {
             let message = format!("lacks {name}; `meshseg experiment run` makes the run again");
@@ -137,10 +142,15 @@ fn share<'a, D: Deserializer<'a>>(number: D) -> std::result::Result<f64, D::Erro
 /// Where and by what a run was made.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Origin {
+    /// [`Machine::host`].
     pub host: String,
+    /// [`Machine::cpu`].
     pub cpu: String,
+    /// [`Program::version`].
     pub version: String,
+    /// [`Program::commit`].
     pub commit: String,
+    /// [`Program::dirty`].
     pub dirty: bool,
 }
 

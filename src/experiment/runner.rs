@@ -30,14 +30,20 @@ pub enum Event<'a> {
     Skipped(&'a str),
     /// Run `index` of `all` begins.
     Begins {
+        /// From 0.
         index: usize,
+        /// How many runs the plan has.
         all: usize,
+        /// The run.
         run: &'a Planned<'a>,
     },
     /// A step was made, with a sample where one was taken.
     Step(Option<&'a Sample>),
+    /// A run is made and written.
     Ended {
+        /// The run.
         run: &'a Planned<'a>,
+        /// Its result.
         solution: &'a Solution,
     },
     /// Another process is at it.
@@ -47,11 +53,15 @@ pub enum Event<'a> {
 /// How a call ended.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Tally {
+    /// Runs made by this call.
     pub made: usize,
+    /// Runs that were there before.
     pub there: usize,
     /// Of those that were there, the ones that another machine or program made.
     pub foreign: BTreeMap<Origin, usize>,
+    /// Runs that another process is making.
     pub elsewhere: usize,
+    /// Whether the observer ended the call.
     pub interrupted: bool,
 }
 

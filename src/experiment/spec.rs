@@ -45,24 +45,29 @@ use solver::read_solvers;
 
 /// What a file asks for.
 pub struct Spec {
+    /// The file.
     pub path: PathBuf,
     /// The stem of the file.
     pub name: String,
+    /// Its content, without a byte order mark.
     pub text: String,
     /// Its first comment.
     pub question: String,
+    /// How often each solver runs on each instance, from 1 on.
     pub repetitions: u64,
+    /// When runs end; at least one limit is set.
     pub stop: Stop,
+    /// In the order of the file, swept lists expanded.
     pub instances: Vec<InstanceCell>,
+    /// In the order of the file, swept lists expanded.
     pub solvers: Vec<SolverCell>,
-    pub exclusions: Vec<Exclusion>,
-    pub figures: Vec<FigureSpec>,
-    pub tables: Vec<TableSpec>,
+    pub(crate) exclusions: Vec<Exclusion>,
+    pub(crate) figures: Vec<FigureSpec>,
+    pub(crate) tables: Vec<TableSpec>,
 }
 
 impl Spec {
-    /// # Errors
-    /// A file that cannot be read, and everything in it that is unknown, of the wrong type or impossible.
+    /// Reads a file. Fails if it cannot be read, or if anything in it is unknown, of the wrong type or impossible.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = crate::file::read(path)?;
         let text = String::from_utf8(bytes).map_err(|_| {

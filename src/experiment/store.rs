@@ -25,7 +25,9 @@ pub fn lacking(run: &Path) -> Option<&'static str> {
     FILES.into_iter().find(|name| !run.join(name).is_file())
 }
 
+/// The folder of results of one experiment.
 pub struct Store {
+    /// Such as `results/NAME`.
     pub folder: PathBuf,
 }
 
@@ -38,8 +40,7 @@ pub struct Claim {
 }
 
 impl Store {
-    /// # Errors
-    /// The folder cannot be made.
+    /// A folder of results, made if it is missing. Fails if it cannot be made.
     pub fn open(folder: PathBuf) -> Result<Self> {
         let runs = folder.join("runs");
         fs::create_dir_all(&runs).map_err(|error| Error::io(&runs, error))?;
@@ -54,6 +55,7 @@ impl Store {
         file::write(&self.folder.join("experiment.toml"), |out| out.write_all(spec.text.as_bytes()))
     }
 
+    /// The folder of a run, whether it is there or not.
     pub fn run(&self, id: &str) -> PathBuf {
         self.folder.join("runs").join(id)
     }

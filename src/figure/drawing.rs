@@ -5,7 +5,9 @@ use crate::error::Error;
 /// Panels under one legend.
 #[derive(Clone, Debug)]
 pub struct Figure {
+    /// Row by row, from the top left; at least one.
     pub panels: Vec<Panel>,
+    /// Of the whole figure.
     pub width: Width,
     /// Panels in a row; fewer, where they would be too narrow to read.
     pub columns: usize,
@@ -25,31 +27,42 @@ pub enum Width {
 /// One pair of axes. A label that the neighbor to the left (for y) or below (for x) repeats is shown once.
 #[derive(Clone, Debug)]
 pub struct Panel {
+    /// A line above the panel.
     pub title: Option<String>,
+    /// The horizontal axis.
     pub x: Axis,
+    /// The vertical axis.
     pub y: Axis,
+    /// In the order of drawing; bands come before all curves, and a [`Shape::Reference`] before the other curves.
     pub series: Vec<Series>,
 }
 
 /// Its range follows from the data.
 #[derive(Clone, Debug)]
 pub struct Axis {
+    /// The quantity and its unit.
     pub label: String,
+    /// How values become lengths.
     pub scale: Scale,
 }
 
+/// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
+    /// Equal differences have equal lengths.
     Linear,
+    /// Equal ratios have equal lengths; only positive values have a place.
     Log,
 }
 
+/// Points that belong together and look the same.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// In the legend, once however many series have it; an empty label is not there.
     pub label: String,
     /// The same index looks the same in every panel and figure.
     pub style: usize,
+    /// How the points are drawn.
     pub shape: Shape,
     /// x and y. A point without a place on the axes, such as a NaN or a zero on a logarithmic one, is left out
     /// and breaks the line.
@@ -58,11 +71,14 @@ pub struct Series {
     pub band: Vec<[f64; 3]>,
 }
 
+/// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
+    /// Straight lines from each point to the next.
     Line,
     /// Each value holds until the next x.
     Steps,
+    /// A mark at each point, without lines.
     Marks,
     /// A line with about eight marks, fewer where it has fewer points.
     LineMarks,

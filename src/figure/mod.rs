@@ -38,7 +38,8 @@ use svg::Font;
 
 pub use drawing::{Axis, Figure, Panel, Scale, Series, Shape, Width};
 
-/// Writes `stem.svg`, `stem.png` (300 dots an inch), `stem.pdf`, `stem.tex` and `stem.dat`.
+/// Writes `stem.svg`, `stem.png` (300 dots an inch), `stem.pdf`, `stem.tex` and `stem.dat`. Fails if the figure cannot
+/// be laid out, such as one without panels, or a file cannot be written.
 pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
     let layout = Layout::new(figure)?;
     let svg = svg::draw(&layout, Font::Readers);
@@ -58,7 +59,7 @@ pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
     Ok(())
 }
 
-/// The figure as text, with its size in points.
+/// The figure as SVG text, with its size in points. Fails if it cannot be laid out.
 pub fn svg(figure: &Figure) -> Result<String> {
     Ok(svg::draw(&Layout::new(figure)?, Font::Readers))
 }

@@ -21,7 +21,7 @@ impl Shape {
         mesh
     }
 
-    /// The texture coordinates of its mesh, which may have been scaled.
+    /// The texture coordinates of its mesh, which may have been scaled: F triples, one pair per corner.
     pub fn uv(self, mesh: &Mesh) -> Vec<[[f64; 2]; 3]> {
         assert_eq!(self.faces(), mesh.faces.len() as u64);
         let ratio = |i: u32, n: u32| f64::from(i) / f64::from(n);

@@ -21,6 +21,7 @@ pub struct Coarsening {
 /// One row of P: the coarse vertices that a fine one lies between.
 #[derive(Clone, Copy, Debug)]
 pub struct Parents {
+    /// The vertices of a coarse face; three times the same one where the fine vertex lies at it.
     pub corners: [u32; 3],
     /// Not negative, with sum 1.
     pub weights: [f64; 3],
@@ -33,7 +34,8 @@ impl Parents {
 }
 
 impl Coarsening {
-    /// P^T w, over the fine vertices that count.
+    /// P^T w over the fine vertices v for which `counts(v)` holds: from one weight per fine vertex to one per coarse
+    /// vertex.
     pub fn restricted(&self, weights: &[f64], counts: impl Fn(usize) -> bool) -> Vec<f64> {
         let mut coarse = vec![0.0; self.mesh.vertices.len()];
         for (v, parents) in self.parents.iter().enumerate().filter(|&(v, _)| counts(v)) {

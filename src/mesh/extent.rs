@@ -6,9 +6,12 @@ use serde::Serialize;
 use super::Mesh;
 use super::partition::Partition;
 
+/// An axis-parallel box, in units of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BoundingBox {
+    /// The least x, y and z.
     pub min: [f64; 3],
+    /// The largest x, y and z.
     pub max: [f64; 3],
 }
 

@@ -64,6 +64,7 @@ impl<T: Copy + Default + Send> Incidence<T> {
 }
 
 impl<T> Incidence<T> {
+    #[cfg(test)]
     pub fn vertices(&self) -> usize {
         self.start.len() - 1
     }

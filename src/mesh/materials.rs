@@ -14,6 +14,7 @@ pub fn is_place(t: [f64; 2]) -> bool {
 /// The materials of a mesh, and which face has which.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Materials {
+    /// In the order of the file.
     pub all: Vec<Material>,
     /// F places in `all`; none where a face has no material.
     pub of_faces: Vec<Option<u32>>,
@@ -22,18 +23,22 @@ pub struct Materials {
 /// One material, by the name that its file gives it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Material {
+    /// As in the file, for messages and for writing it.
     pub name: String,
     /// The diffuse color (`Kd` of an MTL file), RGB in [0, 1].
     pub color: Option<[f64; 3]>,
     /// The image of its texture, as found from where the program runs.
     pub image: Option<PathBuf>,
+    /// How the image lies; without an image it means nothing.
     pub placement: Placement,
 }
 
 /// Where an image lies in the plane of texture coordinates: they are scaled, then moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
+    /// The factors of u and v; 1 by default.
     pub scale: [f64; 2],
+    /// What is added to u and v once they are scaled; 0 by default.
     pub offset: [f64; 2],
     /// Whether there is one copy of the image, whose edges go on, instead of many.
     pub clamp: bool,

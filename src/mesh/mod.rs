@@ -28,7 +28,7 @@ use nalgebra::{Point3, Vector3};
 use crate::sweep;
 
 pub use extent::BoundingBox;
-pub use incidence::Incidence;
+pub(crate) use incidence::Incidence;
 pub use materials::{Material, Materials, Placement, is_place};
 pub use resolution::resolution;
 pub use shapes::Shape;
@@ -41,7 +41,7 @@ pub use weld::Weld;
 /// Vertex and face order are the file's.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// x_k, V points.
+    /// x_k, V points, in the units of the file.
     pub vertices: Vec<Point3<f64>>,
     /// F triples of vertex indices, each below V.
     pub faces: Vec<[u32; 3]>,
@@ -76,13 +76,13 @@ impl Mesh {
         0.5 * (x2 - x1).cross(&(x3 - x1))
     }
 
-    /// A_j.
+    /// A_j, in squared units of the mesh.
     #[inline(always)]
     pub fn face_area(&self, j: usize) -> f64 {
         self.area_vector(j).norm()
     }
 
-    /// Sum of A_j.
+    /// Sum of A_j, in squared units of the mesh.
     pub fn area(&self) -> f64 {
         sweep::sum(
             self.faces.len(),

@@ -29,22 +29,36 @@ pub enum Shape {
     ///
     /// The smooth torus has area 4 pi^2 R r, total Gaussian curvature 0, and mean curvature
     /// (R + 2 r cos v) / (2 r (R + r cos v)), all before scaling. Normals point outwards.
-    Torus { nu: u32, nv: u32 },
+    Torus {
+        /// Vertices along u, around the axis; 3 or more.
+        nu: u32,
+        /// Vertices along v, around the tube; 3 or more.
+        nv: u32,
+    },
     /// The unit icosahedron, subdivided `level` times at its midpoints, which are moved to the unit sphere.
     ///
     /// All normals point outwards; the principal curvatures are 1.
-    Sphere { level: u32 },
+    Sphere {
+        /// How often the icosahedron is subdivided, 0 to 10.
+        level: u32,
+    },
     /// nx x ny square cells of side 1/nx on [0, 1] x [0, ny/nx] in the plane z = 0, each cut along its diagonal
     /// from the lower left; vertex (i, j) has index j (nx + 1) + i.
     ///
     /// The boundary is one loop of 2 (nx + ny) edges; normals point along +z.
-    Grid { nx: u32, ny: u32 },
+    Grid {
+        /// Cells along x; 1 or more.
+        nx: u32,
+        /// Cells along y; 1 or more.
+        ny: u32,
+    },
 }
 
 impl Shape {
     /// The forms that [`Shape::from_str`] takes.
     pub const SYNTAX: &str = "torus:400x250, sphere:6 or grid:100x100";
 
+    /// The bare mesh of the shape, without colors and texture coordinates.
     pub fn mesh(self) -> Mesh {
         match self {
             Shape::Torus { nu, nv } => torus(nu, nv),

@@ -14,7 +14,9 @@ const SPOT_TEXTURE: &[u8] = include_bytes!("../../assets/spot/spot_texture.png")
 /// What the argument MESH names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
+    /// A mesh file, see [`io`].
     File(PathBuf),
+    /// A generated surface.
     Shape(Shape),
     /// `builtin:spot`: the textured cow of Keenan Crane, subdivided twice so that vertices resolve the texture;
     /// 46,850 vertices, 93,696 faces.
@@ -58,8 +60,7 @@ impl Source {
         }
     }
 
-    /// # Errors
-    /// A file that cannot be read as a mesh.
+    /// The mesh. Fails if it is a file that cannot be read as a mesh.
     pub fn mesh(&self) -> Result<Mesh> {
         match self {
             Source::File(path) => io::read(path),

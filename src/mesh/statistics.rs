@@ -10,11 +10,14 @@ use super::extent::{BoundingBox, bounding_box, components};
 use super::partition::Partition;
 use super::weld::{coincident, nearly_coincident};
 
+/// What `meshseg mesh info` prints of a mesh. Sides, edges and components are those of proper faces, see above.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
+    /// V, vertices in no face included.
     pub vertices: usize,
+    /// F, degenerate and duplicate faces included.
     pub faces: usize,
-    /// Sum of A_j.
+    /// Sum of A_j, in squared units of the mesh.
     pub area: f64,
     /// Different sides of proper faces.
     pub edges: usize,
@@ -43,11 +46,15 @@ pub struct Statistics {
     pub nearly_coincident_vertices: usize,
     /// Of all vertices; none if there are none.
     pub bounding_box: Option<BoundingBox>,
+    /// Whether vertices have colors.
     pub has_colors: bool,
+    /// Whether faces have colors.
     pub has_face_colors: bool,
+    /// Whether corners of faces have texture coordinates.
     pub has_uv: bool,
-    /// Materials that the mesh names, and those among them with an image.
+    /// Materials that the mesh names.
     pub materials: usize,
+    /// Those among them with an image.
     pub materials_with_images: usize,
 }
 

@@ -57,7 +57,7 @@ pub fn squared([a, b]: [f64; 2]) -> f64 {
 /// Faces at a time, a few vectors of them: the roots and quotients of a vector take about as long as one.
 const SIDE_BY_SIDE: usize = 16;
 
-/// `bound(columns)` of every face.
+/// `bound(K_j1, K_j2, K_j3)` of every face, F numbers.
 pub fn of_faces(k: &impl Operator, bound: impl Fn(Columns) -> f64 + Sync) -> Vec<f64> {
     let mut bounds = vec![0.0; k.faces()];
     sweep_parts(
@@ -86,7 +86,8 @@ pub fn of_faces(k: &impl Operator, bound: impl Fn(Columns) -> f64 + Sync) -> Vec
     bounds
 }
 
-/// sum_{j at k} w_j b_j |K_jk|^2 for every vertex: a diagonal matrix above K^T diag(w) K.
+/// sum_{j at k} w_j b_j |K_jk|^2 for every vertex, V numbers: a diagonal matrix above K^T diag(w) K. `weight(j)` is
+/// w_j, not negative.
 pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
     let b = of_faces(k, column_bound);
     scatter(

@@ -7,7 +7,8 @@ use sprs::CsMat;
 use crate::error::Result;
 use crate::file;
 
-/// Coordinates from 1, shortest decimals that read back exactly.
+/// Writes a real general matrix in coordinate form: indices from 1, shortest decimals that read back exactly. Fails if
+/// the file cannot be written.
 pub fn write_matrix_market(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
     file::write(path, |out| {
         writeln!(out, "%%MatrixMarket matrix coordinate real general")?;

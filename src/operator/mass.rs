@@ -20,18 +20,23 @@ use crate::sweep::collect;
 /// How pointwise costs s become integrated costs f.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mass {
+    /// Lumped: a third of the area of each face at the vertex. The default of the program.
     Barycentric,
+    /// Lumped: the mixed Voronoi cell of the vertex.
     Voronoi,
+    /// The full mass matrix, exact for costs that are linear on each face.
     Consistent,
 }
 
 impl Mass {
+    /// All variants with their names, as [`Mass::name`] returns them.
     pub const NAMES: [(&'static str, Mass); 3] = [
         ("barycentric", Mass::Barycentric),
         ("voronoi", Mass::Voronoi),
         ("consistent", Mass::Consistent),
     ];
 
+    /// `barycentric`, `voronoi` or `consistent`.
     pub fn name(self) -> &'static str {
         match self {
             Mass::Barycentric => "barycentric",
@@ -49,8 +54,8 @@ impl Mass {
         }
     }
 
-    /// int phi_k: the weight of vertex k in an integral of nodal values, in squared units of length.
-    /// The row sums of the consistent matrix are the barycentric areas.
+    /// int phi_k: the weight of vertex k in an integral of nodal values, V numbers in squared units of length. The row
+    /// sums of the consistent matrix are the barycentric areas.
     pub fn weights(self, mesh: &Mesh) -> Vec<f64> {
         match self {
             Mass::Barycentric | Mass::Consistent => barycentric_areas(mesh),
@@ -68,7 +73,7 @@ pub enum Quadrature<'a> {
 }
 
 impl Quadrature<'_> {
-    /// f = M s, with pointwise costs s, one row per vertex.
+    /// f = M s, with pointwise costs s, V rows.
     pub fn integrate<const M: usize>(&self, s: &[Row<M>]) -> Vec<Row<M>> {
         match self {
             Quadrature::Lumped(area) => collect(
@@ -107,7 +112,7 @@ pub fn consistent_matrix(mesh: &Mesh) -> CsMat<f64> {
 }
 
 /// M^-1, factored once. Vertices without area, on which nothing depends, count as if M were 1 there.
-pub fn consistent_inverse(mesh: &Mesh) -> Cholesky {
+pub(crate) fn consistent_inverse(mesh: &Mesh) -> Cholesky {
     let m = consistent_matrix(mesh);
     let mut padded = TriMat::new(m.shape());
     for (row, values) in m.outer_iterator().enumerate() {

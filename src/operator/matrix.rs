@@ -9,6 +9,7 @@ use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 
+/// K and K^T of one mesh in compressed rows, with the areas of the faces.
 pub struct Matrix {
     corners: Vec<[u32; 3]>,
     areas: Vec<f64>,
@@ -42,7 +43,7 @@ impl Matrix {
         }
     }
 
-    /// The matrix itself, in compressed rows.
+    /// The matrix itself, 2F x V in compressed rows.
     pub fn csr(&self) -> &CsMat<f64> {
         &self.k
     }

@@ -23,11 +23,11 @@ mod stencil;
 #[cfg(test)]
 mod tests;
 
-pub use cholesky::Cholesky;
-pub use gauss_seidel::GaussSeidel;
+pub(crate) use cholesky::Cholesky;
+pub(crate) use gauss_seidel::GaussSeidel;
 pub use mass::{Mass, Quadrature};
 pub use matrix::Matrix;
-pub use normal::normal_matrix;
+pub(crate) use normal::normal_matrix;
 pub use stencil::Stencil;
 
 use crate::field::{Row, Tangent};
@@ -35,22 +35,29 @@ use crate::field::{Row, Tangent};
 /// One face of K: which vertices it touches, and the column K_jk in R^2 of each.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
+    /// k = 1, 2, 3: the vertices of the face, each below V.
     pub corners: [usize; 3],
+    /// K_j1, K_j2, K_j3 in the frame of the face, in units of length; they sum to zero.
     pub columns: [[f64; 2]; 3],
 }
 
+/// K for F faces and V vertices, by its rows. All faces have an area.
 pub trait Operator: Sync {
+    /// K^T, ready for sweeps over the vertices.
     type Adjoint<'a>: Adjoint
     where
         Self: 'a;
 
+    /// F.
     fn faces(&self) -> usize;
 
+    /// V, vertices in no face included.
     fn vertices(&self) -> usize;
 
     /// A_j, in squared units of length.
     fn area(&self, j: usize) -> f64;
 
+    /// The corners and columns of face j.
     fn face(&self, j: usize) -> Face;
 
     /// K^T. The first call may assemble it with all threads, so it is taken before a sweep and not in one.

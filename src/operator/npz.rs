@@ -11,7 +11,8 @@ use sprs::CsMat;
 use crate::error::Result;
 use crate::file;
 
-/// What `scipy.sparse.load_npz` reads: a compressed-row matrix with 64-bit indices.
+/// Writes what `scipy.sparse.load_npz` reads: a compressed-row matrix with 64-bit indices. Panics if the matrix is in
+/// compressed columns; fails if the file cannot be written.
 pub fn write_npz(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
     assert!(matrix.is_csr());
     let integers =

@@ -21,6 +21,7 @@ use crate::field::{Row, Tangent};
 use crate::mesh::{Incidence, Mesh};
 use crate::sweep;
 
+/// K of one mesh as three weights per face: the operator that solvers run on.
 pub struct Stencil {
     corners: Vec<[u32; 3]>,
     vertices: usize,
@@ -58,7 +59,7 @@ impl Stencil {
         &self.corners
     }
 
-    /// c1, c2, c3 of each face.
+    /// c1, c2, c3 of each face, in units of length.
     pub fn weights(&self) -> &[[f64; 3]] {
         &self.weights
     }

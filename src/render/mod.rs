@@ -43,13 +43,16 @@ pub struct Picture<'a> {
     pub data: &'a [[f64; 3]],
     /// What these colors are.
     pub caption: &'a str,
+    /// m regions, in the order of the columns of U.
     pub regions: &'a [Region],
     /// The field U, V x m in row order.
     pub u: &'a [f64],
+    /// From where the mesh is seen.
     pub view: View,
 }
 
 impl Picture<'_> {
+    /// The picture, at least 800 pixels wide. The same input gives the same bytes, whatever the number of threads.
     pub fn draw(&self) -> RgbImage {
         let colors: Vec<[f64; 3]> = self.regions.iter().map(|region| region.color).collect();
         let scene = Scene::new(self.mesh, self.data, &colors, self.u);

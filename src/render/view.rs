@@ -48,12 +48,23 @@ pub enum View {
     #[default]
     Auto,
     /// Degrees to the right of the front, and above the horizon.
-    Around { azimuth: f64, elevation: f64 },
+    Around {
+        /// 0 is the front, 90 the right side; any finite number.
+        azimuth: f64,
+        /// From -90, below, to 90, above.
+        elevation: f64,
+    },
     /// From the positive or negative end of an axis of the file.
-    Axis { axis: usize, positive: bool },
+    Axis {
+        /// 0, 1 or 2 for x, y or z.
+        axis: usize,
+        /// Whether the viewer is at the positive end.
+        positive: bool,
+    },
 }
 
 impl View {
+    /// The forms that [`View::from_str`] takes.
     pub const SYNTAX: &str =
         "auto, front, back, x, -x, y, -y, z, -z, or AZIMUTH,ELEVATION in degrees";
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Stop {
     /// Certified: (E - D) / (E - B) at most this.
     pub relative_gap: Option<f64>,
-    /// In steps of this call.
+    /// Steps of this call, not of the whole run.
     pub iterations: Option<u64>,
     /// Wall time of this call.
     pub time: Option<Duration>,
@@ -21,10 +21,7 @@ pub struct Stop {
     pub interval: Option<u64>,
 }
 
-/// A limit of time in seconds.
-///
-/// # Errors
-/// What it must be, if it is none.
+/// A limit of time in seconds. Fails if it is negative, NaN, infinite or above about 1e19, with what it must be.
 pub fn time_limit(seconds: f64) -> Result<Duration, &'static str> {
     Duration::try_from_secs_f64(seconds)
         .map_err(|_| "must be a number of seconds from 0 to 1e19; without it there is no limit")
@@ -45,8 +42,11 @@ pub enum Status {
     Converged,
     /// The change of U fell below what was asked for; the gap says how good that is.
     Stalled,
+    /// The steps of this call were made before the gap was reached.
     IterationLimit,
+    /// The time of this call was up before the gap was reached.
     TimeLimit,
+    /// The observer ended the run; the best answer so far is kept.
     Interrupted,
     /// A number that is none appeared; the best answer before it is kept.
     Diverged,
@@ -59,6 +59,7 @@ pub enum Status {
 }
 
 impl Status {
+    /// The status in words, for the user.
     pub fn sentence(self) -> &'static str {
         match self {
             Status::Converged => "converged: the certified gap is within the tolerance",

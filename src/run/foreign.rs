@@ -9,13 +9,17 @@ use crate::problem::Problem;
 
 /// What a solver outside the program reached, and when.
 pub struct Reached<'a, const M: usize> {
+    /// Its number, by the solver's own count.
     pub iteration: u64,
+    /// Time until it was reached, by the solver's own clock, in seconds; not negative.
     pub seconds: f64,
     /// Rows in the simplex.
     pub u: &'a [Row<M>],
-    /// A true bound, and where it comes from.
+    /// A true lower bound of all energies, above B.
     pub dual_bound: f64,
+    /// Where the bound comes from.
     pub certificate: Certificate,
+    /// E_eps of u, if that is what the solver minimizes.
     pub smoothed_energy: Option<f64>,
 }
 

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 /// One row of a trace.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Sample {
+    /// Steps made until then; 0 for the start.
     pub iteration: u64,
-    /// Time spent in steps.
+    /// Wall time in steps, in seconds; evaluations do not count.
     pub seconds: f64,
     /// The least E seen so far for the current costs.
     pub energy: f64,
@@ -38,6 +39,7 @@ pub enum Certificate {
 }
 
 impl Certificate {
+    /// `offered`, `smoothed` or `steps`.
     pub fn name(self) -> &'static str {
         match self {
             Certificate::Offered => "offered",

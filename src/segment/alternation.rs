@@ -32,12 +32,13 @@ pub const SETTLED: f64 = 1e-4;
 /// What is asked besides the [`Request`] to the solver.
 #[derive(Clone, Debug)]
 pub struct Alternation {
-    /// m.
+    /// m, from 2 to 64.
     pub regions: usize,
+    /// Where the region parameters start.
     pub initial: Initial,
-    /// For [`Pcg64`].
+    /// For [`Pcg64`], which draws what starts at random.
     pub seed: u64,
-    /// r, the steps of U between re-estimations.
+    /// r, the steps of U between re-estimations; at least 1.
     pub every: u64,
 }
 

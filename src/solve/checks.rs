@@ -42,6 +42,8 @@ pub(crate) fn check_rows(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
 
 /// The faces with an area, and what was left out. What is left out couples its corners no more. The area of what is kept
 /// is an ordinary number: that of a face is, or it counts as none, and so is the square of it, so that no sum overflows.
+///
+/// Fails if no face has an area.
 pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     let fine = sweep::all(
         mesh.faces.len(),
@@ -62,7 +64,7 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     Ok((model, warnings))
 }
 
-/// Refuses what [`model_mesh`] refuses, and looks no further than to the first face with an area.
+/// Fails as [`model_mesh`] does, if no face has an area; stops at the first face that has one.
 pub fn check_mesh(mesh: &Mesh) -> Result<()> {
     if (0..mesh.faces.len()).any(|j| !mesh.is_degenerate(j)) {
         return Ok(());

@@ -20,12 +20,18 @@ use crate::sweep;
 /// The numbers of a result, as `summary.json` has them.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
+    /// The name of the method, such as `chambolle-pock`.
     pub solver: String,
+    /// Its settings that differ from the defaults, by key.
     pub solver_options: BTreeMap<String, String>,
+    /// How the run ended.
     pub status: Status,
+    /// [`Status::sentence`].
     pub status_sentence: &'static str,
+    /// Steps of the solver on the finest mesh.
     pub iterations: u64,
-    /// Time spent in the solver's steps, and in all that `coarse_to_fine` counts.
+    /// Wall time in the steps of the solver, in seconds, and in all that `coarse_to_fine` counts. Evaluations of
+    /// energies and bounds do not count.
     pub seconds: f64,
     /// E of `u`.
     pub energy: f64,
@@ -42,27 +48,35 @@ pub struct Summary {
     /// (R - D) / (D - B): the labels are at most this share above any labeling, measured from B as well. Infinite
     /// (null in JSON) where D = B, which bounds no such share.
     pub rounded_relative_gap: f64,
+    /// V.
     pub vertices: usize,
+    /// F, faces without area included.
     pub faces: usize,
+    /// m.
     pub regions: usize,
-    /// Those that no vertex has.
+    /// Regions that no label names, ascending.
     pub empty_regions: Vec<usize>,
+    /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
     pub mass: &'static str,
-    /// Of the mesh that the energy is measured on.
+    /// Sum of A_j over the faces with an area, in squared units of the mesh.
     pub area: f64,
     /// The levels below the finest, whose solution started it.
     pub coarse_to_fine: Option<Record>,
+    /// What the user should know, a sentence each: empty regions, unknown vertices, faces left out.
     pub warnings: Vec<String>,
 }
 
 /// What a run ends with.
 pub struct Solution {
+    /// The numbers of the result.
     pub summary: Summary,
+    /// The samples of the run, in the order of their iterations; the first is that of the start.
     pub trace: Vec<Sample>,
-    /// V x m, rows in the simplex.
+    /// The U of least energy that was seen: V x m, rows in the simplex.
     pub u: Array2<f64>,
-    /// argmax over the regions, V numbers.
+    /// argmax_p u_kp, V numbers from 0 to m - 1.
     pub labels: Array1<i32>,
     /// The field that certifies `dual_bound`, if it was asked for: 2F x m, rows 2j and 2j + 1 those of face j, in the
     /// frame of the rows of K; zero in faces without area.
@@ -91,8 +105,8 @@ impl Solution {
         }
     }
 
-    /// The same for a mesh whose coincident vertices were merged: each takes what it was merged onto has. Its faces are
-    /// all there.
+    /// The same for a mesh whose coincident vertices were merged: each vertex takes the row and the label of the one
+    /// that it was merged onto. The welded mesh has the faces of `mesh`, so that q stays as it is.
     pub fn spread(mut self, mesh: &Mesh, weld: &Weld) -> Self {
         self.summary.vertices = mesh.vertices.len();
         self.gathered(&weld.of)

@@ -19,7 +19,7 @@ use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
 use crate::sweep::sweep;
 
-pub const DESCRIPTION: Description = Description {
+pub(super) const DESCRIPTION: Description = Description {
     name: "arrow-hurwicz",
     summary: "ascend in q, descend in u, project both",
     reference: "Arrow, Hurwicz, Uzawa 1958; Zhu, Chan 2008",
@@ -56,7 +56,7 @@ pub struct ArrowHurwicz<const M: usize> {
     tau: f64,
 }
 
-pub fn build<'a, K: Operator + 'a, const M: usize>(
+pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
     settings: &Settings,
     Setup { problem, start, dual_start, .. }: Setup<'_, K, M>,
 ) -> Built<'a, K, M> {

@@ -42,22 +42,25 @@ use crate::problem::Problem;
 use crate::prox::{project_ball, project_simplex};
 use crate::sweep::sweep;
 
-pub const DESCRIPTION: Description = Description {
+pub(super) const DESCRIPTION: Description = Description {
     name: "douglas-rachford",
     summary: "implicit primal-dual method, preconditioned by a Gauss-Seidel sweep; exact energy, no smoothing",
     reference: "Bredies, Sun 2015",
     steps: "closed form, no power iteration; balanced by the primal and dual moves after 100, 300, 700, ... steps",
 };
 
+/// The settings of preconditioned Douglas-Rachford: `inner`, `rho`, `reach`, `step-ratio`, `balance`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// What solves for the implicit step; the sweep by default.
     pub inner: InnerSolve,
-    /// Relaxation, above 0 and below 2.
+    /// Relaxation, above 0 and below 2; 1.8 by default.
     pub rho: f64,
     /// Length of the steps, in units of those of an explicit method; none for 3, and 6 with a factorization.
     pub reach: Option<f64>,
-    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
+    /// omega at the start, in units of lambda, or of what the costs need, if that is less; 0.75 by default.
     pub step_ratio: f64,
+    /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,
 }
 
@@ -105,7 +108,7 @@ impl Adjustable for Settings {
     }
 }
 
-pub fn build<'a, K: Operator + 'a, const M: usize>(
+pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,
 ) -> Built<'a, K, M> {
@@ -145,7 +148,7 @@ impl Inner {
     }
 }
 
-pub struct DouglasRachford<const M: usize> {
+struct DouglasRachford<const M: usize> {
     u: Vec<Row<M>>,
     u_bar: Vec<Row<M>>,
     /// q_bar + Sigma K u.

@@ -22,21 +22,26 @@ use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::prox::project_simplex;
 use crate::sweep::{sum, sweep};
 
-pub const DESCRIPTION: Description = Description {
+pub(super) const DESCRIPTION: Description = Description {
     name: "fista",
     summary: "accelerated projected gradient on the smoothed energy, restarted adaptively",
     reference: "Beck, Teboulle 2009; restart: O'Donoghue, Candès 2015; continuation: Tran-Dinh 2017",
     steps: "tau = 1/L in a diagonal metric D, L a closed-form bound",
 };
 
+/// The settings of FISTA: `mass-metric`, `epsilon`, `epsilon-mode`, `restart`, `continuation`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// D; local by default.
     pub mass_metric: MassMetric,
     /// eps of the smoothing, above 0; none for one that suits the mesh.
     pub epsilon: Option<f64>,
+    /// The formula of eps_j; intrinsic by default.
     pub epsilon_mode: SmoothingMode,
+    /// When momentum is dropped; adaptive by default.
     pub restart: Restart,
-    /// sqrt(eps) starts with this times what it is aimed at, 1 or more, and falls like 1/n.
+    /// sqrt(eps) starts with this times what it is aimed at, 1 or more, and falls like 1/n. 1, the default, keeps eps
+    /// fixed.
     pub continuation: f64,
 }
 
@@ -46,8 +51,11 @@ pub struct Settings {
 pub enum MassMetric {
     /// The bound of the curvature, vertex by vertex.
     Local,
+    /// The barycentric areas of the vertices.
     Barycentric,
+    /// The mixed Voronoi areas of the vertices.
     Voronoi,
+    /// The identity.
     None,
 }
 
@@ -57,6 +65,7 @@ pub enum MassMetric {
 pub enum Restart {
     /// Where it leads uphill.
     Adaptive,
+    /// Momentum is kept: FISTA without restart.
     Never,
     /// That is projected gradient.
     Always,
@@ -97,14 +106,14 @@ impl Adjustable for Settings {
     }
 }
 
-pub fn build<'a, K: Operator + 'a, const M: usize>(
+pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,
 ) -> Built<'a, K, M> {
     Ok(Box::new(OneByOne::new(Fista::new(settings, setup)?)))
 }
 
-pub struct Fista<const M: usize> {
+struct Fista<const M: usize> {
     u: Vec<Row<M>>,
     /// U^{n+1} while U^n is still needed.
     next: Vec<Row<M>>,

@@ -54,13 +54,17 @@ pub trait Solver<K, const M: usize> {
 /// What certifies itself: E(u) is an upper, D(q) a lower bound of the least energy.
 #[derive(Clone, Copy)]
 pub struct Iterate<'a, const M: usize> {
+    /// U, V rows in the simplex.
     pub u: &'a [Row<M>],
+    /// The dual field, F tangents with |q_j| <= lambda.
     pub q: &'a [Tangent<M>],
 }
 
 /// What a solver is built from, beside its settings.
 pub struct Setup<'a, K, const M: usize> {
+    /// The mesh that K is of; every face has an area.
     pub mesh: &'a Mesh,
+    /// What is minimized.
     pub problem: &'a Problem<K, M>,
     /// U at the start: rows in the simplex.
     pub start: Vec<Row<M>>,
@@ -70,9 +74,13 @@ pub struct Setup<'a, K, const M: usize> {
 
 /// What `meshseg solvers` prints of a method, beside its settings.
 pub struct Description {
+    /// Its name in `--solver NAME`.
     pub name: &'static str,
+    /// One line on how it works.
     pub summary: &'static str,
+    /// Authors and year of what it is taken from.
     pub reference: &'static str,
+    /// How the step lengths are chosen.
     pub steps: &'static str,
 }
 

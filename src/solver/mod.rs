@@ -29,7 +29,10 @@ macro_rules! solvers {
         /// A method with its settings.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Method {
-            $($(#[$attribute])* $Name($module::Settings),)*
+            $(
+                #[doc = concat!("See [`", stringify!($module), "`].")]
+                $(#[$attribute])* $Name($module::Settings),
+            )*
         }
 
         $($(#[$attribute])* impl From<$module::Settings> for Method {
@@ -44,6 +47,7 @@ macro_rules! solvers {
                 vec![$($(#[$attribute])* Method::$Name(Default::default()),)*]
             }
 
+            /// What there is to say of the method, whatever its settings.
             pub fn description(&self) -> &'static Description {
                 match self {
                     $($(#[$attribute])* Method::$Name(_) => &$module::DESCRIPTION,)*
@@ -97,10 +101,8 @@ impl Default for Method {
 }
 
 impl Method {
-    /// The method of that name with its default settings.
-    ///
-    /// # Errors
-    /// A list of the names, if it is none of them.
+    /// The method of that name with its default settings. Fails if there is none of that name, with a list of the
+    /// names.
     pub fn named(name: &str) -> Result<Self> {
         Method::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
             let names: Vec<&str> = Method::all().iter().map(Method::name).collect();
@@ -108,30 +110,25 @@ impl Method {
         })
     }
 
-    /// The method of that name with settings as somebody wrote them.
-    ///
-    /// # Errors
-    /// Which name, key or value is none.
+    /// The method of that name with settings given as text. Fails if the name, a key or a value is none.
     pub fn parse(name: &str, options: &Options) -> Result<Self> {
         let mut method = Method::named(name)?;
         method.set(options)?;
         Ok(method)
     }
 
-    /// Changes settings to those that somebody wrote.
-    ///
-    /// # Errors
-    /// Which key or value is none.
+    /// Changes settings to those given as text. Fails if a key is unknown or a value is out of range; keys that sort
+    /// before it have been applied then.
     pub fn set(&mut self, options: &Options) -> Result<()> {
         options.apply(self.name(), self.settings())
     }
 
-    /// # Errors
-    /// Which setting is out of range.
+    /// Fails if a setting is out of range, naming it.
     pub fn check(&self) -> Result<()> {
         settings::check(&self.clone().settings())
     }
 
+    /// The name in `--solver NAME`.
     pub fn name(&self) -> &'static str {
         self.description().name
     }

@@ -23,18 +23,21 @@ use crate::problem::{NEVER, Problem, Smoothing, SmoothingMode};
 use crate::prox::project_simplex;
 use crate::sweep::sweep;
 
-pub const DESCRIPTION: Description = Description {
+pub(super) const DESCRIPTION: Description = Description {
     name: "projected-gradient",
     summary: "the paper's method: gradient steps on the smoothed energy, projected onto the simplex",
     reference: "Delaunoy, Fundana, Prados, Heyden, ICCV 2009, equations (8)-(10)",
     steps: "tau = 1/L, L a closed-form bound of the gradient's Lipschitz constant (convergent below 2/L)",
 };
 
+/// The settings of projected gradient: `mass-metric`, `epsilon`, `epsilon-mode`, `tau`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// D; barycentric by default.
     pub mass_metric: MassMetric,
     /// eps of the smoothing, above 0; none for one that suits the mesh.
     pub epsilon: Option<f64>,
+    /// The formula of eps_j; intrinsic by default.
     pub epsilon_mode: SmoothingMode,
     /// The step length, above 0; none for 1/L.
     pub tau: Option<f64>,
@@ -44,8 +47,11 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum MassMetric {
+    /// The barycentric areas of the vertices.
     Barycentric,
+    /// The mixed Voronoi areas of the vertices.
     Voronoi,
+    /// The identity.
     None,
     /// Does not reach the minimizer, see above.
     Consistent,
@@ -77,14 +83,14 @@ impl Adjustable for Settings {
     }
 }
 
-pub fn build<'a, K: Operator + 'a, const M: usize>(
+pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,
 ) -> Built<'a, K, M> {
     Ok(Box::new(OneByOne::new(ProjectedGradient::new(settings, setup)?)))
 }
 
-pub struct ProjectedGradient<const M: usize> {
+struct ProjectedGradient<const M: usize> {
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
     /// M^-1 (f + K^T q), used with the full mass matrix only.

@@ -14,13 +14,15 @@ use crate::error::{Error, Result};
 
 /// Settings of a method that can be named.
 pub trait Adjustable: Default {
-    /// All of them, in the order in which they are listed.
+    /// All of them, in the order of the help.
     fn settings(&mut self) -> Vec<Setting<'_>>;
 }
 
 /// One setting of a method, and where it is kept.
 pub struct Setting<'a> {
+    /// Its name in `--solver-option KEY=VALUE`.
     pub key: &'static str,
+    /// One line for `meshseg solvers`.
     pub help: &'static str,
     value: Value<'a>,
 }
@@ -60,7 +62,7 @@ impl<T: FromStr + Into<&'static str> + VariantNames + Copy> Choice for T {
 }
 
 impl<'a> Setting<'a> {
-    /// A number in a range.
+    /// A number in a range, kept at `place`; NaN and infinities are refused.
     pub fn number(
         key: &'static str,
         place: &'a mut f64,
@@ -70,7 +72,7 @@ impl<'a> Setting<'a> {
         Setting { key, help, value: Value::Number(place, bounds(range)) }
     }
 
-    /// A number in a range, or what `otherwise` says.
+    /// A number in a range, kept at `place`; `otherwise` says what none stands for.
     pub fn optional(
         key: &'static str,
         place: &'a mut Option<f64>,
@@ -81,7 +83,7 @@ impl<'a> Setting<'a> {
         Setting { key, help, value: Value::Optional(place, bounds(range), otherwise) }
     }
 
-    /// A variant of an enumeration.
+    /// A variant of an enumeration, kept at `place`, by its name.
     pub fn choice<T: FromStr + Into<&'static str> + VariantNames + Copy>(
         key: &'static str,
         place: &'a mut T,
@@ -90,7 +92,7 @@ impl<'a> Setting<'a> {
         Setting { key, help, value: Value::Choice(place) }
     }
 
-    /// The values that it may have.
+    /// The values that it may have, for the help: `NUMBER`, or all names.
     pub fn values(&self) -> String {
         match &self.value {
             Value::Number(..) | Value::Optional(..) => "NUMBER".into(),
@@ -179,7 +181,8 @@ pub(super) fn check(settings: &[Setting<'_>]) -> Result<()> {
 pub struct Options(BTreeMap<String, String>);
 
 impl Options {
-    /// From `key=value` texts. A key that comes twice is refused.
+    /// From `key=value` texts. Fails if one has no `=`, or a key comes twice; whether a method knows the keys is not
+    /// checked here.
     pub fn parse<S: AsRef<str>>(texts: &[S]) -> Result<Self> {
         let mut options = BTreeMap::new();
         for text in texts.iter().map(AsRef::as_ref) {
@@ -194,7 +197,7 @@ impl Options {
         Ok(Options(options))
     }
 
-    /// What was given.
+    /// The given values by key.
     pub fn pairs(&self) -> &BTreeMap<String, String> {
         &self.0
     }

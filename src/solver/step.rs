@@ -37,6 +37,7 @@ pub struct OneByOne<S, const M: usize> {
 }
 
 impl<S, const M: usize> OneByOne<S, M> {
+    /// A solver that has made no step yet.
     pub fn new(method: S) -> Self {
         OneByOne { method, previous: Vec::new() }
     }

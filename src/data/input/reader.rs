@@ -9,9 +9,11 @@ use crate::mesh::{Mesh, Source};
 
 /// The data, how it looks, and what to call it.
 pub struct InputData {
+    /// V x d values.
     pub data: Data,
     /// A color per vertex; NaN where the data are unknown.
     pub colors: Vec<[f64; 3]>,
+    /// Such as `mean curvature`, `colors`, or the path of an array; for captions.
     pub name: String,
     /// What 0 and 1 stand for, if the data was mapped.
     pub unit_range: Option<[f64; 2]>,
@@ -19,6 +21,7 @@ pub struct InputData {
     pub notes: Vec<String>,
     /// What the sign of the data means, if it has a meaning that is not plain.
     pub sign: Option<&'static str>,
+    /// What the user should know, a sentence each.
     pub warnings: Vec<String>,
 }
 

@@ -10,12 +10,15 @@ use crate::data::texture::Texel;
 /// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature` or `FILE.npy`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DataSource {
+    /// The colors of the vertices, or else those of the faces and their materials.
     Colors,
-    /// An image at the texture coordinates, or those that the materials name.
+    /// The images that the materials name, or a given one, at the texture coordinates of the mesh.
     Texture(Option<PathBuf>),
-    /// An image laid on the surface.
+    /// An image laid on the surface by a projection, or at the texture coordinates, see [`Mapping::project`].
     Image(PathBuf),
+    /// The mean curvature, see [`curved`](super::curved::curved).
     Curvature,
+    /// An array of V or V x d numbers in a `.npy` file, see [`npy::read_data`].
     File(PathBuf),
 }
 
@@ -58,8 +61,10 @@ impl fmt::Display for DataSource {
 /// How images come onto a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mapping {
+    /// What a vertex takes of an image.
     pub texel: Texel,
     /// Of `image:`; without it the texture coordinates, and xy for a grid.
     pub project: Option<Projection>,
+    /// How a plane projection treats the aspect of an image.
     pub fit: Fit,
 }

@@ -30,9 +30,12 @@ struct Picture {
     faces: Vec<u32>,
 }
 
+/// Where an image is.
 #[derive(Clone)]
 pub enum Content {
+    /// A PNG or JPEG file, and whether its EXIF orientation counts.
     File(PathBuf, Turn),
+    /// The content of a PNG or JPEG file inside the program.
     Embedded(&'static [u8]),
 }
 

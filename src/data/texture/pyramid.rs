@@ -14,8 +14,9 @@ const MAX_FILE_BYTES: u64 = 1 << 28;
 
 /// An image in sizes that halve: level l has means of 2^l x 2^l texels.
 pub struct Texture {
-    /// Of the image in the file.
+    /// Pixels along the width of the image in the file.
     pub width: u32,
+    /// Pixels along its height.
     pub height: u32,
     /// The texels of level 0 are means of 2^k x 2^k pixels.
     k: u32,
@@ -30,7 +31,8 @@ enum Levels {
 }
 
 impl Texture {
-    /// Reads a PNG or JPEG file; its content decides which, not its name.
+    /// Reads a PNG or JPEG file; its content decides which, not its name. Fails if the file cannot be read, is neither,
+    /// is damaged or too large.
     pub fn open(path: &Path, turn: Turn) -> Result<Self> {
         let (mut file, length) = file::open(path)?;
         let mut magic = Vec::new();
@@ -52,7 +54,8 @@ impl Texture {
         Texture::new(decode::jpeg(&magic, path, turn)?, path)
     }
 
-    /// Decodes the content of a PNG or JPEG file; `name` is for the errors.
+    /// Decodes the content of a PNG or JPEG file; `name` is for the errors. Fails if it is neither, damaged or too
+    /// large.
     pub fn decode(bytes: &[u8], name: &Path) -> Result<Self> {
         let decoded = if bytes.starts_with(PNG) {
             decode::png(bytes, bytes.len() as u64, name)

@@ -21,12 +21,15 @@ const SPACING: f64 = 1.5;
 /// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Texel {
+    /// The mean over its share of its faces. The default.
     #[default]
     Mean,
+    /// The color at its texture coordinates; where faces disagree on these, the mean weighted by their areas.
     Vertex,
 }
 
 impl Texel {
+    /// All variants with their names.
     pub const NAMES: [(&'static str, Texel); 2] =
         [("mean", Texel::Mean), ("vertex", Texel::Vertex)];
 }

@@ -27,6 +27,7 @@ pub struct Sums {
 }
 
 impl Sums {
+    /// Zeros at all vertices of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         Sums { colors: vec![[0.0; 3]; mesh.vertices.len()], areas: vec![0.0; mesh.vertices.len()] }
     }

@@ -33,9 +33,13 @@ pub use why::{Why, why};
 
 /// What was written.
 pub struct Report {
+    /// The SVG files of the figures.
     pub figures: Vec<PathBuf>,
+    /// The Markdown files of the tables.
     pub tables: Vec<PathBuf>,
+    /// `report.html`.
     pub page: PathBuf,
+    /// Runs that the report is made of.
     pub runs: usize,
     /// Runs that the file asks for and that are not there.
     pub missing: usize,

@@ -11,11 +11,17 @@ use crate::file;
 
 /// One run behind a figure.
 pub struct Why {
+    /// The name of its folder in `runs/`.
     pub id: String,
+    /// The label of the instance.
     pub instance: String,
+    /// The label of the solver.
     pub solver: String,
+    /// From 0.
     pub repetition: u64,
+    /// Of the program that made the run, or `unknown`.
     pub commit: String,
+    /// Whether its sources had changes that were not committed.
     pub dirty: bool,
     /// What makes the run again.
     pub command: String,

@@ -15,21 +15,26 @@ use crate::regions;
 /// What is to be segmented.
 #[derive(Clone, Debug)]
 pub struct InstanceCell {
+    /// Its name in figures, tables and messages.
     pub label: String,
-    pub keys: Keys,
+    pub(crate) keys: Keys,
+    /// What the argument MESH names, see [`Source::parse`].
     pub mesh: String,
-    pub data: DataChoice,
-    /// Standard deviation of what is added to every entry of the data.
+    pub(crate) data: DataChoice,
+    /// Standard deviation of the normal noise that is added to every entry of the data; 0 for none.
     pub noise: f64,
+    /// Of the noise and of k-means.
     pub seed: u64,
+    /// m, from 2 to 64; 0 where a file of costs tells it.
     pub regions: usize,
-    pub lambda: LambdaChoice,
+    pub(crate) lambda: LambdaChoice,
+    /// The quadrature of the data term.
     pub mass: Mass,
     /// Whether the mesh is scaled to area 1.
     pub normalize: bool,
     /// Where its mesh and its data stand in the file.
-    pub mesh_place: Range<usize>,
-    pub data_place: Range<usize>,
+    pub(crate) mesh_place: Range<usize>,
+    pub(crate) data_place: Range<usize>,
 }
 
 /// The key `lambda` of an instance.

@@ -16,17 +16,23 @@ use crate::solver::{Method, Options, Setup};
 /// How it is solved.
 #[derive(Clone, Debug)]
 pub struct SolverCell {
+    /// Its name in figures, tables and messages.
     pub label: String,
-    /// The label without the values by which it differs from others of its table, and those values.
+    /// The label without the values by which it differs from others of its table.
     pub base: String,
-    pub varied: Keys,
-    pub keys: Keys,
+    /// Those values.
+    pub(crate) varied: Keys,
+    pub(crate) keys: Keys,
+    /// The name of a method, or `external`.
     pub name: String,
+    /// Its settings, as they stand in the file.
     pub options: Options,
+    /// Threads of the solver; none for as many as the machine has.
     pub threads: Option<usize>,
+    /// Whether coarser meshes are solved first.
     pub coarse_to_fine: bool,
     /// If it is a command and not one of ours.
-    pub external: Option<External>,
+    pub(crate) external: Option<External>,
 }
 
 /// The name of solvers outside the program.

@@ -47,9 +47,13 @@ pub use ply::write_labeled;
 /// The file formats for triangle meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
+    /// Wavefront OBJ, with an MTL file for materials.
     Obj,
+    /// Polygon file format (PLY).
     Ply,
+    /// Object file format (OFF).
     Off,
+    /// Stereolithography (STL).
     Stl,
 }
 

@@ -72,7 +72,8 @@ fn planned<T: Real, const M: usize>(
     Fused::new(problem, u, q, stepping, plan)
 }
 
-/// The solver in the engine and the precision that are asked for.
+/// The solver in the engine and the precision that are asked for. Fails if the fused engine is asked for and K is not a
+/// stencil, or single precision without the fused engine.
 pub fn build<'a, K: Engines + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,

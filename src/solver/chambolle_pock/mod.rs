@@ -28,6 +28,7 @@ pub use steps::Rule;
 pub use super::balance::Balancing;
 use super::interface::Description;
 
+/// What `meshseg solvers` prints of the method.
 pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
     summary: "over-relaxed primal-dual method with steps fitted face by face; exact energy, no smoothing",

@@ -18,24 +18,31 @@ pub enum Engine {
     Rows,
 }
 
-/// Of the iterates; certificates are in double precision.
+/// The precision of the iterates; certificates are always in double precision.
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 pub enum Precision {
+    /// 64 bits. The default.
     #[strum(serialize = "f64")]
     Double,
+    /// 32 bits: half the memory traffic, gaps down to about 1e-5. Only the fused engine has it.
     #[strum(serialize = "f32")]
     Single,
 }
 
+/// The settings of Chambolle-Pock: `steps`, `rho`, `step-ratio`, `balance`, `engine`, `precision`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
+    /// The rule of the step lengths; local by default.
     pub steps: Rule,
-    /// Relaxation, above 0 and below 2.
+    /// Relaxation, above 0 and below 2; 1.9 by default.
     pub rho: f64,
-    /// omega to begin with, in units of lambda, or of what the costs need, if that is less.
+    /// omega at the start, in units of lambda, or of what the costs need, if that is less; 1.5 by default.
     pub step_ratio: f64,
+    /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,
+    /// What iterates; auto by default.
     pub engine: Engine,
+    /// Of the iterates; double by default.
     pub precision: Precision,
 }
 

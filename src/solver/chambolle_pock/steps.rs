@@ -20,8 +20,11 @@ use crate::sweep::collect;
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Rule {
+    /// From the largest eigenvalues face by face. The default.
     Local,
+    /// From the row and column sums of |K|.
     Diagonal,
+    /// One length for all faces and one for all vertices, from a bound of ||K||.
     Plain,
 }
 
