@@ -26,6 +26,7 @@ pub(super) const DESCRIPTION: Description = Description {
     steps: "closed form: sigma = lambda / ||K||, or less if the costs need less, and sigma tau ||K||^2 = ratio",
 };
 
+/// The settings of the method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// sigma tau ||K||^2, above 0 and up to 1.
@@ -49,6 +50,7 @@ impl Adjustable for Settings {
     }
 }
 
+/// The iterates u and q, and the step lengths.
 pub struct ArrowHurwicz<const M: usize> {
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
