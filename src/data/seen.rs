@@ -34,7 +34,7 @@ pub enum DataSource {
     Texture(Option<PathBuf>),
     /// An image laid on the surface by a projection, or at the texture coordinates, see [`Manner::project`].
     Image(PathBuf),
-    /// The mean curvature, see [`curved`](super::curved::curved).
+    /// The mean curvature, see [`curved`].
     Curvature,
     /// An array of V or V x d numbers in a `.npy` file, see [`npy::read_data`].
     File(PathBuf),
