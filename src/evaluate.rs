@@ -38,7 +38,7 @@ pub struct Evaluation {
     pub area: f64,
     /// E(U) = data_term + lambda * total_variation.
     pub energy: f64,
-    /// sum_k <u_k, f_k>.
+    /// sum_k <u_k, f_k>, where the rows of U sum to 1.
     pub data_term: f64,
     /// sum_j |(K U)_j|, in units of length.
     pub total_variation: f64,

@@ -161,8 +161,8 @@ fn check_writable(path: &Path, existing: &Path) -> Result<()> {
 /// An existing folder holds the temporary one itself: what is above it may be another file system or may not
 /// be written to.
 ///
-/// Fails if `fill` does, if the folder cannot be made, read or renamed, or if a folder at `path` has the name of a new
-/// file; then no file of `path` was replaced.
+/// Fails if `fill` does or a folder at `path` has the name of a new file, both before anything is replaced, and if the
+/// system refuses to make, read or rename a file or folder.
 pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let io = |source| Error::io(path, source);
     let exists = path.is_dir();

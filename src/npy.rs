@@ -32,23 +32,23 @@ pub fn read_rows(path: &Path) -> Result<Array2<f64>> {
 }
 
 /// The array of a file, or of an entry of an `.npz` file, that was read already; `path` is for the messages. Fails if
-/// it is cut off, has another number of axes than D, or entries that are no numbers.
+/// it is cut off, has not the number of axes of D, or holds anything but numbers.
 pub fn numbers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.numbers(path, bytes)
 }
 
-/// The same for integers of any width; what is beyond i64 becomes its largest number. Fails, too, if the entries are no
-/// integers.
+/// The same for integers of any width; uint64 beyond the range of i64 becomes its largest number. Fails, too, if the
+/// entries are not integers.
 pub fn integers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.integers(path, bytes)
 }
 
-/// The text in an array of one byte string, without the zeros at its end. Fails if the array is anything else or cut
-/// off.
+/// The text in an array of one byte string, without the zeros at its end. Fails if the array is cut off or holds
+/// anything else.
 pub fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
     let header = Header::of(path, bytes)?;
     if !header.element.starts_with("|S") || !header.shape.is_empty() {
@@ -277,7 +277,7 @@ fn parse<A: ReadableElement, D: Dimension>(
         .map_err(|error| Error::malformed(path, error.to_string().replace(['\n', '\r'], " ")))
 }
 
-/// Fails if the array of a file has not one row for each vertex of a mesh, naming the file and both numbers.
+/// Fails if the array of a file does not have one row for each vertex of a mesh, naming the file and both numbers.
 pub fn check_rows(path: &Path, array: &Array2<f64>, vertices: usize) -> Result<()> {
     let rows = array.nrows();
     if rows == vertices {

@@ -71,7 +71,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         self.f = f;
     }
 
-    /// sum_k <u_k, f_k> - B. U has V rows.
+    /// sum_k <u_k, f_k> - B, for V rows that sum to 1.
     pub fn data_term(&self, u: &[Row<M>]) -> f64 {
         sum(
             u.len(),
@@ -191,7 +191,8 @@ impl Smoothing {
         }
     }
 
-    /// An eps that suits the mesh, whatever its units.
+    /// An eps that suits the mesh, whatever its units: sqrt(eps) = 0.3 / sqrt(area) for `Intrinsic`, and for `Paper`
+    /// the one with the same eps_j on a face of mean area.
     pub fn default_for(k: &impl Operator, mode: SmoothingMode) -> Self {
         let area = sum(k.faces(), |j| k.area(j));
         let root = DEFAULT_SMOOTHNESS / area.sqrt();

@@ -50,9 +50,9 @@ pub struct Segmentation<P> {
 /// Segments data on a mesh as it is: no scaling. The model has a datum for each vertex of the mesh. `observe` is called
 /// as [`Observer`] says. Panics if `every` is 0.
 ///
-/// Fails if lambda, a setting of the solver or the number of regions is out of range, the model is one of another
-/// number of vertices, no face has an area, the integrated costs leave the range of double precision, or a fit of the
-/// model fails.
+/// Fails if lambda, a setting of the solver or the number of regions is out of range, the model has another number of
+/// vertices than the mesh, no face has an area, the integrated costs leave the range of double precision, or a fit of
+/// the model fails.
 pub fn segment<D: DataModel>(
     mesh: &Mesh,
     model: &D,

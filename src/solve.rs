@@ -32,9 +32,9 @@ use crate::unreached::unreached;
 /// Minimizes E for pointwise costs s (V x m, see [`costs`]) on a mesh as it is: no scaling. `observe` is called as
 /// [`Observer`] says.
 ///
-/// Fails if the number of regions is not from 2 to 64, s has not V rows or is refused by [`costs::checked`], a given
-/// start is not V x m rows of the simplex, lambda or a setting of the solver is out of range, no face has an area, or
-/// the integrated costs leave the range of double precision.
+/// Fails if the number of regions is not from 2 to 64, s does not have V rows or is refused by [`costs::checked`], a
+/// given start is not V x m with rows in the simplex, lambda or a setting of the solver is out of range, no face has an
+/// area, or the integrated costs leave the range of double precision.
 pub fn solve(
     mesh: &Mesh,
     s: &Array2<f64>,

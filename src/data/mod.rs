@@ -226,7 +226,7 @@ pub trait DataModel: Clone + Sync {
     /// regions. `coarse` = P^T w over what is known; a vertex without weight there may have any data.
     fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self;
 
-    /// In the units of the data.
+    /// The units of costs, distances and changes, which follow from the data and the weights.
     fn scale(&self, weights: &[f64]) -> Scale;
 
     /// Parameters of m regions to start from.

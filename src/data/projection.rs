@@ -56,7 +56,7 @@ impl Fit {
 pub struct Laid {
     /// The texture coordinates of the corners of each face, F triples; v upwards.
     pub uv: Vec<[[f64; 2]; 3]>,
-    /// The size of the image, the projection, and what was cut off or distorted, for the user.
+    /// What was done, in words: the size of the image, the projection, and what was cut off or distorted.
     pub how: String,
 }
 

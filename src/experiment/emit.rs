@@ -8,7 +8,7 @@ use super::quoting::{braces, one_line, plain, python, shell};
 /// What runs the jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cluster {
-    /// An array job for `sbatch`, which submits the report behind itself.
+    /// An array job for `sbatch`; its first task submits the job that makes the report.
     Slurm,
     /// A Snakefile with a rule for the shards and one for the report.
     Snakemake,

@@ -13,7 +13,7 @@ use super::data::hex;
 /// The program as it was built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
-    /// Of Cargo.toml.
+    /// The version in Cargo.toml.
     pub version: String,
     /// The full hash of the sources' commit, or `unknown` outside a repository.
     pub commit: String,

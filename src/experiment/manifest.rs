@@ -17,7 +17,7 @@ pub struct Manifest {
     pub instance_id: String,
     /// The label of the solver.
     pub solver: String,
-    /// From 0.
+    /// Which repetition it is, from 0.
     pub repetition: u64,
     /// The program that made the run.
     pub program: Program,
@@ -31,7 +31,7 @@ pub struct Manifest {
     pub others: f64,
     /// Whether they were too many for the timing to be trusted.
     pub loaded: bool,
-    /// The seed of the instance: noise, random clusters.
+    /// The seed of the instance, for noise and k-means.
     pub seed: u64,
     /// The random number generator of that seed.
     pub generator: String,

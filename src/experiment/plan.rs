@@ -30,9 +30,9 @@ pub struct Planned<'a> {
     pub instance: &'a InstanceCell,
     /// Of the content that the instance is made from, and its keys.
     pub instance_id: String,
-    /// By what.
+    /// What solves it.
     pub solver: &'a SolverCell,
-    /// From 0.
+    /// Which repetition it is, from 0.
     pub repetition: u64,
     /// An experiment file of this one run.
     pub toml: String,

@@ -30,7 +30,7 @@ pub enum Event<'a> {
     Skipped(&'a str),
     /// Run `index` of `all` begins.
     Begins {
-        /// From 0.
+        /// Its index in the plan, from 0.
         index: usize,
         /// How many runs the plan has.
         all: usize,

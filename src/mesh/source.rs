@@ -60,7 +60,7 @@ impl Source {
         }
     }
 
-    /// The mesh. Fails if it is a file that cannot be read as a mesh.
+    /// Reads or generates the mesh. Fails if it is a file that cannot be read as a mesh.
     pub fn mesh(&self) -> Result<Mesh> {
         match self {
             Source::File(path) => io::read(path),

@@ -42,9 +42,9 @@ pub enum Status {
     Converged,
     /// The change of U fell below what was asked for; the gap says how good that is.
     Stalled,
-    /// The steps of this call were made before the gap was reached.
+    /// The iteration limit of this call was reached before the gap.
     IterationLimit,
-    /// The time of this call was up before the gap was reached.
+    /// The time limit of this call was reached before the gap.
     TimeLimit,
     /// The observer ended the run; the best answer so far is kept.
     Interrupted,

@@ -26,10 +26,10 @@ pub(super) const DESCRIPTION: Description = Description {
     steps: "closed form: sigma = lambda / ||K||, or less if the costs need less, and sigma tau ||K||^2 = ratio",
 };
 
-/// The settings of the method.
+/// The one setting, `ratio`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// sigma tau ||K||^2, above 0 and up to 1.
+    /// sigma tau ||K||^2, above 0 and up to 1; 0.25 by default.
     pub ratio: f64,
 }
 
@@ -50,8 +50,7 @@ impl Adjustable for Settings {
     }
 }
 
-/// The iterates u and q, and the step lengths.
-pub struct ArrowHurwicz<const M: usize> {
+struct ArrowHurwicz<const M: usize> {
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
     sigma: f64,

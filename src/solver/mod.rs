@@ -47,7 +47,7 @@ macro_rules! solvers {
                 vec![$($(#[$attribute])* Method::$Name(Default::default()),)*]
             }
 
-            /// What there is to say of the method, whatever its settings.
+            /// Name, summary and references of the method, whatever its settings.
             pub fn description(&self) -> &'static Description {
                 match self {
                     $($(#[$attribute])* Method::$Name(_) => &$module::DESCRIPTION,)*
@@ -101,8 +101,7 @@ impl Default for Method {
 }
 
 impl Method {
-    /// The method of that name with its default settings. Fails if there is none of that name, with a list of the
-    /// names.
+    /// The method of that name with its default settings. Fails with a list of the names if there is none of that name.
     pub fn named(name: &str) -> Result<Self> {
         Method::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
             let names: Vec<&str> = Method::all().iter().map(Method::name).collect();
@@ -110,7 +109,8 @@ impl Method {
         })
     }
 
-    /// The method of that name with settings given as text. Fails if the name, a key or a value is none.
+    /// The method of that name with settings given as text. Fails if the name or a key is unknown, or a value is out of
+    /// range.
     pub fn parse(name: &str, options: &Options) -> Result<Self> {
         let mut method = Method::named(name)?;
         method.set(options)?;

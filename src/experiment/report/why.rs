@@ -17,7 +17,7 @@ pub struct Why {
     pub instance: String,
     /// The label of the solver.
     pub solver: String,
-    /// From 0.
+    /// Which repetition it is, from 0.
     pub repetition: u64,
     /// Of the program that made the run, or `unknown`.
     pub commit: String,

@@ -21,7 +21,8 @@ pub fn free_cuts(coincident: usize) -> String {
     )
 }
 
-/// How many vertices lie near an earlier one, but not at its position, and how near that is.
+/// How many vertices lie near an earlier one, but not at its position; and how near that is, a length: 1e-6 of the
+/// diagonal of the bounding box.
 pub fn nearly_coincident(mesh: &Mesh) -> (usize, f64) {
     let Some(corners) = bounding_box(mesh) else { return (0, 0.0) };
     let tolerance = NEARLY * corners.diagonal();
@@ -36,8 +37,8 @@ pub fn is_shattered(mesh: &Mesh) -> bool {
     faces > 2 && mesh.vertices.len() >= 3 * (faces / 2) && 2 * components(mesh) > faces
 }
 
-/// Of tolerances from 0 to 1e-4 of the bounding box's diagonal the first at which a shattered mesh is shattered no
-/// more, if no face collapses.
+/// Of 0, 1e-6, 1e-5 and 1e-4 times the diagonal of the bounding box the first tolerance, a length, at which a weld
+/// makes a shattered mesh whole without collapsing a face; none if there is none.
 pub fn mending_tolerance(mesh: &Mesh) -> Option<f64> {
     let diagonal = bounding_box(mesh).map_or(0.0, |corners| corners.diagonal());
     [0.0, 1e-6, 1e-5, 1e-4].map(|share| share * diagonal).into_iter().find(|&tolerance| {
