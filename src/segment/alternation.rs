@@ -36,7 +36,7 @@ pub struct Alternation {
     pub regions: usize,
     /// Where the region parameters start.
     pub initial: Initial,
-    /// For [`Pcg64`], which draws what starts at random.
+    /// For the generator `Pcg64`, which draws what starts at random.
     pub seed: u64,
     /// r, the steps of U between re-estimations; at least 1.
     pub every: u64,

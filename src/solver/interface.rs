@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
-/// What runs a method. Most methods implement [`Step`], of which [`OneByOne`] makes a solver; what makes several steps in
+/// What runs a method. Most methods implement [`Step`](super::Step), of which [`OneByOne`](super::OneByOne) makes a solver; what makes several steps in
 /// one pass implements this.
 pub trait Solver<K, const M: usize> {
     /// Makes so many steps, at least one, and ends with a feasible pair. `go_on` is asked before every pass of one or

@@ -16,9 +16,9 @@ pub enum DataSource {
     Texture(Option<PathBuf>),
     /// An image laid on the surface by a projection, or at the texture coordinates, see [`Mapping::project`].
     Image(PathBuf),
-    /// The mean curvature, see [`curved`](super::curved::curved).
+    /// The mean curvature, see `curved.rs`.
     Curvature,
-    /// An array of V or V x d numbers in a `.npy` file, see [`npy::read_data`].
+    /// An array of V or V x d numbers in a `.npy` file, see [`read_data`](crate::npy::read_data).
     File(PathBuf),
 }
 
