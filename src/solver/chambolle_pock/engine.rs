@@ -2,7 +2,7 @@
 
 use pulp::Arch;
 
-use super::fused::{Fused, Plan, Real};
+use super::fused::{Fused, Partition, Real};
 use super::rows::Rows;
 use super::settings::{Engine, Precision, Settings};
 use super::stepping::Stepping;
@@ -54,22 +54,22 @@ impl Engines for Stencil {
         stepping: impl FnOnce(&Pair<M>) -> Stepping<M> + Send,
     ) -> Built<'a, Self, M> {
         Ok(match precision {
-            Precision::Double => Box::new(planned::<f64, M>(problem, start, stepping)),
-            Precision::Single => Box::new(planned::<f32, M>(problem, start, stepping)),
+            Precision::Double => Box::new(partitioned::<f64, M>(problem, start, stepping)),
+            Precision::Single => Box::new(partitioned::<f32, M>(problem, start, stepping)),
         })
     }
 }
 
-/// Steps and plan side by side.
-fn planned<T: Real, const M: usize>(
+/// Steps and partition side by side.
+fn partitioned<T: Real, const M: usize>(
     problem: &Problem<Stencil, M>,
     start: Pair<M>,
     stepping: impl FnOnce(&Pair<M>) -> Stepping<M> + Send,
 ) -> Fused<T, M> {
-    let plan = || Plan::new::<T, M>(&problem.k, Arch::new());
-    let (stepping, plan) = join(|| stepping(&start), plan);
+    let partition = || Partition::new::<T, M>(&problem.k, Arch::new());
+    let (stepping, partition) = join(|| stepping(&start), partition);
     let (u, q) = start;
-    Fused::new(problem, u, q, stepping, plan)
+    Fused::new(problem, u, q, stepping, partition)
 }
 
 /// The solver in the engine and the precision that are asked for. Fails if the fused engine is asked for and K is not a

@@ -1,39 +1,39 @@
-//! D(q) of a part, in double precision.
+//! The dual bound D(q), part by part, in double precision:
 //!
 //! ```text
 //! D(q) = sum_k min_p ( f_k + (K^T q)_k )_p,   |q_j| <= lambda
 //! ```
 //!
-//! Where the state is in single precision, q is made feasible and K^T q summed anew, the way of `pass`: faces leave
-//! their shares, and a vertex sums them up as soon as its last face has.
+//! If the state is in single precision, q is made feasible and K^T q is summed anew, as in `pass`: faces store their
+//! shares, and a vertex sums them up as soon as its last face is done.
 
 use std::slice;
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
-use super::lanes::{Real, WIDEST, gather, surely_inside, width};
-use super::layout::{Layout, NO_FACE, ROW};
-use super::part::{Part, Units, groups, share_rows};
+use super::lanes::{MAX_LANES, Real, gather, surely_inside, width};
+use super::layout::{BlockLayout, GROUP, NO_FACE};
+use super::part::{Part, Units, groups, share_slots};
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
 
-/// min_p ( f_k + (K^T q)_k )_p of the own vertices of a part in double precision, where K^T q is at hand.
+/// Computes min_p ( f_k + (K^T q)_k )_p at the own vertices of a part in double precision, from the stored K^T q.
 pub struct KnownBounds<'a, T> {
     pub part: &'a Part<T>,
     pub bounds: &'a mut [f64],
 }
 
-/// The same of a part in single precision. A vertex sums its faces in the order of all parts.
+/// The same for a part in single precision. A vertex sums its faces in one order, whichever part it is in.
 pub struct Bounds<'a, T, const M: usize> {
     pub part: &'a Part<T>,
-    pub layout: &'a Layout,
+    pub layout: &'a BlockLayout,
     pub problem: &'a Problem<Stencil, M>,
     pub units: Units,
-    /// The lane of each row in a vector of double precision.
+    /// The lane order of vectors of double precision.
     pub order: &'a [usize],
-    /// Shares of K^T q in double precision, as those of one iteration in a part.
+    /// Room for the shares of K^T q in double precision, stored as those of one iteration in a part.
     pub shares: &'a mut [f64],
     pub bounds: &'a mut [f64],
 }
@@ -47,26 +47,26 @@ impl<T: Real> WithSimd for KnownBounds<'_, T> {
     fn with_simd<S: Simd>(self, _: S) {
         let KnownBounds { part, bounds } = self;
         let (width, m) = (width::<T, S>(), part.m);
-        let own = part.places(&part.window.own);
+        let own = part.vertex_slots(&part.window.own);
         let kq = part.kq()[own.start * m..].chunks_exact(m * width);
         let f = part.f()[own.start * m..].chunks_exact(m * width);
         for ((bounds, kq), f) in bounds.chunks_mut(width).zip(kq).zip(f) {
-            let mut least = [f64::INFINITY; WIDEST];
+            let mut smallest = [f64::INFINITY; MAX_LANES];
             for (kq, f) in kq.chunks_exact(width).zip(f.chunks_exact(width)) {
-                for ((least, kq), f) in least[..width].iter_mut().zip(kq).zip(f) {
-                    *least = lower(*least, f.to_f64() + kq.to_f64());
+                for ((smallest, kq), f) in smallest[..width].iter_mut().zip(kq).zip(f) {
+                    *smallest = min_or_nan(*smallest, f.to_f64() + kq.to_f64());
                 }
             }
             for (bound, &lane) in bounds.iter_mut().zip(&part.lanes.order) {
-                *bound = least[lane];
+                *bound = smallest[lane];
             }
         }
     }
 }
 
-/// NaN if there is one.
+/// The minimum of a and b; NaN if one of them is.
 #[inline(always)]
-fn lower(a: f64, b: f64) -> f64 {
+fn min_or_nan(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
@@ -78,9 +78,9 @@ impl<T: Real, const M: usize> WithSimd for Bounds<'_, T, M> {
         let Bounds { part, layout, problem, units, order, shares, bounds } = self;
         let (width, window) = (width::<T, S>(), &part.window);
         let (own, first_faces) = (&window.own, window.held_faces.start);
-        let share_rows = share_rows(layout);
+        let share_slots = share_slots(layout);
         let shares = shares.as_chunks_mut::<4>().0;
-        let look = Look {
+        let kernel = BoundKernel {
             simd,
             one: simd.splat_f64s(1.0),
             lambda: simd.splat_f64s(problem.lambda),
@@ -88,8 +88,8 @@ impl<T: Real, const M: usize> WithSimd for Bounds<'_, T, M> {
             unit: simd.splat_f64s(1.0 / units.q),
             weights: problem.k.weights(),
             order,
-            rows: rows_of_halves::<T, S>(&layout.lanes.order, order),
-            share_rows,
+            positions: positions_of_halves::<T, S>(&layout.lanes.order, order),
+            share_slots,
         };
         let mut vertices = bounds.chunks_mut(width).zip(problem.f[part.own()].chunks(width));
         let (mut due, mut sums) = (layout.due_before(own.start), own.start);
@@ -97,36 +97,37 @@ impl<T: Real, const M: usize> WithSimd for Bounds<'_, T, M> {
             let next = layout.due_before(block + 1);
             for j in due - first_faces..next - first_faces {
                 let (faces, q) = (&window.faces[width * j..], &part.q()[2 * M * width * j..]);
-                let shares = &mut shares[j % layout.ring * 3 * width..];
-                look.faces::<T, M>(&faces[..width], &q[..2 * M * width], shares);
+                let shares = &mut shares[j % layout.ring_length * 3 * width..];
+                kernel.faces::<T, M>(&faces[..width], &q[..2 * M * width], shares);
             }
             due = next;
             while sums < own.end && layout.is_done(sums, block + 1) {
-                let rows = window.rows_at.block(sums - window.vertices().start);
+                let offsets = window.share_offsets.block(sums - window.held_vertices().start);
                 let (bounds, f) = vertices.next().expect("one for each own block");
-                look.vertices::<T, M>(shares, rows, f, bounds);
+                kernel.vertices::<T, M>(shares, offsets, f, bounds);
                 sums += 1;
             }
         }
     }
 }
 
-/// Vectors of double precision take the lanes of a block as they come: the number in the block of each of their rows.
-fn rows_of_halves<T: Real, S: Simd>(lanes: &[usize], order: &[usize]) -> [usize; WIDEST] {
+/// Each vector of double precision takes the next lanes of a block: for each position of the first one, then of the
+/// second one, ..., the position in the block.
+fn positions_of_halves<T: Real, S: Simd>(lanes: &[usize], order: &[usize]) -> [usize; MAX_LANES] {
     let narrow = width::<f64, S>();
-    let mut row_of_lane = [0; WIDEST];
-    for (row, &lane) in lanes.iter().enumerate() {
-        row_of_lane[lane] = row;
+    let mut position_of_lane = [0; MAX_LANES];
+    for (position, &lane) in lanes.iter().enumerate() {
+        position_of_lane[lane] = position;
     }
-    let mut rows = [0; WIDEST];
-    for (i, row) in rows[..lanes.len()].iter_mut().enumerate() {
-        *row = row_of_lane[i / narrow * narrow + order[i % narrow]];
+    let mut positions = [0; MAX_LANES];
+    for (i, position) in positions[..lanes.len()].iter_mut().enumerate() {
+        *position = position_of_lane[i / narrow * narrow + order[i % narrow]];
     }
-    rows
+    positions
 }
 
-/// What all blocks share.
-struct Look<'a, S: Simd> {
+/// The instruction set and the constants of all blocks.
+struct BoundKernel<'a, S: Simd> {
     simd: S,
     one: V<S>,
     lambda: V<S>,
@@ -134,17 +135,17 @@ struct Look<'a, S: Simd> {
     unit: V<S>,
     weights: &'a [[f64; 3]],
     order: &'a [usize],
-    rows: [usize; WIDEST],
-    share_rows: usize,
+    positions: [usize; MAX_LANES],
+    share_slots: usize,
 }
 
-impl<S: Simd> Look<'_, S> {
+impl<S: Simd> BoundKernel<'_, S> {
     /// The shares of a block of faces, from its q.
     #[inline(always)]
     fn faces<T: Real, const M: usize>(&self, faces: &[u32], q: &[T], shares: &mut [[f64; 4]]) {
         let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
         let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
-        for (half, numbers) in self.rows[..wide].chunks_exact(narrow).enumerate() {
+        for (half, positions) in self.positions[..wide].chunks_exact(narrow).enumerate() {
             let mut y = [[zero; M]; 2];
             let mut squares = zero;
             for (y, q) in y.as_flattened_mut().iter_mut().zip(q.chunks_exact(wide)) {
@@ -156,7 +157,7 @@ impl<S: Simd> Look<'_, S> {
                 squares = simd.mul_add_e_f64s(*y, *y, squares);
             }
             // y = Proj_{|.|<=lambda}( y )
-            // Most blocks have no face at lambda: then they need no root and no quotient.
+            // In most blocks no face reaches lambda, and neither root nor quotient is needed.
             let scale = if f64::any_less(simd, self.surely_inside, squares) {
                 let norm = simd.sqrt_f64s(squares);
                 let outside = simd.less_than_f64s(self.lambda, norm);
@@ -170,9 +171,9 @@ impl<S: Simd> Look<'_, S> {
             let weights = gather::<f64, S>(
                 simd,
                 #[inline(always)]
-                |o| {
-                    // No vertex has a face that only fills up the block: any weights will do.
-                    let j = faces[numbers[o]];
+                |i| {
+                    // The shares of padding are never read: any weights will do.
+                    let j = faces[positions[i]];
                     let [c1, c2, c3] = self.weights[if j == NO_FACE { 0 } else { j as usize }];
                     [c1, c2, c3, 0.0]
                 },
@@ -188,11 +189,11 @@ impl<S: Simd> Look<'_, S> {
                     kq[1][p % 4] = second;
                     kq[2][p % 4] = third;
                 }
-                let shares = &mut shares[g * self.share_rows..][..3 * wide];
+                let shares = &mut shares[g * self.share_slots..][..3 * wide];
                 for (shares, kq) in shares.chunks_exact_mut(wide).zip(kq) {
                     let kq = simd.interleave_shfl_f64s(kq);
-                    for (share, &row) in cast_slice::<_, [f64; 4]>(&kq).iter().zip(numbers) {
-                        shares[row] = *share;
+                    for (share, &position) in cast_slice::<_, [f64; 4]>(&kq).iter().zip(positions) {
+                        shares[position] = *share;
                     }
                 }
             }
@@ -204,31 +205,31 @@ impl<S: Simd> Look<'_, S> {
     fn vertices<T: Real, const M: usize>(
         &self,
         shares: &[[f64; 4]],
-        share_rows: &[u32],
+        offsets: &[u32],
         f: &[Row<M>],
         bounds: &mut [f64],
     ) {
         let (simd, zero) = (self.simd, self.simd.splat_f64s(0.0));
         let (wide, narrow) = (width::<T, S>(), width::<f64, S>());
         for (half, bounds) in bounds.chunks_mut(narrow).enumerate() {
-            let mut filled_up = [Row::ZERO; WIDEST];
+            let mut padded = [Row::ZERO; MAX_LANES];
             let f = match &f[half * narrow..] {
                 f if f.len() < narrow => {
-                    filled_up[..f.len()].copy_from_slice(f);
-                    &filled_up
+                    padded[..f.len()].copy_from_slice(f);
+                    &padded
                 }
                 f => f,
             };
-            let (mut least, mut defect) = (simd.splat_f64s(f64::INFINITY), zero);
+            let (mut smallest, mut defect) = (simd.splat_f64s(f64::INFINITY), zero);
             for g in 0..groups(M) {
-                let shares = &shares[g * self.share_rows..][..self.share_rows];
+                let shares = &shares[g * self.share_slots..][..self.share_slots];
                 let mut kq = [zero; 4];
-                for share_rows in share_rows.chunks_exact(wide) {
-                    let share_rows = &share_rows[half * narrow..][..narrow];
+                for offsets in offsets.chunks_exact(wide) {
+                    let offsets = &offsets[half * narrow..][..narrow];
                     let shares = gather::<f64, S>(
                         simd,
                         #[inline(always)]
-                        |o| shares[share_rows[o] as usize / ROW],
+                        |position| shares[offsets[position] as usize / GROUP],
                     );
                     for i in 0..4 {
                         kq[i] = simd.add_f64s(kq[i], shares[i]);
@@ -237,23 +238,23 @@ impl<S: Simd> Look<'_, S> {
                 let f = gather::<f64, S>(
                     simd,
                     #[inline(always)]
-                    |o| {
-                        let Row(f) = f[..narrow][o];
+                    |position| {
+                        let Row(f) = f[..narrow][position];
                         [0, 1, 2, 3].map(|i| f[(4 * g + i).min(M - 1)])
                     },
                 );
                 let sums = [0, 1, 2, 3].map(|i| simd.add_f64s(f[i], kq[i]));
                 let sums = simd.deinterleave_shfl_f64s(sums);
                 for &sum in &sums[..4.min(M - 4 * g)] {
-                    least = simd.min_f64s(sum, least);
+                    smallest = simd.min_f64s(sum, smallest);
                     defect = simd.add_f64s(defect, simd.sub_f64s(sum, sum));
                 }
             }
-            // What is not finite has no difference, and no least.
-            let least = simd.add_f64s(least, defect);
-            let least = cast_slice::<_, f64>(slice::from_ref(&least));
+            // If a sum is not finite the defect is NaN, and so becomes the minimum.
+            let smallest = simd.add_f64s(smallest, defect);
+            let smallest = cast_slice::<_, f64>(slice::from_ref(&smallest));
             for (bound, &lane) in bounds.iter_mut().zip(self.order) {
-                *bound = least[lane];
+                *bound = smallest[lane];
             }
         }
     }

@@ -1,12 +1,12 @@
-//! Zeroed slices in one piece of memory. Each begins with a line of the cache, so that no vector straddles two; each by
-//! itself would be too short for large pages.
+//! Zeroed slices in one piece of memory. Each starts at a cache line, so that no vector straddles two lines. Separate
+//! allocations would be too short for large pages.
 
 use std::ops::Range;
 
 use super::lanes::Real;
 
-/// Bytes, of a cache line and of the widest vectors.
-const LINE: usize = 64;
+/// The size of a cache line, and of the widest vectors.
+const CACHE_LINE_BYTES: usize = 64;
 
 pub struct Slices<T, const N: usize> {
     memory: Vec<T>,
@@ -15,10 +15,10 @@ pub struct Slices<T, const N: usize> {
 
 impl<T: Real, const N: usize> Slices<T, N> {
     pub fn zeroed(lengths: [usize; N]) -> Self {
-        let line = LINE / size_of::<T>();
-        let room: usize = lengths.iter().map(|length| length.next_multiple_of(line)).sum();
-        let memory = vec![T::ZERO; room + line];
-        let mut end = memory.as_ptr().align_offset(LINE);
+        let line = CACHE_LINE_BYTES / size_of::<T>();
+        let total: usize = lengths.iter().map(|length| length.next_multiple_of(line)).sum();
+        let memory = vec![T::ZERO; total + line];
+        let mut end = memory.as_ptr().align_offset(CACHE_LINE_BYTES);
         let ranges = lengths.map(|length| {
             let start = end;
             end += length.next_multiple_of(line);
@@ -27,14 +27,14 @@ impl<T: Real, const N: usize> Slices<T, N> {
         Slices { memory, ranges }
     }
 
-    /// The i-th one.
+    /// The i-th slice.
     pub fn get(&self, i: usize) -> &[T] {
         &self.memory[self.ranges[i].clone()]
     }
 
-    /// All of them.
+    /// All slices.
     pub fn all(&mut self) -> [&mut [T]; N] {
-        self.memory.get_disjoint_mut(self.ranges.clone()).expect("one lies behind the other")
+        self.memory.get_disjoint_mut(self.ranges.clone()).expect("the ranges are disjoint")
     }
 }
 
@@ -43,11 +43,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_begins_with_a_line_and_none_reaches_into_the_next() {
+    fn slices_start_at_cache_lines_and_do_not_overlap() {
         let lengths = [5, 0, 16, 17, 1];
         let mut slices = Slices::<f32, 5>::zeroed(lengths);
         for (i, slice) in slices.all().into_iter().enumerate() {
-            assert_eq!((slice.as_ptr().addr() % LINE, slice.len()), (0, lengths[i]));
+            assert_eq!((slice.as_ptr().addr() % CACHE_LINE_BYTES, slice.len()), (0, lengths[i]));
             assert!(slice.iter().all(|&x| x == 0.0));
             slice.fill(i as f32);
         }

@@ -1,4 +1,4 @@
-//! What the owner of vertices and faces tells a part that holds them too, after every pass.
+//! Messages that the owner of vertices and faces sends after every pass to each part that holds them in its border.
 
 use std::ops::Range;
 
@@ -7,10 +7,11 @@ use super::layout::Window;
 use super::part::Part;
 
 pub struct HaloMessage<T> {
-    /// The number of the receiver.
+    /// The index of the receiver.
     pub to: usize,
-    /// Blocks that the sender owns and the receiver holds.
+    /// Blocks of vertices that the sender owns and the receiver holds.
     vertices: Range<usize>,
+    /// Blocks of faces, likewise.
     faces: Range<usize>,
     u: Vec<T>,
     kq: Vec<T>,
@@ -18,12 +19,12 @@ pub struct HaloMessage<T> {
 }
 
 impl<T: Real> HaloMessage<T> {
-    /// All that are ever needed from the owner of one window to those of others.
+    /// All messages that the owner of one window ever sends, still empty.
     pub fn from(sender: usize, windows: &[Window]) -> Vec<Self> {
         let from = &windows[sender];
         let message = |(to, window): (usize, &Window)| {
-            let vertices = common(&from.own, &window.vertices());
-            let faces = common(&from.own_faces, &window.held_faces);
+            let vertices = intersection(&from.own, &window.held_vertices());
+            let faces = intersection(&from.own_faces, &window.held_faces);
             let needed = to != sender && !(vertices.is_empty() && faces.is_empty());
             let (u, kq, q) = (Vec::new(), Vec::new(), Vec::new());
             needed.then_some(HaloMessage { to, vertices, faces, u, kq, q })
@@ -32,7 +33,7 @@ impl<T: Real> HaloMessage<T> {
     }
 
     pub fn write(&mut self, from: &Part<T>) {
-        let (vertices, faces) = (from.places(&self.vertices), from.face_places(&self.faces));
+        let (vertices, faces) = (from.vertex_slots(&self.vertices), from.face_slots(&self.faces));
         let m = from.m;
         self.u.clear();
         self.u.extend_from_slice(&from.u()[vertices.start * m..vertices.end * m]);
@@ -43,15 +44,15 @@ impl<T: Real> HaloMessage<T> {
     }
 
     pub fn read(&self, to: &mut Part<T>) {
-        let (vertices, faces) = (to.places(&self.vertices), to.face_places(&self.faces));
+        let (vertices, faces) = (to.vertex_slots(&self.vertices), to.face_slots(&self.faces));
         let m = to.m;
-        let (numbers, ..) = to.numbers();
-        numbers.u[vertices.start * m..vertices.end * m].copy_from_slice(&self.u);
-        numbers.kq[vertices.start * m..vertices.end * m].copy_from_slice(&self.kq);
-        numbers.q[faces.start * 2 * m..faces.end * 2 * m].copy_from_slice(&self.q);
+        let (arrays, ..) = to.arrays();
+        arrays.u[vertices.start * m..vertices.end * m].copy_from_slice(&self.u);
+        arrays.kq[vertices.start * m..vertices.end * m].copy_from_slice(&self.kq);
+        arrays.q[faces.start * 2 * m..faces.end * 2 * m].copy_from_slice(&self.q);
     }
 }
 
-fn common(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+fn intersection(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
     a.start.max(b.start)..a.end.min(b.end)
 }

@@ -1,7 +1,7 @@
-//! What the pass needs of single and double precision: vectors of the instruction set S, lane by lane.
+//! The arithmetic of the pass in single and double precision, on vectors of the instruction set S.
 //!
-//! With AVX2 and AVX-512 a product and a sum are rounded once, in the same places, so that they give the same bits;
-//! portable code rounds twice.
+//! AVX2 and AVX-512 round a b + c once, in the same expressions, and therefore give the same bits; portable code rounds
+//! it twice.
 
 use pulp::bytemuck::{Pod, cast_slice, cast_slice_mut};
 use pulp::{Arch, Simd};
@@ -12,11 +12,11 @@ pub trait Real: Pod + Send + Sync {
     type Vector<S: Simd>: Pod;
 
     const ZERO: Self;
-    /// Whether this is the precision of everything else.
+    /// Whether this is f64, the precision of everything outside the engine.
     const DOUBLE: bool;
-    /// What sums of numbers near 1 do not notice, and far from what is too small to be a normal number.
+    /// Too small to change a sum of numbers near 1, and still far above the subnormal numbers.
     const NEGLIGIBLE: f64;
-    /// The distance from 1 to the next number.
+    /// The distance from 1 to the next larger number.
     const EPSILON: f64;
 
     fn from_f64(x: f64) -> Self;
@@ -43,39 +43,39 @@ pub trait Real: Pod + Send + Sync {
     ) -> V<Self, S>;
     /// Whether a < b in any lane.
     fn any_less<S: Simd>(simd: S, a: V<Self, S>, b: V<Self, S>) -> bool;
-    /// The largest of all lanes.
+    /// The maximum over all lanes.
     fn largest<S: Simd>(simd: S, a: V<Self, S>) -> f64;
-    /// Rows of four, one after the other, to four vectors with a lane for each row; lanes in the order of
-    /// [`lane_order`].
-    fn deinterleave<S: Simd>(simd: S, rows: [V<Self, S>; 4]) -> [V<Self, S>; 4];
-    /// And back.
+    /// Turns groups of four numbers, stored one after another, into four vectors with one lane per group, in the order
+    /// of [`lane_order`].
+    fn deinterleave<S: Simd>(simd: S, groups: [V<Self, S>; 4]) -> [V<Self, S>; 4];
+    /// The inverse of `deinterleave`.
     fn interleave<S: Simd>(simd: S, lanes: [V<Self, S>; 4]) -> [V<Self, S>; 4];
 }
 
-/// As many lanes as any vector has.
-pub const WIDEST: usize = 16;
+/// The largest number of lanes of a vector.
+pub const MAX_LANES: usize = 16;
 
-/// How many lanes a vector has.
+/// The number of lanes of a vector.
 pub const fn width<T: Real, S: Simd>() -> usize {
     size_of::<T::Vector<S>>() / size_of::<T>()
 }
 
-/// The square of what is below lambda, however it is rounded.
+/// A bound of |y|^2 as computed: up to it, |y| is less than lambda in spite of rounding.
 pub fn surely_inside<T: Real>(lambda: f64) -> f64 {
     lambda.powi(2) * (1.0 - 8.0 * T::EPSILON)
 }
 
-/// Rows of four, one after the other, as many as a vector has lanes.
+/// As many groups of four as a vector has lanes, stored one after another; `group` returns the one of each position.
 #[inline(always)]
-pub fn gather<T: Real, S: Simd>(simd: S, row: impl Fn(usize) -> [T; 4]) -> [V<T, S>; 4] {
-    let mut rows = [T::splat(simd, 0.0); 4];
-    for (o, place) in cast_slice_mut::<_, [T; 4]>(&mut rows).iter_mut().enumerate() {
-        *place = row(o);
+pub fn gather<T: Real, S: Simd>(simd: S, group: impl Fn(usize) -> [T; 4]) -> [V<T, S>; 4] {
+    let mut groups = [T::splat(simd, 0.0); 4];
+    for (position, out) in cast_slice_mut::<_, [T; 4]>(&mut groups).iter_mut().enumerate() {
+        *out = group(position);
     }
-    rows
+    groups
 }
 
-/// The lane in which [`Real::deinterleave`] puts each row.
+/// For each position, the lane in which [`Real::deinterleave`] puts its group.
 pub fn lane_order<T: Real>(arch: Arch) -> Vec<usize> {
     struct Order<T>(std::marker::PhantomData<T>);
     impl<T: Real> pulp::WithSimd for Order<T> {
@@ -83,11 +83,12 @@ pub fn lane_order<T: Real>(arch: Arch) -> Vec<usize> {
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Vec<usize> {
-            let lanes = T::deinterleave(simd, gather(simd, |o| [T::from_f64(o as f64); 4]));
-            let row_in: &[T] = cast_slice(&lanes[..1]);
-            let mut order = vec![0; row_in.len()];
-            for (lane, row) in row_in.iter().enumerate() {
-                order[row.to_f64() as usize] = lane;
+            let lanes =
+                T::deinterleave(simd, gather(simd, |position| [T::from_f64(position as f64); 4]));
+            let position_of_lane: &[T] = cast_slice(&lanes[..1]);
+            let mut order = vec![0; position_of_lane.len()];
+            for (lane, position) in position_of_lane.iter().enumerate() {
+                order[position.to_f64() as usize] = lane;
             }
             order
         }
@@ -179,8 +180,8 @@ macro_rules! real {
                 f64::from(simd.$largest(a))
             }
             #[inline(always)]
-            fn deinterleave<S: Simd>(simd: S, rows: [S::$vector; 4]) -> [S::$vector; 4] {
-                simd.$deinterleave(rows)
+            fn deinterleave<S: Simd>(simd: S, groups: [S::$vector; 4]) -> [S::$vector; 4] {
+                simd.$deinterleave(groups)
             }
             #[inline(always)]
             fn interleave<S: Simd>(simd: S, lanes: [S::$vector; 4]) -> [S::$vector; 4] {

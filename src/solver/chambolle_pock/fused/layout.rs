@@ -1,21 +1,21 @@
-//! Who lies where, in blocks of as many vertices or faces as a vector has lanes, and what has to wait for what.
+//! The order of vertices and faces, in blocks of as many as a vector has lanes, and the dependencies between blocks.
 //!
-//! Vertices come in the order of the mesh, faces in the order of their last vertex. A face is due as soon as that
-//! vertex has moved; a vertex may move again as soon as all its faces are done. Where neighbors have near numbers,
-//! the next iteration so follows a few blocks behind.
+//! Vertices keep the order of the mesh; faces are sorted by their last vertex. A face is due as soon as that vertex has
+//! moved; a vertex may move again as soon as all its faces are done. If neighbors have nearby numbers, the next
+//! iteration therefore follows a few blocks behind.
 
 use std::ops::Range;
 
 use crate::mesh::order::sorted_by;
 use crate::sweep::{collect, ranges, results};
 
-/// A part may compute so much of what others own again, as a share of what it owns.
-const LARGEST_BORDER: f64 = 0.125;
+/// The most blocks of vertices of other parts that a part may hold and compute again, as a fraction of its own.
+const MAX_BORDER_SHARE: f64 = 0.125;
 
-/// So many numbers make a row of what is gathered.
-pub const ROW: usize = 4;
+/// The regions of a group: so many numbers lie next to each other and are gathered at once.
+pub const GROUP: usize = 4;
 
-/// The lane of each row in a block; how many there are is a power of two.
+/// The lane order: which lane each position of a block is kept in. The number of lanes is a power of two.
 #[derive(Clone)]
 pub struct Lanes {
     pub order: Vec<usize>,
@@ -32,114 +32,122 @@ impl Lanes {
         self.order.len()
     }
 
-    /// The block of the i-th row, and its number there.
+    /// The block of the i-th vertex or face, and its position there.
     #[inline(always)]
     pub fn block(&self, i: usize) -> (usize, usize) {
         (i >> self.shift, i & (self.order.len() - 1))
     }
 
-    /// Where the first entry of the i-th row lies, if rows have `entries`; the next ones follow at a distance of
-    /// the width.
+    /// The index of the first entry of the i-th vertex or face, if each has `entries`; the next ones follow at a
+    /// distance of the width.
     #[inline(always)]
     pub fn first(&self, i: usize, entries: usize) -> usize {
-        let (block, row) = self.block(i);
-        ((block * entries) << self.shift) + self.order[row]
+        let (block, position) = self.block(i);
+        ((block * entries) << self.shift) + self.order[position]
     }
 }
 
-/// The order of a whole mesh, and what waits for what, block by block.
-pub struct Layout {
+/// The order of the faces of a whole mesh, and the dependencies between its blocks.
+pub struct BlockLayout {
     pub lanes: Lanes,
-    /// Ascending by their last vertex.
+    /// All faces, ascending by their last vertex.
     pub faces: Vec<u32>,
-    /// How many blocks of faces are due after each block of vertices.
+    /// For each block of vertices, how many blocks of faces are due once it has moved.
     due: Vec<u32>,
-    /// The last block of vertices that must have moved before all faces at this block, and at those before it, are
-    /// done.
-    until: Vec<u32>,
-    /// The first block of vertices at the faces that end in this block or behind it.
-    from: Vec<u32>,
-    /// So many blocks of faces are done at the most from the first one at a block of vertices to the last.
-    pub ring: usize,
+    /// For each block of vertices, the last block of vertices that must have moved before all faces at it, and at those
+    /// before it, are done.
+    done_after: Vec<u32>,
+    /// For each block of vertices, the first one with a corner of a face whose last vertex lies in this block or behind
+    /// it.
+    first_corner_block: Vec<u32>,
+    /// The largest number of blocks of faces from the first one at a block of vertices to the last one that is due
+    /// before its faces are done. As many blocks of shares are kept, in a ring.
+    pub ring_length: usize,
 }
 
-/// What the faces say about each block of vertices: `due`, `until` and `from` of [`Layout`], of these blocks alone.
-struct Seen {
+/// The dependencies that some blocks of faces cause, for each block of vertices. `due`, `done_after` and
+/// `first_corner_block` become those of [`BlockLayout`] once they are accumulated over the blocks of vertices.
+struct Dependencies {
     due: Vec<u32>,
-    until: Vec<u32>,
-    from: Vec<u32>,
-    /// The first block of faces at it.
-    met: Vec<u32>,
+    done_after: Vec<u32>,
+    first_corner_block: Vec<u32>,
+    /// The first block of faces with a corner in it.
+    first_face_block: Vec<u32>,
 }
 
-impl Seen {
-    fn nothing(blocks: usize) -> Self {
-        let numbers: Vec<u32> = (0..blocks as u32).collect();
-        Seen {
+impl Dependencies {
+    fn none(blocks: usize) -> Self {
+        let itself: Vec<u32> = (0..blocks as u32).collect();
+        Dependencies {
             due: vec![0; blocks],
-            until: numbers.clone(),
-            from: numbers,
-            met: vec![u32::MAX; blocks],
+            done_after: itself.clone(),
+            first_corner_block: itself,
+            first_face_block: vec![u32::MAX; blocks],
         }
     }
 
-    fn and(mut self, other: Self) -> Self {
-        let each = |a: &mut [u32], b: &[u32], of: fn(u32, u32) -> u32| {
-            a.iter_mut().zip(b).for_each(|(a, &b)| *a = of(*a, b));
+    fn merged_with(mut self, other: Self) -> Self {
+        let each = |a: &mut [u32], b: &[u32], pick: fn(u32, u32) -> u32| {
+            a.iter_mut().zip(b).for_each(|(a, &b)| *a = pick(*a, b));
         };
         each(&mut self.due, &other.due, Ord::max);
-        each(&mut self.until, &other.until, Ord::max);
-        each(&mut self.from, &other.from, Ord::min);
-        each(&mut self.met, &other.met, Ord::min);
+        each(&mut self.done_after, &other.done_after, Ord::max);
+        each(&mut self.first_corner_block, &other.first_corner_block, Ord::min);
+        each(&mut self.first_face_block, &other.first_face_block, Ord::min);
         self
     }
 }
 
-impl Layout {
+impl BlockLayout {
     /// For the corners of all faces of a mesh.
     pub fn new(corners: &[[u32; 3]], vertices: usize, lanes: Lanes) -> Self {
-        let last_vertex = |j: usize| last(&corners[j]) as u32;
-        let faces = sorted_by(&collect(corners.len(), last_vertex), vertices);
+        let last_of_face = |j: usize| last_vertex(&corners[j]) as u32;
+        let faces = sorted_by(&collect(corners.len(), last_of_face), vertices);
         let width = lanes.width();
         let count = vertices.div_ceil(width);
         let block = |v: usize| lanes.block(v).0;
-        // Each thread some of the blocks of faces; the first and the last of what any of them saw counts.
+        // Each thread visits some of the blocks of faces; the extremes over all threads count.
         let cuts = ranges(faces.len().div_ceil(width));
-        let seen = results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range| {
-            let mut seen = Seen::nothing(count);
-            // Backwards: the first block of faces at a vertex is the last that is written.
+        let dependencies = results(cuts.windows(2).map(|cut| cut[0]..cut[1]).collect(), |range| {
+            let mut dependencies = Dependencies::none(count);
+            // In reverse order, so that the first block of faces at a vertex is written last.
             for i in range.rev() {
                 let (mut begins, mut ends) = (count, 0);
                 for &j in &faces[i * width..faces.len().min((i + 1) * width)] {
                     let corners = &corners[j as usize];
-                    let begin = block(first(corners));
-                    ends = block(last(corners));
-                    seen.from[ends] = seen.from[ends].min(begin as u32);
+                    let begin = block(first_vertex(corners));
+                    ends = block(last_vertex(corners));
+                    dependencies.first_corner_block[ends] =
+                        dependencies.first_corner_block[ends].min(begin as u32);
                     begins = begins.min(begin);
                     for &v in corners {
-                        seen.met[block(v as usize)] = i as u32;
+                        dependencies.first_face_block[block(v as usize)] = i as u32;
                     }
                 }
-                seen.due[ends] = seen.due[ends].max(i as u32 + 1);
-                seen.until[begins] = seen.until[begins].max(ends as u32);
+                dependencies.due[ends] = dependencies.due[ends].max(i as u32 + 1);
+                dependencies.done_after[begins] = dependencies.done_after[begins].max(ends as u32);
             }
-            seen
+            dependencies
         });
-        let Seen { mut due, mut until, mut from, met } =
-            seen.into_iter().reduce(Seen::and).unwrap_or_else(|| Seen::nothing(count));
+        let Dependencies { mut due, mut done_after, mut first_corner_block, first_face_block } =
+            dependencies
+                .into_iter()
+                .reduce(Dependencies::merged_with)
+                .unwrap_or_else(|| Dependencies::none(count));
         for b in 1..count {
             due[b] = due[b].max(due[b - 1]);
-            until[b] = until[b].max(until[b - 1]);
+            done_after[b] = done_after[b].max(done_after[b - 1]);
         }
         for b in (1..count).rev() {
-            from[b - 1] = from[b - 1].min(from[b]);
+            first_corner_block[b - 1] = first_corner_block[b - 1].min(first_corner_block[b]);
         }
-        let done = |b: usize| due[until[b] as usize].saturating_sub(met[b]) as usize;
-        let ring = (0..count).map(done).max().unwrap_or(0);
-        Layout { lanes, faces, due, until, from, ring }
+        let done =
+            |b: usize| due[done_after[b] as usize].saturating_sub(first_face_block[b]) as usize;
+        let ring_length = (0..count).map(done).max().unwrap_or(0);
+        BlockLayout { lanes, faces, due, done_after, first_corner_block, ring_length }
     }
 
-    /// Blocks of vertices.
+    /// The number of blocks of vertices.
     pub fn blocks(&self) -> usize {
         self.due.len()
     }
@@ -153,18 +161,18 @@ impl Layout {
     /// Whether all faces at a block of vertices are done, once all blocks before `moved` have moved.
     #[inline(always)]
     pub fn is_done(&self, block: usize, moved: usize) -> bool {
-        (self.until[block] as usize) < moved
+        (self.done_after[block] as usize) < moved
     }
 
-    /// How many blocks an iteration is behind the one before it, in the mean.
+    /// How many blocks an iteration lags behind the one before it, on average.
     pub fn lag(&self) -> f64 {
-        let lag = |(b, &until): (usize, &u32)| f64::from(until) - b as f64;
-        self.until.iter().enumerate().map(lag).sum::<f64>() / self.blocks().max(1) as f64
+        let lag = |(b, &done_after): (usize, &u32)| f64::from(done_after) - b as f64;
+        self.done_after.iter().enumerate().map(lag).sum::<f64>() / self.blocks().max(1) as f64
     }
 
-    /// What `count` threads with about the same work hold, for passes of up to `deepest` iterations, or of half as many
-    /// as often as the borders are too wide.
-    pub fn windows(&self, corners: &[[u32; 3]], count: usize, deepest: usize) -> Vec<Window> {
+    /// The windows of up to `count` threads with about the same work. A pass makes up to `max_depth` iterations; that
+    /// number is halved until the borders are narrow enough.
+    pub fn windows(&self, corners: &[[u32; 3]], count: usize, max_depth: usize) -> Vec<Window> {
         // A vertex costs about half as much as a face.
         let work: Vec<usize> = (0..=self.blocks()).map(|b| 2 * self.due_before(b) + b).collect();
         let all = work[self.blocks()];
@@ -177,28 +185,30 @@ impl Layout {
         };
         let is_narrow = |(own, reach): &(Range<usize>, Vec<Range<usize>>)| {
             let held = reach[reach.len() - 1].len();
-            held as f64 <= (1.0 + LARGEST_BORDER) * own.len() as f64
+            held as f64 <= (1.0 + MAX_BORDER_SHARE) * own.len() as f64
         };
-        let mut depth = deepest;
+        let mut depth = max_depth;
         while depth > 1 && !reaches(depth).iter().all(is_narrow) {
             depth /= 2;
         }
         results(reaches(depth), |(own, reach)| self.window(corners, own, reach))
     }
 
-    /// [`Window::reach`].
+    /// See [`Window::reach`].
     fn reach(&self, corners: &[[u32; 3]], own: &Range<usize>, depth: usize) -> Vec<Range<usize>> {
-        // The first block of faces may begin with some that end before the first own vertex.
-        let first = self.faces.get(self.due_before(own.start) * self.lanes.width());
-        let begins = match first {
-            Some(&j) => self.lanes.block(last(&corners[j as usize])).0.min(own.start),
+        // The first block of faces may begin with some whose last vertex comes before the first own one.
+        let first_face = self.faces.get(self.due_before(own.start) * self.lanes.width());
+        let start = match first_face {
+            Some(&j) => self.lanes.block(last_vertex(&corners[j as usize])).0.min(own.start),
             None => own.start,
         };
         let mut reach = Vec::with_capacity(depth + 1);
-        reach.push(begins..own.end);
+        reach.push(start..own.end);
         for k in 0..depth {
             let Range { start, end } = reach[k];
-            reach.push(self.from[start] as usize..self.until[end - 1] as usize + 1);
+            reach.push(
+                self.first_corner_block[start] as usize..self.done_after[end - 1] as usize + 1,
+            );
         }
         reach
     }
@@ -209,124 +219,130 @@ impl Layout {
         let vertices = reach[reach.len() - 1].clone();
         let held_faces = self.due_before(vertices.start)..self.due_before(vertices.end);
         let held = width * vertices.start..width * vertices.end;
-        // Else the begins of rows are no u32.
-        assert!(ROW * held.len().max(3 * self.ring * width) < u32::MAX as usize);
+        // All offsets of groups fit into a u32.
+        assert!(GROUP * held.len().max(3 * self.ring_length * width) < u32::MAX as usize);
         let mut faces = vec![NO_FACE; held_faces.len() * width];
-        let mut places = vec![0; 3 * faces.len()];
+        let mut corner_offsets = vec![0; 3 * faces.len()];
         let mut degree = vec![0_u32; held.len()];
         let end = self.faces.len().min(held_faces.end * width);
         for (i, &j) in self.faces[held_faces.start * width..end].iter().enumerate() {
             let corners = &corners[j as usize];
             if corners.iter().all(|&v| held.contains(&(v as usize))) {
                 faces[i] = j;
-                let (block, row) = self.lanes.block(i);
+                let (block, position) = self.lanes.block(i);
                 for (c, v) in corners.iter().enumerate() {
-                    let place = v - held.start as u32;
-                    places[(3 * block + c) * width + row] = ROW as u32 * place;
-                    degree[place as usize] += 1;
+                    let slot = v - held.start as u32;
+                    corner_offsets[(3 * block + c) * width + position] = GROUP as u32 * slot;
+                    degree[slot as usize] += 1;
                 }
             }
         }
-        let rows_at = self.rows_at(&faces, &places, degree);
-        Window { own, own_faces, reach, held_faces, faces, places, rows_at }
+        let share_offsets = self.share_offsets(&faces, &corner_offsets, degree);
+        Window { own, own_faces, reach, held_faces, faces, corner_offsets, share_offsets }
     }
 
-    /// Where the faces at each vertex leave what they add to it, by how many faces there are.
-    fn rows_at(&self, faces: &[u32], places: &[u32], mut degree: Vec<u32>) -> RowsAt {
+    /// Where the faces at each vertex leave their shares of K^T q; `degree` is the number of faces at each vertex.
+    fn share_offsets(
+        &self,
+        faces: &[u32],
+        corner_offsets: &[u32],
+        mut degree: Vec<u32>,
+    ) -> ShareOffsets {
         let width = self.lanes.width();
         let mut start = Vec::with_capacity(degree.len() / width + 1);
         start.push(0);
         let mut length = 0;
         for degree in degree.chunks_mut(width) {
-            let most = degree.iter().copied().max().unwrap_or(0) as usize;
-            // From here on the entry of a vertex is where the next of its faces goes.
-            for (row, next) in degree.iter_mut().enumerate() {
-                *next = (length + row) as u32;
+            let max_degree = degree.iter().copied().max().unwrap_or(0) as usize;
+            // From here on the entry of a vertex is the index at which the offset of its next face goes.
+            for (position, next) in degree.iter_mut().enumerate() {
+                *next = (length + position) as u32;
             }
-            length += width * most;
+            length += width * max_degree;
             start.push(length);
         }
-        // Else they are no u32.
+        // All these indices fit into a u32.
         assert!(length < u32::MAX as usize);
         let mut next = degree;
-        let nothing = (ROW * self.ring * 3 * width) as u32;
-        let mut rows = vec![nothing; length];
-        let blocks = faces.chunks_exact(width).zip(places.chunks_exact(3 * width));
-        for (block, (faces, places)) in blocks.enumerate() {
-            let first = ROW * (block % self.ring * 3 * width);
-            for (row, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
+        let zeros = (GROUP * self.ring_length * 3 * width) as u32;
+        let mut offsets = vec![zeros; length];
+        let blocks = faces.chunks_exact(width).zip(corner_offsets.chunks_exact(3 * width));
+        for (block, (faces, corner_offsets)) in blocks.enumerate() {
+            let first = GROUP * (block % self.ring_length * 3 * width);
+            for (position, _) in faces.iter().enumerate().filter(|(_, j)| **j != NO_FACE) {
                 for c in 0..3 {
-                    let next = &mut next[places[c * width + row] as usize / ROW];
-                    rows[*next as usize] = (first + ROW * (c * width + row)) as u32;
+                    let next = &mut next[corner_offsets[c * width + position] as usize / GROUP];
+                    offsets[*next as usize] = (first + GROUP * (c * width + position)) as u32;
                     *next += width as u32;
                 }
             }
         }
-        RowsAt { start, rows }
+        ShareOffsets { start, offsets }
     }
 }
 
-/// What one thread holds: the blocks that it owns, and those around them that it computes again, so that a pass of
-/// several iterations asks no other thread for anything.
+/// What one thread holds: the blocks that it owns, and a border of blocks that it computes as well, so that it needs
+/// nothing from other threads during a pass of several iterations.
 pub struct Window {
-    /// Blocks of vertices.
+    /// The blocks of vertices that are owned.
     pub own: Range<usize>,
-    /// Blocks of faces.
+    /// The blocks of faces that are owned.
     pub own_faces: Range<usize>,
-    /// `reach[k]`: the blocks of vertices whose u and K^T q must be right where k more iterations follow, for the own
+    /// `reach[k]`: the blocks of vertices whose u and K^T q must be right when k more iterations follow, for the own
     /// ones to be right after them.
     pub reach: Vec<Range<usize>>,
-    /// Blocks of faces.
+    /// The blocks of faces that are held.
     pub held_faces: Range<usize>,
-    /// The faces that are held, [`NO_FACE`] where a block is not full. A face with a corner that is not held is none.
+    /// The faces that are held; [`NO_FACE`] for padding, and for faces with a corner that is not held.
     pub faces: Vec<u32>,
-    /// Where their corners begin in rows of the vertices that are held, `[block][corner][row]`.
-    pub places: Vec<u32>,
-    pub rows_at: RowsAt,
+    /// GROUP times the slot of each corner among the vertices that are held, `[block][corner][position]`: the offset of
+    /// its first group, in an array with one group per vertex.
+    pub corner_offsets: Vec<u32>,
+    pub share_offsets: ShareOffsets,
 }
 
-/// For each vertex where the rows `[block of the ring][corner][row]` of its faces begin, in their order, filled up with
-/// one that lies behind all.
-pub struct RowsAt {
-    /// For each block of vertices, and the end.
+/// For each vertex, the offsets of the shares of its faces in `[block of the ring][corner][position]`, in the order of
+/// the faces. Vertices with fewer faces than others of their block are padded with the offset of zeros behind the ring.
+pub struct ShareOffsets {
+    /// Where each block of vertices starts, and the end.
     start: Vec<usize>,
-    /// `[block][face at the vertex][row]`
-    rows: Vec<u32>,
+    /// `[block][face at the vertex][position]`
+    offsets: Vec<u32>,
 }
 
-impl RowsAt {
-    /// For so many rows in all.
-    pub fn all_within(&self, length: usize) -> bool {
-        all_within(&self.rows, length)
+impl ShareOffsets {
+    /// Whether all shares lie within an array of the given number of groups.
+    pub fn all_within(&self, groups: usize) -> bool {
+        all_within(&self.offsets, groups)
     }
 
     #[inline(always)]
     pub fn block(&self, block: usize) -> &[u32] {
-        &self.rows[self.start[block]..self.start[block + 1]]
+        &self.offsets[self.start[block]..self.start[block + 1]]
     }
 }
 
-/// Whether all rows that begin there are among so many.
-pub fn all_within(begins: &[u32], length: usize) -> bool {
-    let last = begins.iter().copied().max();
-    last.is_none_or(|last| last as usize + ROW <= ROW * length)
+/// Whether the groups at these offsets lie within an array of the given number of groups.
+pub fn all_within(offsets: &[u32], groups: usize) -> bool {
+    let last = offsets.iter().copied().max();
+    last.is_none_or(|last| last as usize + GROUP <= GROUP * groups)
 }
 
-/// Fills up blocks: has no weights, and lies anywhere.
+/// Padding of blocks of faces. Its weights and the offsets of its corners are zero.
 pub const NO_FACE: u32 = u32::MAX;
 
 impl Window {
     /// The blocks of vertices that are held.
-    pub fn vertices(&self) -> Range<usize> {
+    pub fn held_vertices(&self) -> Range<usize> {
         self.reach[self.depth()].clone()
     }
 
-    /// How many iterations a pass may make.
+    /// The largest number of iterations of a pass.
     pub fn depth(&self) -> usize {
         self.reach.len() - 1
     }
 
-    /// Every face that is held, with its place.
+    /// Calls `work(i, j)` for every face j that is held, i its slot.
     #[inline(always)]
     pub fn each_face(&self, mut work: impl FnMut(usize, usize)) {
         for (i, &j) in self.faces.iter().enumerate() {
@@ -337,14 +353,14 @@ impl Window {
     }
 }
 
-/// The first of its vertices.
-fn first(corners: &[u32; 3]) -> usize {
+/// The first vertex of a face.
+fn first_vertex(corners: &[u32; 3]) -> usize {
     let [a, b, c] = *corners;
     a.min(b).min(c) as usize
 }
 
-/// The last of its vertices.
-fn last(corners: &[u32; 3]) -> usize {
+/// The last vertex of a face.
+fn last_vertex(corners: &[u32; 3]) -> usize {
     let [a, b, c] = *corners;
     a.max(b).max(c) as usize
 }

@@ -1,9 +1,10 @@
-//! The method for the stencil, several iterations in one pass over memory: blocks of vectors, parts that threads own.
+//! The fused engine: the method for the stencil, several iterations in one pass over memory, on blocks of vectors, with
+//! one part of the mesh per thread.
 //!
-//! The same iterates as `rows`, to rounding: the sums K^T q run in another order, and products are rounded together
-//! with the sums that they go into. That order is one for all numbers of threads, so that the bits do not depend on
-//! them, nor on whether the vectors are those of AVX2 or of AVX-512. In single precision the problem is scaled by
-//! powers of two to numbers near 1; what is looked at is made feasible in double precision.
+//! The iterates are those of `rows` up to rounding: the sums K^T q are taken in another order, and products are rounded
+//! together with the sums to which they are added. The order is the same for every number of threads, so that the bits
+//! do not depend on that number, nor on whether the vectors are those of AVX2 or of AVX-512. In single precision the
+//! problem is scaled by powers of two to numbers near 1; sampled iterates are made feasible in double precision.
 
 mod bound;
 mod buffer;
@@ -23,9 +24,9 @@ use buffer::Slices;
 use halo::HaloMessage;
 pub use lanes::Real;
 use lanes::lane_order;
-use layout::{Lanes, Layout, Window};
-use part::{Part, Units, groups, share_rows};
-use pass::{DEEPEST, Pass};
+use layout::{BlockLayout, Lanes, Window};
+use part::{Part, Units, groups, share_slots};
+use pass::{MAX_DEPTH, Pass};
 
 use super::stepping::Stepping;
 use super::steps::Steps;
@@ -36,63 +37,64 @@ use crate::prox::project_ball;
 use crate::solver::{Iterate, Solver};
 use crate::sweep::{collect, each, max, results, sum, sweep, sweep_parts, threads};
 
-/// A thread with fewer vertices than this spends its time at the border.
-const LEAST_VERTICES: usize = 2048;
+/// With fewer vertices than this, a thread would spend its time on the border.
+const MIN_VERTICES_PER_THREAD: usize = 2048;
 
-/// What the iterations of one pass reach over at once should stay in the caches, of which a core has so many bytes.
-const CACHE: usize = 4 << 20;
+/// The size of a core's share of all caches, which should hold the data that the iterations of a pass use at a time.
+const CACHE_BYTES: usize = 4 << 20;
 
 pub struct Fused<T, const M: usize> {
     /// The vector instructions to use.
     arch: Arch,
-    layout: Layout,
+    layout: BlockLayout,
     parts: Vec<Part<T>>,
-    /// What each part sent after the last pass, and what it sends after the next.
+    /// The messages that each part sent after the last pass, and those that it sends after the next.
     messages: [Vec<Vec<HaloMessage<T>>>; 2],
     units: Units,
     stepping: Stepping<M>,
-    /// How many steps were made.
-    made: usize,
-    /// The number of each face in the order of the layout; empty until q is asked for.
-    places: Vec<u32>,
-    /// The iterate in the order of the mesh when it was last asked for; q is empty until then.
+    /// The number of iterations so far.
+    iterations_made: usize,
+    /// The position of each face in the order of the layout; empty until q is first read.
+    face_positions: Vec<u32>,
+    /// The iterate in the order of the mesh, as of the last time that it was read; until then q is empty if it is zero.
     u: Vec<Row<M>>,
     q: Vec<Tangent<M>>,
-    /// D(q) vertex by vertex, and what the parts need for it; empty until then.
+    /// D(q) vertex by vertex; empty until it is first computed.
     bounds: Vec<f64>,
+    /// For each part, the shares of K^T q from which D(q) is computed in single precision.
     shares: Vec<Slices<f64, 1>>,
-    /// As of the last step.
+    /// lambda as of the last step or restart.
     lambda: f64,
 }
 
-/// Who computes what on a mesh, and where it lies.
-pub struct Plan {
+/// Which thread computes what on a mesh, and where it is stored.
+pub struct Partition {
     arch: Arch,
-    layout: Layout,
+    layout: BlockLayout,
     windows: Vec<Window>,
 }
 
-impl Plan {
-    /// For numbers of type T and rows of M of them.
+impl Partition {
+    /// For M regions and numbers of type T.
     pub fn new<T: Real, const M: usize>(stencil: &Stencil, arch: Arch) -> Self {
         let (corners, vertices) = (stencil.corners(), stencil.vertices());
-        let layout = Layout::new(corners, vertices, Lanes::new(lane_order::<T>(arch)));
-        let count = threads().min(vertices / LEAST_VERTICES).max(1);
+        let layout = BlockLayout::new(corners, vertices, Lanes::new(lane_order::<T>(arch)));
+        let count = threads().min(vertices / MIN_VERTICES_PER_THREAD).max(1);
         let windows = layout.windows(corners, count, depth::<T, M>(&layout));
-        Plan { arch, layout, windows }
+        Partition { arch, layout, windows }
     }
 }
 
 impl<T: Real, const M: usize> Fused<T, M> {
-    /// By a plan for the same numbers.
+    /// On a partition that was made for the same mesh, T and M.
     pub fn new(
         problem: &Problem<Stencil, M>,
         u: Vec<Row<M>>,
         q: Option<Vec<Tangent<M>>>,
         stepping: Stepping<M>,
-        plan: Plan,
+        partition: Partition,
     ) -> Self {
-        let Plan { arch, layout, windows } = plan;
+        let Partition { arch, layout, windows } = partition;
         let stencil = &problem.k;
         let units = units::<T>(stencil, &stepping.steps);
         let messages_from = |sender| HaloMessage::from(sender, &windows);
@@ -115,7 +117,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
         for (part, messages) in parts.iter().zip(&mut messages[0]) {
             messages.iter_mut().for_each(|message| message.write(part));
         }
-        let shares = if T::DOUBLE { 0 } else { 4 * groups(M) * share_rows(&layout) };
+        let shares = if T::DOUBLE { 0 } else { 4 * groups(M) * share_slots(&layout) };
         let shares = parts.iter().map(|_| Slices::zeroed([shares])).collect();
         Fused {
             arch,
@@ -124,8 +126,8 @@ impl<T: Real, const M: usize> Fused<T, M> {
             messages,
             units,
             stepping,
-            made: 0,
-            places: Vec::new(),
+            iterations_made: 0,
+            face_positions: Vec::new(),
             u,
             q: q.unwrap_or_default(),
             bounds: Vec::new(),
@@ -135,28 +137,28 @@ impl<T: Real, const M: usize> Fused<T, M> {
     }
 }
 
-/// How many iterations of a pass the cache holds. Looks lie four, eight or more steps apart, multiples of four unless
-/// the user asks for others.
-fn depth<T: Real, const M: usize>(layout: &Layout) -> usize {
+/// The number of iterations of a pass that fit into the cache. Samples are taken every four, eight or more steps,
+/// always a multiple of four unless the user asks for other intervals.
+fn depth<T: Real, const M: usize>(layout: &BlockLayout) -> usize {
     let vertex = 3 * M + 1 + 4 * groups(M);
     let face = 2 * 3 + 4 + 2 * M + 3 * 4 * groups(M);
     let block = layout.lanes.width() * size_of::<T>() * (vertex + 2 * face);
-    let fitting = CACHE as f64 / (layout.lag().max(1.0) * block as f64);
-    let depths = [DEEPEST, DEEPEST / 2, DEEPEST / 4];
+    let fitting = CACHE_BYTES as f64 / (layout.lag().max(1.0) * block as f64);
+    let depths = [MAX_DEPTH, MAX_DEPTH / 2, MAX_DEPTH / 4];
     depths.into_iter().find(|&depth| depth as f64 <= fitting).unwrap_or(1)
 }
 
-/// Single precision needs numbers near 1; double precision takes them as they are.
+/// Units that bring the numbers near 1 in single precision; 1 in double precision.
 fn units<T: Real>(stencil: &Stencil, steps: &Steps) -> Units {
     if T::DOUBLE {
         return Units { q: 1.0, k: 1.0 };
     }
     let inverse = |x: f64| if x.is_normal() { (-x.log2().floor()).exp2() } else { 1.0 };
-    let longest = max(stencil.corners().len(), |j| {
+    let largest = max(stencil.corners().len(), |j| {
         let [c1, c2, c3] = stencil.weights()[j];
         c1.max(c2.abs()).max(c3)
     });
-    Units { q: inverse(steps.dual_scale()), k: inverse(longest) }
+    Units { q: inverse(steps.dual_scale()), k: inverse(largest) }
 }
 
 impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
@@ -196,7 +198,7 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
     }
 
     fn dual_bound(&mut self, problem: &Problem<Stencil, M>) -> f64 {
-        if self.made == 0 && self.q.is_empty() {
+        if self.iterations_made == 0 && self.q.is_empty() {
             // K^T q = 0.
             return sum(
                 self.u.len(),
@@ -210,9 +212,9 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
         let mut rest = &mut bounds[..];
         let mut tasks = Vec::with_capacity(parts.len());
         for (part, shares) in parts.iter().zip(shares) {
-            let (bounds, behind) = rest.split_at_mut(part.own().len());
+            let (bounds, others) = rest.split_at_mut(part.own().len());
             tasks.push((part, shares, bounds));
-            rest = behind;
+            rest = others;
         }
         each(tasks, &|(part, shares, bounds)| {
             if T::DOUBLE {
@@ -238,7 +240,7 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
 
     fn change(&mut self) -> f64 {
         let changes = self.parts.iter().map(|part| part.change);
-        changes.fold(0.0, |most, change| if change > most { change } else { most })
+        changes.fold(0.0, |largest, change| if change > largest { change } else { largest })
     }
 
     fn restart(&mut self, problem: &Problem<Stencil, M>) {
@@ -252,10 +254,10 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
 }
 
 impl<T: Real, const M: usize> Fused<T, M> {
-    /// Some iterations in one pass, no more than its depth; `last` says whether the last one has rho = 1.
+    /// One pass of at most as many iterations as its depth; `last` is whether the last one has rho = 1.
     fn pass(&mut self, iterations: usize, last: bool) {
-        let before = self.made;
-        self.made += iterations;
+        let before = self.iterations_made;
+        self.iterations_made += iterations;
         let lambda = self.lambda * self.units.q;
         let Self { arch, layout, parts, messages, stepping, .. } = self;
         let (arch, layout, rho) = (*arch, &*layout, stepping.rho);
@@ -279,7 +281,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
         });
     }
 
-    /// u in the order of the mesh, feasible in double precision too.
+    /// Reads u in the order of the mesh, made feasible in double precision.
     fn unpack_u(&mut self) {
         let Self { parts, u, .. } = self;
         let ends = parts.iter().map(|part| part.own().end);
@@ -292,7 +294,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
                 owner(parts, first).read_u(u);
                 if !T::DOUBLE {
                     for row in u {
-                        // A projection would give to closed regions too.
+                        // A projection would give mass to padding regions too.
                         *row = *row * (1.0 / row.0.iter().sum::<f64>());
                     }
                 }
@@ -300,22 +302,22 @@ impl<T: Real, const M: usize> Fused<T, M> {
         );
     }
 
-    /// q in the order of the mesh, feasible in double precision too.
+    /// Reads q in the order of the mesh, made feasible in double precision.
     fn unpack_q(&mut self) {
-        let Self { layout, parts, units, places, q, lambda, .. } = self;
-        if places.is_empty() {
-            places.resize(layout.faces.len(), 0);
+        let Self { layout, parts, units, face_positions, q, lambda, .. } = self;
+        if face_positions.is_empty() {
+            face_positions.resize(layout.faces.len(), 0);
             for (i, &j) in layout.faces.iter().enumerate() {
-                places[j as usize] = i as u32;
+                face_positions[j as usize] = i as u32;
             }
         }
-        q.resize(places.len(), Tangent::ZERO);
+        q.resize(face_positions.len(), Tangent::ZERO);
         let owner = |i: u32| {
             let block = layout.lanes.block(i as usize).0;
             &parts[parts.partition_point(|part| part.window.own_faces.end <= block)]
         };
         sweep(
-            (&mut q[..], &places[..]),
+            (&mut q[..], &face_positions[..]),
             #[inline(always)]
             |_, (q, &i)| {
                 let tangent = owner(i).q_at(i as usize, *units);

@@ -1,45 +1,46 @@
-//! Up to [`DEEPEST`] iterations over one part: the two lines of the method, a lane a vertex and a lane a face.
+//! Up to [`MAX_DEPTH`] iterations over one part, with one vertex or face per lane:
 //!
 //! ```text
 //! x = Proj_simplex( u - tau (f + K^T q) )         u_bar = 2x - u,   u <- u + rho (x - u)
-//! y = Proj_{|.|<=lambda}( q + sigma K u_bar )      q <- q + rho (y - q),   K^T q is summed up anew
+//! y = Proj_{|.|<=lambda}( q + sigma K u_bar )      q <- q + rho (y - q),   K^T q is summed anew
 //! ```
 //!
-//! Blocks of vertices and of faces take turns: a face is due as soon as its last vertex has moved, and leaves its
-//! shares of K^T q in rows of its own; a vertex sums them up as soon as all its faces have. The next iteration follows
-//! as closely as the layout allows, and the one after it, so that all read u, f, q and the coefficients from memory
-//! once.
+//! Blocks of vertices and of faces take turns. A face is due as soon as its last vertex has moved, and stores its
+//! shares of K^T q separately from those of other faces; a vertex sums them up as soon as all its faces are done. The
+//! iterations follow each other as closely as the layout allows, so that u, f, q and the coefficients are read from
+//! memory once.
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use super::lanes::{Real, gather, surely_inside, width};
-use super::layout::{Layout, ROW};
-use super::part::{Numbers, Part, groups, share_rows};
+use super::layout::{BlockLayout, GROUP};
+use super::part::{Arrays, Part, groups, share_slots};
 use crate::prox::{SORTED_UP_TO, merge_exchange};
 
-/// The negligible is set to zero before one of so many iterations.
-const TIDY_EVERY: usize = 8;
+/// Negligible numbers are set to zero before every so many iterations.
+const FLUSH_EVERY: usize = 8;
 
-/// So many blocks of vertices an iteration moves before the next has its turn.
-const CHUNK: usize = 32;
+/// The largest number of blocks of vertices that an iteration moves before it is the next one's turn.
+const CHUNK_BLOCKS: usize = 32;
 
-/// So many iterations at the most are made in one pass.
-pub const DEEPEST: usize = 8;
+/// The largest number of iterations in one pass.
+pub const MAX_DEPTH: usize = 8;
 
 pub struct Pass<'a, T, const M: usize> {
     pub part: &'a mut Part<T>,
-    pub layout: &'a Layout,
+    pub layout: &'a BlockLayout,
     pub lambda: f64,
     pub rho: f64,
-    /// How many iterations were made before, and are now, up to the depth of the window.
+    /// The number of iterations before this pass.
     pub before: usize,
+    /// The number of iterations of this pass, at most the depth of the window.
     pub iterations: usize,
     /// Whether the last of them has rho = 1 and ends with a feasible pair.
     pub last: bool,
 }
 
-/// How far an iteration has come.
+/// How far an iteration of the pass has come.
 #[derive(Clone, Copy, Default)]
 struct Front {
     /// The next block of vertices, and the end.
@@ -49,9 +50,10 @@ struct Front {
     faces: usize,
     /// The next block of vertices whose K^T q is summed up.
     sums: usize,
-    tidy: bool,
+    /// Whether negligible numbers are set to zero.
+    flush: bool,
     /// Whether rho = 1.
-    plain: bool,
+    unrelaxed: bool,
 }
 
 impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
@@ -59,13 +61,13 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        // So many rows the part has room for, which the gathers rely on.
+        // The part has room for the groups of M regions, which the gathers rely on.
         assert_eq!(self.part.m, M);
         let width = width::<T, S>();
         let layout = self.layout;
-        let (numbers, window, _) = self.part.numbers();
-        let Numbers { u_bar, shares, u, kq, f, tau, weights, q } = numbers;
-        let (first_block, first_faces) = (window.vertices().start, window.held_faces.start);
+        let (arrays, window, _) = self.part.arrays();
+        let Arrays { u_bar, shares, u, kq, f, tau, weights, q } = arrays;
+        let (first_block, first_faces) = (window.held_vertices().start, window.held_faces.start);
         let u = cast_slice_mut::<T, T::Vector<S>>(u).as_chunks_mut::<M>().0;
         let kq = cast_slice_mut::<T, T::Vector<S>>(kq).as_chunks_mut::<M>().0;
         let f = cast_slice::<T, T::Vector<S>>(f).as_chunks::<M>().0;
@@ -73,7 +75,7 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
         let weights = cast_slice::<T, [T::Vector<S>; 4]>(weights);
         let q = cast_slice_mut::<T, T::Vector<S>>(q).as_chunks_mut::<M>().0.as_chunks_mut::<2>().0;
         let mut change = T::splat(simd, 0.0);
-        let mut step = Step::<T, S> {
+        let mut kernel = PassKernel::<T, S> {
             simd,
             zero: T::splat(simd, 0.0),
             one: T::splat(simd, 1.0),
@@ -81,10 +83,10 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             surely_inside: T::splat(simd, surely_inside::<T>(self.lambda)),
             rho: T::splat(simd, self.rho),
             negligible: [1.0, self.lambda].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
-            tidy: false,
-            plain: false,
+            flush: false,
+            unrelaxed: false,
         };
-        let mut fronts = [Front::default(); DEEPEST];
+        let mut fronts = [Front::default(); MAX_DEPTH];
         let fronts = &mut fronts[..self.iterations];
         for (front, reach) in fronts.iter_mut().rev().zip(&window.reach[1..]) {
             *front = Front {
@@ -96,71 +98,86 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             };
         }
         for (n, front) in (self.before..).zip(&mut *fronts) {
-            front.tidy = n % TIDY_EVERY == 0;
+            front.flush = n % FLUSH_EVERY == 0;
         }
         let last = self.iterations - 1;
-        fronts[last].plain = self.last;
-        let vertex_rows = ROW * width * groups(M);
-        let group = ROW * share_rows(layout);
+        fronts[last].unrelaxed = self.last;
+        let u_bar_stride = GROUP * width * groups(M);
+        let group_stride = GROUP * share_slots(layout);
         while fronts[last].block < fronts[last].end {
             for n in 0..self.iterations {
-                let Front { mut block, end, mut faces, mut sums, tidy, plain } = fronts[n];
+                let Front { mut block, end, mut faces, mut sums, flush, unrelaxed } = fronts[n];
                 let may_move = if n == 0 { end } else { end.min(fronts[n - 1].sums) };
-                let stop = may_move.min(block + CHUNK);
-                (step.tidy, step.plain) = (tidy, plain);
-                let shares = &mut shares[n * groups(M) * group..][..groups(M) * group];
+                let stop = may_move.min(block + CHUNK_BLOCKS);
+                (kernel.flush, kernel.unrelaxed) = (flush, unrelaxed);
+                let shares =
+                    &mut shares[n * groups(M) * group_stride..][..groups(M) * group_stride];
                 while block < stop {
                     let b = block - first_block;
-                    let u_bar_rows = &mut u_bar[b * vertex_rows..][..vertex_rows];
-                    let (kq_row, u_row) = (&kq[b], &mut u[b]);
-                    change = step.vertices::<M>(u_bar_rows, u_row, kq_row, &f[b], tau[b], change);
+                    let u_bar_block = &mut u_bar[b * u_bar_stride..][..u_bar_stride];
+                    let (kq_block, u_block) = (&kq[b], &mut u[b]);
+                    change =
+                        kernel.vertices::<M>(u_bar_block, u_block, kq_block, &f[b], tau[b], change);
                     block += 1;
                     let due = layout.due_before(block);
                     for j in faces - first_faces..due - first_faces {
-                        let places = &window.places[3 * width * j..][..3 * width];
-                        let shares = &mut shares[j % layout.ring * 3 * ROW * width..];
-                        step.faces::<M>(u_bar, places, &weights[j], &mut q[j], shares, group);
+                        let corner_offsets = &window.corner_offsets[3 * width * j..][..3 * width];
+                        let shares = &mut shares[j % layout.ring_length * 3 * GROUP * width..];
+                        kernel.faces::<M>(
+                            u_bar,
+                            corner_offsets,
+                            &weights[j],
+                            &mut q[j],
+                            shares,
+                            group_stride,
+                        );
                     }
                     faces = due;
                     while sums < end && layout.is_done(sums, block) {
-                        let rows = window.rows_at.block(sums - first_block);
-                        step.sums::<M>(shares, group, rows, &mut kq[sums - first_block]);
+                        let offsets = window.share_offsets.block(sums - first_block);
+                        kernel.sums::<M>(
+                            shares,
+                            group_stride,
+                            offsets,
+                            &mut kq[sums - first_block],
+                        );
                         sums += 1;
                     }
                 }
-                fronts[n] = Front { block, end, faces, sums, tidy, plain };
+                fronts[n] = Front { block, end, faces, sums, flush, unrelaxed };
             }
         }
         self.part.change = T::largest(simd, change);
     }
 }
 
-/// The instruction set and what all lanes share.
-struct Step<T: Real, S: Simd> {
+/// The instruction set and the constants of all blocks.
+struct PassKernel<T: Real, S: Simd> {
     simd: S,
     zero: T::Vector<S>,
     one: T::Vector<S>,
     lambda: T::Vector<S>,
     surely_inside: T::Vector<S>,
     rho: T::Vector<S>,
-    /// Of u and q.
+    /// For u and for q: smaller absolute values are negligible.
     negligible: [T::Vector<S>; 2],
-    tidy: bool,
+    flush: bool,
     /// Whether rho = 1.
-    plain: bool,
+    unrelaxed: bool,
 }
 
-impl<T: Real, S: Simd> Step<T, S> {
-    /// u <- u + rho (x - u), or x itself for rho = 1.
+impl<T: Real, S: Simd> PassKernel<T, S> {
+    /// u + rho (x - u), or x itself for rho = 1.
     #[inline(always)]
     fn relax(&self, u: T::Vector<S>, x: T::Vector<S>) -> T::Vector<S> {
         let simd = self.simd;
-        if self.plain { x } else { T::mul_add(simd, T::sub(simd, x, u), self.rho, u) }
+        if self.unrelaxed { x } else { T::mul_add(simd, T::sub(simd, x, u), self.rho, u) }
     }
 
-    /// Steps of a fixed ratio lead to numbers too small to be normal, which cost a hundred times as much.
+    /// Sets negligible numbers to zero. Numbers that shrink by a fixed ratio become subnormal, and an instruction then
+    /// takes a hundred times as long.
     #[inline(always)]
-    fn tidy(&self, numbers: &mut [T::Vector<S>], negligible: T::Vector<S>) {
+    fn flush(&self, numbers: &mut [T::Vector<S>], negligible: T::Vector<S>) {
         let simd = self.simd;
         for x in numbers {
             let size = T::max(simd, *x, T::sub(simd, self.zero, *x));
@@ -168,11 +185,11 @@ impl<T: Real, S: Simd> Step<T, S> {
         }
     }
 
-    /// Returns max |x - u|, or `change` if that is more.
+    /// The primal step on a block of vertices. Returns `change`, or max |x - u| if rho = 1 and that is larger.
     #[inline(always)]
     fn vertices<const M: usize>(
         &self,
-        u_bar_rows: &mut [T],
+        u_bar_block: &mut [T],
         u: &mut [T::Vector<S>; M],
         kq: &[T::Vector<S>; M],
         f: &[T::Vector<S>; M],
@@ -180,8 +197,8 @@ impl<T: Real, S: Simd> Step<T, S> {
         mut change: T::Vector<S>,
     ) -> T::Vector<S> {
         let simd = self.simd;
-        if self.tidy {
-            self.tidy(u, self.negligible[0]);
+        if self.flush {
+            self.flush(u, self.negligible[0]);
         }
         let minus_tau = T::neg(simd, tau);
         let mut v = [self.zero; M];
@@ -192,7 +209,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         for g in 0..groups(M) {
             let mut u_bar = [self.zero; 4];
             for p in 4 * g..M.min(4 * g + 4) {
-                if self.plain {
+                if self.unrelaxed {
                     let (forth, back) = (T::sub(simd, x[p], u[p]), T::sub(simd, u[p], x[p]));
                     change = T::max(simd, T::max(simd, forth, back), change);
                 }
@@ -200,36 +217,37 @@ impl<T: Real, S: Simd> Step<T, S> {
                 u[p] = self.relax(u[p], x[p]);
             }
             let u_bar = T::interleave(simd, u_bar);
-            let u_bar_rows = u_bar_rows.as_chunks_mut::<ROW>().0;
-            for (o, &u_bar) in cast_slice::<_, [T; ROW]>(&u_bar).iter().enumerate() {
-                u_bar_rows[o * groups(M) + g] = u_bar;
+            let u_bar_groups = u_bar_block.as_chunks_mut::<GROUP>().0;
+            for (position, &u_bar) in cast_slice::<_, [T; GROUP]>(&u_bar).iter().enumerate() {
+                u_bar_groups[position * groups(M) + g] = u_bar;
             }
         }
         change
     }
 
+    /// The dual step on a block of faces. Stores their shares of K^T q.
     #[inline(always)]
     fn faces<const M: usize>(
         &self,
         u_bar: &[T],
-        corners: &[u32],
+        corner_offsets: &[u32],
         &[c1, c2, c3, sigma]: &[T::Vector<S>; 4],
         q: &mut [[T::Vector<S>; M]; 2],
         shares: &mut [T],
-        group: usize,
+        group_stride: usize,
     ) {
         let simd = self.simd;
-        if self.tidy {
-            self.tidy(q.as_flattened_mut(), self.negligible[1]);
+        if self.flush {
+            self.flush(q.as_flattened_mut(), self.negligible[1]);
         }
-        let (corner1, rest) = corners.split_at(width::<T, S>());
+        let (corner1, rest) = corner_offsets.split_at(width::<T, S>());
         let (corner2, corner3) = rest.split_at(width::<T, S>());
         // y = q + sigma K u_bar,   (K u)_j = ( c1 ua, c2 ua + c3 ub )
         let [s1, s2, s3] = [c1, c2, c3].map(|c| T::mul(simd, c, sigma));
         let mut y = [[self.zero; M]; 2];
         let mut squares = [self.zero; 2];
         for g in 0..groups(M) {
-            // Not in a loop over the corners, which would keep in memory what it gathers.
+            // A loop over the corners would keep the gathered vectors in memory.
             let u1 = self.gather_u_bar::<M>(u_bar, corner1, g);
             let ua = self.differences(self.gather_u_bar::<M>(u_bar, corner2, g), u1);
             let ub = self.differences(self.gather_u_bar::<M>(u_bar, corner3, g), u1);
@@ -244,7 +262,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         }
         // y = Proj_{|.|<=lambda}( y ),   q <- q + rho (y - q)
         let squares = T::add(simd, squares[0], squares[1]);
-        // Most blocks have no face at lambda: then they need no root and no quotient.
+        // In most blocks no face reaches lambda, and neither root nor quotient is needed.
         let scale = if T::any_less(simd, self.surely_inside, squares) {
             let norm = T::sqrt(simd, squares);
             T::div(
@@ -255,12 +273,12 @@ impl<T: Real, S: Simd> Step<T, S> {
         } else {
             self.one
         };
-        // (K^T q): -(c1 q1 + (c2 + c3) q2), c1 q1 + c2 q2, c3 q2 at the three corners.
+        // K^T q is -(c1 q1 + (c2 + c3) q2), c1 q1 + c2 q2, c3 q2 at the three corners.
         for g in 0..groups(M) {
             let (mut second, mut third) = ([self.zero; 4], [self.zero; 4]);
             for p in 4 * g..M.min(4 * g + 4) {
                 for i in 0..2 {
-                    q[i][p] = if self.plain {
+                    q[i][p] = if self.unrelaxed {
                         T::mul(simd, y[i][p], scale)
                     } else {
                         let moves = T::mul_add(simd, y[i][p], scale, T::neg(simd, q[i][p]));
@@ -275,9 +293,9 @@ impl<T: Real, S: Simd> Step<T, S> {
             for i in 0..4 {
                 first[i] = T::sub(simd, self.zero, T::add(simd, second[i], third[i]));
             }
-            let shares = &mut shares[g * group..][..3 * ROW * width::<T, S>()];
+            let shares = &mut shares[g * group_stride..][..3 * GROUP * width::<T, S>()];
             for (shares, kq) in
-                shares.chunks_exact_mut(ROW * width::<T, S>()).zip([first, second, third])
+                shares.chunks_exact_mut(GROUP * width::<T, S>()).zip([first, second, third])
             {
                 shares.copy_from_slice(cast_slice(&kq));
             }
@@ -289,20 +307,20 @@ impl<T: Real, S: Simd> Step<T, S> {
     fn sums<const M: usize>(
         &self,
         shares: &[T],
-        group: usize,
-        rows: &[u32],
+        group_stride: usize,
+        offsets: &[u32],
         kq: &mut [T::Vector<S>; M],
     ) {
         for g in 0..groups(M) {
             let mut sums = [self.zero; 4];
-            for rows in rows.chunks_exact(width::<T, S>()) {
+            for offsets in offsets.chunks_exact(width::<T, S>()) {
                 let shares = gather::<T, S>(
                     self.simd,
                     #[inline(always)]
-                    |o| {
-                        // SAFETY: `Part::new` checked that each of these rows is among the `share_rows` of a group,
-                        // and `with_simd` that there are as many groups as are looked at here.
-                        unsafe { row(shares, g * group + rows[o] as usize) }
+                    |position| {
+                        // SAFETY: `Part::new` checked that these offsets lie within the `share_slots` of a group, and
+                        // `with_simd` that there are as many groups as are read here.
+                        unsafe { load_group(shares, g * group_stride + offsets[position] as usize) }
                     },
                 );
                 for i in 0..4 {
@@ -316,7 +334,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         }
     }
 
-    /// The g-th four entries of u_bar at a corner of each face, row by row.
+    /// The g-th group of u_bar at one corner of each face, one group after another.
     #[inline(always)]
     fn gather_u_bar<const M: usize>(
         &self,
@@ -327,22 +345,22 @@ impl<T: Real, S: Simd> Step<T, S> {
         gather::<T, S>(
             self.simd,
             #[inline(always)]
-            |o| {
-                // SAFETY: `Part::new` checked that every corner has its place in `u_bar`, and `with_simd` that a
-                // place has as many rows as are looked at here.
-                unsafe { row(u_bar, corner[o] as usize * groups(M) + ROW * g) }
+            |position| {
+                // SAFETY: `Part::new` checked that every corner has a slot in `u_bar`, and `with_simd` that a slot has
+                // as many groups as are read here.
+                unsafe { load_group(u_bar, corner[position] as usize * groups(M) + GROUP * g) }
             },
         )
     }
 
-    /// Of rows: a vector for each entry, with a lane for each row.
+    /// The differences a - b of groups, as a vector for each region with a lane for each group.
     #[inline(always)]
     fn differences(&self, a: [T::Vector<S>; 4], b: [T::Vector<S>; 4]) -> [T::Vector<S>; 4] {
-        let mut rows = [self.zero; 4];
+        let mut groups = [self.zero; 4];
         for i in 0..4 {
-            rows[i] = T::sub(self.simd, a[i], b[i]);
+            groups[i] = T::sub(self.simd, a[i], b[i]);
         }
-        T::deinterleave(self.simd, rows)
+        T::deinterleave(self.simd, groups)
     }
 
     /// As `prox::project_simplex`, in every lane.
@@ -362,7 +380,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         u
     }
 
-    /// The largest entry, and theta = max_k (S_k - 1) / k over the entries less that one.
+    /// The largest entry, and theta = max_k (S_k - 1) / k for the entries minus the largest one.
     #[inline(always)]
     fn threshold_by_sorting<const M: usize>(
         &self,
@@ -385,8 +403,8 @@ impl<T: Real, S: Simd> Step<T, S> {
         (s[0], theta)
     }
 
-    /// The same by Michelot's iteration on all lanes until it stands still in each: the mean of the entries
-    /// still above theta.
+    /// The same by Michelot's iteration, on all lanes until it is stationary in each: theta becomes the sum of the
+    /// entries above it, minus one, over their number.
     #[inline(always)]
     fn threshold_by_shrinking<const M: usize>(
         &self,
@@ -402,7 +420,7 @@ impl<T: Real, S: Simd> Step<T, S> {
         for entry in &mut entries {
             *entry = T::sub(simd, *entry, largest);
         }
-        // No entry at -1 or below stays positive; without closed regions no sum overflows.
+        // No entry at or below -1 stays positive. This also leaves out padding regions, so that no sum overflows.
         let mut theta = minus_one;
         let mut count = T::splat(simd, (M + 1) as f64);
         loop {
@@ -411,7 +429,7 @@ impl<T: Real, S: Simd> Step<T, S> {
                 sum = T::add(simd, sum, T::if_less(simd, theta, entry, entry, self.zero));
                 above = T::add(simd, above, T::if_less(simd, theta, entry, self.one, self.zero));
             }
-            // Rounding must not make the set grow again, for ever.
+            // Because of rounding the set might grow again, and the loop never end.
             let shrunk = T::if_less(simd, above, count, self.one, self.zero);
             if T::largest(simd, shrunk) <= 0.0 {
                 return (largest, theta);
@@ -422,12 +440,12 @@ impl<T: Real, S: Simd> Step<T, S> {
     }
 }
 
-/// The row that begins there.
+/// The group at an offset.
 ///
 /// # Safety
-/// It lies within the numbers.
+/// The group lies within `numbers`.
 #[inline(always)]
-unsafe fn row<T: Copy>(numbers: &[T], begin: usize) -> [T; ROW] {
-    // SAFETY: says the caller; an array is aligned as its entries are.
-    unsafe { *numbers.as_ptr().add(begin).cast() }
+unsafe fn load_group<T: Copy>(numbers: &[T], offset: usize) -> [T; GROUP] {
+    // SAFETY: the caller ensures that the group lies within `numbers`; an array is aligned as its entries are.
+    unsafe { *numbers.as_ptr().add(offset).cast() }
 }

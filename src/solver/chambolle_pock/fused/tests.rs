@@ -1,4 +1,5 @@
-//! The engine against the readable text, on any mesh, with any number of regions, threads and instructions.
+//! The fused engine against the reference implementation: on all kinds of meshes, for several numbers of regions and
+//! threads, in both precisions and on all instruction sets.
 
 use std::borrow::Cow;
 
@@ -8,8 +9,8 @@ use super::super::rows::Rows;
 use super::super::stepping::Stepping;
 use super::super::steps::{Rule, Steps};
 use super::lanes::Real;
-use super::pass::DEEPEST;
-use super::{Fused, Plan};
+use super::pass::MAX_DEPTH;
+use super::{Fused, Partition};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
@@ -40,8 +41,8 @@ fn fused<T: Real, const M: usize>(
     arch: Arch,
 ) -> Fused<T, M> {
     let (u, q) = start.clone();
-    let plan = Plan::new::<T, M>(&problem.k, arch);
-    Fused::new(problem, u, Some(q), stepping(problem, start), plan)
+    let partition = Partition::new::<T, M>(&problem.k, arch);
+    Fused::new(problem, u, Some(q), stepping(problem, start), partition)
 }
 
 fn rows<const M: usize>(problem: &Problem<Stencil, M>, start: &State<M>) -> OneByOne<Rows<M>, M> {
@@ -66,13 +67,13 @@ fn start<const M: usize>(problem: &Problem<Stencil, M>, seed: u64) -> State<M> {
 }
 
 /// The largest difference of u, and of q in units of lambda.
-fn apart<const M: usize>(a: &State<M>, b: &State<M>, lambda: f64) -> (f64, f64) {
+fn difference<const M: usize>(a: &State<M>, b: &State<M>, lambda: f64) -> (f64, f64) {
     let u = a.0.iter().zip(&b.0).map(|(&a, &b)| (a - b).max_abs()).fold(0.0, f64::max);
     let q = a.1.iter().zip(&b.1).map(|(&a, &b)| (a - b).norm()).fold(0.0, f64::max);
     (u, q / lambda)
 }
 
-/// From a random pair, 50 steps as `rows` makes them, with 1, 2 and 3 threads.
+/// From a random pair, 50 steps give the iterate of `rows`, with 1, 2 and 3 threads.
 fn check_iterates<const M: usize>(name: &str, mesh: &Mesh) {
     let mesh = &*mesh.without_degenerate_faces().0;
     let problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 111);
@@ -85,16 +86,19 @@ fn check_iterates<const M: usize>(name: &str, mesh: &Mesh) {
             (double, after(fused::<f32, M>(&problem, &start, Arch::new()), &problem, 50))
         })
         .unwrap();
-        let (u, q) = apart(&double, &expected, problem.lambda);
+        let (u, q) = difference(&double, &expected, problem.lambda);
         assert!(u <= 1e-9 && q <= 1e-8, "{name}, m = {M}, f64, {threads} threads: {u:e} {q:e}");
-        let (u, q) = apart(&single, &expected, problem.lambda);
+        let (u, q) = difference(&single, &expected, problem.lambda);
         assert!(u <= 1e-3 && q <= 1e-2, "{name}, m = {M}, f32, {threads} threads: {u:e} {q:e}");
         bits.push((double, single));
     }
-    assert!(bits[0] == bits[1] && bits[0] == bits[2], "{name}, m = {M}: threads matter");
+    assert!(
+        bits[0] == bits[1] && bits[0] == bits[2],
+        "{name}, m = {M}: the number of threads matters"
+    );
 }
 
-/// So narrow that a pass makes several iterations, with three threads too.
+/// A mesh so narrow that a pass makes several iterations, even with three threads.
 fn narrow() -> Mesh {
     let mesh = shape("torus:1200x16");
     let ordered = Order::of(&mesh).mesh(Cow::Borrowed(&mesh)).into_owned();
@@ -104,13 +108,13 @@ fn narrow() -> Mesh {
         let parts =
             with_threads(Some(threads), || fused::<f64, 3>(&problem, &start, Arch::new()).parts);
         let depths: Vec<usize> = parts.unwrap().iter().map(|part| part.window.depth()).collect();
-        assert_eq!(depths, vec![DEEPEST; threads]);
+        assert_eq!(depths, vec![MAX_DEPTH; threads]);
     }
     ordered
 }
 
 #[test]
-fn the_iterates_are_those_of_the_rows() {
+fn iterates_match_the_reference_implementation() {
     for (name, mesh) in zoo() {
         check_iterates::<3>(name, &mesh);
         check_iterates::<4>(name, &mesh);
@@ -124,16 +128,16 @@ fn the_iterates_are_those_of_the_rows() {
     }
 }
 
-/// Each number is compiled by itself, which takes its time: `tests/optimum.rs` compares all of them.
+/// Each number of regions is compiled separately, which takes long: `tests/optimum.rs` compares all of them.
 #[test]
-fn many_regions_fit() {
+fn iterates_match_with_many_regions() {
     let mesh = with_isolated_vertices(bumpy(9));
     check_iterates::<16>("bumpy", &mesh);
     check_iterates::<64>("bumpy", &mesh);
 }
 
-/// u as it is in the parts: not divided by its sums, as what is looked at in single precision is.
-fn own_rows<T: Real, const M: usize>(fused: &Fused<T, M>) -> Vec<Row<M>> {
+/// u as stored in the parts, not divided by its row sums as the sampled one is in single precision.
+fn raw_u<T: Real, const M: usize>(fused: &Fused<T, M>) -> Vec<Row<M>> {
     let mut u = vec![Row::ZERO; fused.u.len()];
     for part in &fused.parts {
         part.read_u(&mut u[part.own()]);
@@ -141,8 +145,8 @@ fn own_rows<T: Real, const M: usize>(fused: &Fused<T, M>) -> Vec<Row<M>> {
     u
 }
 
-/// What the engine says of itself is what its fields say.
-fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
+/// The bound and the change that the engine reports are those of its fields.
+fn check_bound_and_change<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
     let mesh = &*mesh.without_degenerate_faces().0;
     let mut problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 118);
     close_from(M - 1, &mut problem.f);
@@ -151,49 +155,52 @@ fn check_numbers<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
     let mut bits = Vec::new();
     for threads in [1, 2, 3] {
         with_threads(Some(threads), || {
-            // The first makes six steps in as few passes as it can, the other one each by itself.
+            // The first makes six steps in as few passes as possible, the other one step per pass.
             let [mut fused, mut other] =
                 [0, 1].map(|_| fused::<T, M>(&problem, &start, Arch::new()));
-            let mut said = Vec::new();
+            let mut reported = Vec::new();
             for _ in 0..4 {
                 fused.advance(&problem, 6, &mut || true);
                 (0..5).for_each(|_| other.pass(1, false));
-                let before = own_rows(&other);
+                let before = raw_u(&other);
                 other.pass(1, true);
-                let moves = own_rows(&fused).into_iter().zip(before).map(|(u, before)| u - before);
+                let moves = raw_u(&fused).into_iter().zip(before).map(|(u, before)| u - before);
                 let largest = moves.map(Row::max_abs).fold(0.0, f64::max);
                 let solver: &mut dyn Solver<Stencil, M> = &mut fused;
                 let (bound, change) = (solver.dual_bound(&problem), solver.change());
                 let now = solver.iterate();
-                assert!(now.u.iter().all(|u| u.0[M - 1] == 0.0), "{name}: a closed region");
+                assert!(now.u.iter().all(|u| u.0[M - 1] == 0.0), "{name}: a padding region");
                 assert_within(bound, problem.dual_bound(now.q), 1e-12, problem.spread());
-                // Of a difference, once.
+                // The difference is rounded once.
                 let rounding = if T::DOUBLE { 0.0 } else { f64::from(f32::EPSILON) };
                 assert_within(change, largest, rounding, largest);
-                said.push((bound.to_bits(), change.to_bits()));
+                reported.push((bound.to_bits(), change.to_bits()));
             }
-            bits.push(said);
+            bits.push(reported);
         })
         .unwrap();
     }
-    assert!(bits[0] == bits[1] && bits[0] == bits[2], "{name}, m = {M}: threads matter");
+    assert!(
+        bits[0] == bits[1] && bits[0] == bits[2],
+        "{name}, m = {M}: the number of threads matters"
+    );
 }
 
 #[test]
-fn bound_and_change_are_those_of_the_fields() {
+fn bound_and_change_match_the_fields() {
     for (name, mesh) in zoo() {
-        check_numbers::<f64, 3>(name, &mesh);
-        check_numbers::<f32, 3>(name, &mesh);
+        check_bound_and_change::<f64, 3>(name, &mesh);
+        check_bound_and_change::<f32, 3>(name, &mesh);
     }
     for (name, mesh) in
         [("torus", shape("torus:90x90")), ("bumpy", bumpy(90)), ("narrow", narrow())]
     {
-        check_numbers::<f64, 16>(name, &mesh);
-        check_numbers::<f32, 16>(name, &mesh);
+        check_bound_and_change::<f64, 16>(name, &mesh);
+        check_bound_and_change::<f32, 16>(name, &mesh);
     }
 }
 
-/// AVX-512 and AVX2, as far as this machine has them, bit for bit; without vectors to rounding.
+/// AVX-512 and AVX2, as far as this machine has them, agree bit for bit, and portable code up to rounding.
 #[test]
 fn instruction_sets_agree() {
     let mesh = bumpy(20);
@@ -207,9 +214,9 @@ fn instruction_sets_agree() {
     };
     let portable = results(Arch::Scalar);
     let fastest = results(Arch::new());
-    let (u, q) = apart(&portable.0, &fastest.0, problem.lambda);
+    let (u, q) = difference(&portable.0, &fastest.0, problem.lambda);
     assert!(u <= 1e-12 && q <= 1e-11, "f64: {u:e} {q:e}");
-    let (u, q) = apart(&portable.1, &fastest.1, problem.lambda);
+    let (u, q) = difference(&portable.1, &fastest.1, problem.lambda);
     assert!(u <= 1e-4 && q <= 1e-3, "f32: {u:e} {q:e}");
     #[cfg(target_arch = "x86_64")]
     if let Some(arch) = pulp::x86::V3::try_new() {
@@ -217,37 +224,42 @@ fn instruction_sets_agree() {
     }
 }
 
-/// What the engine says after some steps, which is the bound of its q.
+/// The bound that the engine reports after some steps, which is that of its q.
 fn bound<T: Real>(problem: &Problem<Stencil, 4>, start: &State<4>, arch: Arch) -> f64 {
     let mut solver: Box<dyn Solver<Stencil, 4>> = Box::new(fused::<T, 4>(problem, start, arch));
     solver.advance(problem, 6, &mut || true);
-    let said = solver.dual_bound(problem);
-    assert_within(said, problem.dual_bound(solver.iterate().q), 1e-12, problem.spread());
-    said
+    let reported = solver.dual_bound(problem);
+    assert_within(reported, problem.dual_bound(solver.iterate().q), 1e-12, problem.spread());
+    reported
 }
 
-/// A cost that is no number has no bound, whichever region's it is and whatever the others cost.
+/// With NaN among the costs of any one region, the bound is NaN.
 #[test]
-fn what_is_no_number_has_no_bound() {
+fn nan_in_the_costs_makes_the_bound_nan() {
     let mesh = bumpy(20);
     for p in 0..4 {
         let mut problem = random_problem::<4>(&mesh, 0.02, 117);
         let start = start(&problem, 118);
-        let said = |problem: &Problem<Stencil, 4>, solver: &mut dyn Solver<Stencil, 4>| {
+        let reported = |problem: &Problem<Stencil, 4>, solver: &mut dyn Solver<Stencil, 4>| {
             solver.restart(problem);
             solver.dual_bound(problem)
         };
         let mut double = fused::<f64, 4>(&problem, &start, Arch::new());
         let mut single = fused::<f32, 4>(&problem, &start, Arch::new());
-        assert!(said(&problem, &mut double).is_finite() && said(&problem, &mut single).is_finite());
+        assert!(
+            reported(&problem, &mut double).is_finite()
+                && reported(&problem, &mut single).is_finite()
+        );
         problem.f[77].0[p] = f64::NAN;
-        assert!(said(&problem, &mut double).is_nan() && said(&problem, &mut single).is_nan());
+        assert!(
+            reported(&problem, &mut double).is_nan() && reported(&problem, &mut single).is_nan()
+        );
     }
 }
 
-/// Balanced steps, changed costs and closed regions, against the rows.
+/// With balanced steps, changed costs and padding regions.
 #[test]
-fn what_changes_on_the_way_changes_in_both() {
+fn iterates_match_after_a_restart_with_other_costs() {
     let mesh = shape("torus:40x30");
     let mut problem = random_problem::<16>(&mesh, 0.02, 115);
     close_from(9, &mut problem.f);
@@ -265,7 +277,7 @@ fn what_changes_on_the_way_changes_in_both() {
             let now = solvers[i].iterate();
             (now.u.to_vec(), now.q.to_vec())
         });
-        let (u, q) = apart(&states[0], &states[1], problem.lambda);
+        let (u, q) = difference(&states[0], &states[1], problem.lambda);
         assert!(u <= 1e-8 && q <= 1e-7, "round {round}: {u:e} {q:e}");
         if round == 3 {
             problem.f.iter_mut().for_each(|f| f.0[..9].reverse());
@@ -274,16 +286,16 @@ fn what_changes_on_the_way_changes_in_both() {
     }
 }
 
-/// Scaled to ordinary numbers, single precision holds what it could not hold as it is.
+/// Scaling brings numbers into the range of single precision that would not fit otherwise.
 #[test]
-fn single_precision_does_not_mind_units() {
+fn single_precision_works_at_any_scale() {
     for scale in [1e-12, 1.0, 1e12] {
         let mesh = bumpy(12).scaled(scale);
         let problem = random_problem::<4>(&mesh, 0.02 * mesh.area().sqrt(), 116);
         let start = start(&problem, 117);
         let expected = after(rows(&problem, &start), &problem, 50);
         let single = after(fused::<f32, 4>(&problem, &start, Arch::new()), &problem, 50);
-        let (u, q) = apart(&single, &expected, problem.lambda);
+        let (u, q) = difference(&single, &expected, problem.lambda);
         assert!(u <= 1e-3 && q <= 1e-2, "scale {scale:e}: {u:e} {q:e}");
         assert!(single.0.iter().all(|u| (u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14));
         assert!(single.1.iter().all(|q| q.norm() <= problem.lambda * (1.0 + 1e-15)));
