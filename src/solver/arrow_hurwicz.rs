@@ -1,4 +1,4 @@
-//! The method of Arrow and Hurwicz, to show how a solver enters: this file, and one line in `solver/mod.rs`.
+//! The Arrow-Hurwicz method, an example of how to add a solver: this file and one line in `solver/mod.rs`.
 //!
 //! ```text
 //! q <- Proj_{|.|<=lambda}( q + sigma K u )
@@ -6,7 +6,7 @@
 //! ```
 //!
 //! K. J. Arrow, L. Hurwicz, H. Uzawa, *Studies in linear and non-linear programming*, 1958. Without over-relaxation it
-//! need not converge for steps with sigma tau ||K||^2 = 1; with sigma_n tau_n far below it nears the optimum: M. Zhu,
+//! need not converge for sigma tau ||K||^2 = 1; with sigma_n tau_n far below that it approaches the optimum: M. Zhu,
 //! T. Chan, *An efficient primal-dual hybrid gradient algorithm for total variation image restoration*, UCLA CAM 08-34,
 //! 2008.
 

@@ -1,11 +1,11 @@
-//! The weight omega between primal and dual steps: where it starts, and how it follows the moves.
+//! The weight omega between primal and dual steps: its initial value, and its balancing by the lengths of the moves.
 //!
-//! At the first feasible pairs after 100, 300, 700, ... steps omega is balanced anew. Where some |q_j| has
-//! reached lambda, primal and dual moves since the last time should have the same length, in the norms that
-//! the steps define, |u - u'|_D = |q - q'|_{1/Sigma}, as in D. Applegate et al., *Practical large-scale linear
-//! programming using primal-dual hybrid gradient*, NeurIPS 2021, section 3.3. Where none has, the total
-//! variation does not limit q, the problem is bilinear like a linear program, and omega falls to a fraction of
-//! the spread of the costs. Finitely many changes harm no convergence.
+//! omega is balanced at the first feasible pairs after 100, 300, 700, ... steps. If some |q_j| has reached lambda, the
+//! primal and dual moves since the last time should have the same length, in the norms that the steps define,
+//! |u - u'|_D = |q - q'|_{1/Sigma}, as in D. Applegate et al., *Practical large-scale linear programming using
+//! primal-dual hybrid gradient*, NeurIPS 2021, section 3.3. If none has, the total variation does not limit q, the
+//! problem is bilinear like a linear program, and omega falls to a fraction of the spread of the costs. Finitely many
+//! changes do not affect convergence.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
@@ -15,25 +15,26 @@ use crate::operator::Operator;
 use crate::problem::{NEVER, Problem};
 use crate::sweep::{copy, sum};
 
-/// Steps until omega is looked at for the first time.
+/// The number of steps before omega is balanced for the first time.
 const FIRST_WINDOW: u64 = 100;
 
-/// With so many windows, each twice as long as the last, no run sees the end of them.
-const MOST_CHANGES: u32 = 20;
+/// The largest number of times that omega is balanced. Windows double in length, so no run gets this far.
+const MAX_CHANGES: u32 = 20;
 
-/// A primal or dual move of nearly nothing is no measure.
-const LARGEST_CHANGE: f64 = 8.0;
+/// The largest factor by which omega changes at a time, because a nearly vanishing move is no measure.
+const MAX_OMEGA_FACTOR: f64 = 8.0;
 
-/// A small omega, in units of [`costs_scale`]. Measured on 10,000 faces, from stretched to needles.
-const LEAST_OMEGA: f64 = 0.003;
+/// The smallest omega while no |q_j| has reached lambda, in units of [`costs_scale`]. Measured on 10,000 faces, from
+/// stretched to needles.
+const MIN_OMEGA: f64 = 0.003;
 
-/// Next to nothing, in units of the costs: with lambda = 0 any steps will do that are no infinite ones.
-const NOTHING: f64 = 1e-100;
+/// The smallest [`dual_scale`], in units of the costs. With lambda = 0 any finite steps will do.
+const MIN_DUAL_SCALE: f64 = 1e-100;
 
-/// Costs beyond so many times what the total variation asks of a vertex are not paid.
-const UNPAID: f64 = 2.0;
+/// Costs at a vertex are clipped at this multiple of lambda mean sum_j |K_jv|, see [`costs_scale`].
+const MAX_COST: f64 = 2.0;
 
-/// From this share of lambda on |q_j| has reached it, in single precision too.
+/// |q_j| counts as having reached lambda from this fraction of it on, even in single precision.
 const AT_LAMBDA: f64 = 1.0 - 1e-6;
 
 /// Whether omega follows the moves.
@@ -51,7 +52,7 @@ impl Balancing {
         Setting::choice(
             "balance",
             self,
-            "whether omega follows the lengths of the primal and dual moves, or stays",
+            "whether omega follows the lengths of the primal and dual moves or stays fixed",
         )
     }
 }
@@ -67,12 +68,12 @@ pub(super) fn step_ratio(ratio: &mut f64) -> Setting<'_> {
         "step-ratio",
         ratio,
         f64::MIN_POSITIVE..,
-        "initial omega, in units of lambda (or of what the costs need, if that is less)",
+        "initial omega, in units of lambda (or less, if the costs need less)",
     )
 }
 
 pub(super) struct Balance<const M: usize> {
-    /// Where u and q were when omega was last looked at; no q stands for zero.
+    /// u and q when omega was last balanced; no q stands for zero.
     u: Vec<Row<M>>,
     q: Option<Vec<Tangent<M>>>,
     steps: u64,
@@ -81,7 +82,7 @@ pub(super) struct Balance<const M: usize> {
 }
 
 impl<const M: usize> Balance<M> {
-    /// None if omega is to stay.
+    /// None if omega stays fixed.
     pub(super) fn new(
         balancing: Balancing,
         u: &[Row<M>],
@@ -96,7 +97,7 @@ impl<const M: usize> Balance<M> {
         })
     }
 
-    /// Begins again from here.
+    /// Starts over from this pair.
     pub(super) fn restart(&mut self, iterate: Iterate<'_, M>) {
         self.keep(iterate);
         (self.steps, self.window, self.changes) = (0, FIRST_WINDOW, 0);
@@ -110,19 +111,19 @@ impl<const M: usize> Balance<M> {
         }
     }
 
-    /// So many steps were made.
+    /// Counts steps that were made.
     pub(super) fn count(&mut self, steps: u64) {
         self.steps += steps;
     }
 
-    /// Whether the window is over.
+    /// Whether omega should be balanced at the next feasible pair.
     pub(super) fn is_due(&self) -> bool {
-        self.steps >= self.window && self.changes < MOST_CHANGES
+        self.steps >= self.window && self.changes < MAX_CHANGES
     }
 
-    /// The omega to go on with, for a feasible pair, reached by steps tau and sigma: the geometric mean with the
-    /// one that would have given both moves the same length; or omega / 4 while no q_j has reached lambda.
-    /// None if omega should stay.
+    /// The next omega, given a feasible pair that was reached by steps tau and sigma: the geometric mean of omega and
+    /// the one that would have given both moves the same length; or omega / 4 while no |q_j| has reached lambda. None
+    /// if omega should not change.
     pub(super) fn omega<K: Operator>(
         &mut self,
         problem: &Problem<K, M>,
@@ -141,30 +142,32 @@ impl<const M: usize> Balance<M> {
         let at_lambda = |j: usize| now.q[j].norm() >= AT_LAMBDA * problem.lambda;
         if sum(now.q.len(), |j| f64::from(at_lambda(j))) > 0.0 {
             let factor = (dual / primal).powf(0.25);
-            factor.is_normal().then(|| omega * factor.clamp(1.0 / LARGEST_CHANGE, LARGEST_CHANGE))
+            factor
+                .is_normal()
+                .then(|| omega * factor.clamp(1.0 / MAX_OMEGA_FACTOR, MAX_OMEGA_FACTOR))
         } else {
-            let least = LEAST_OMEGA * costs_scale(problem);
-            (omega > least).then(|| f64::max(0.25 * omega, least))
+            let smallest = MIN_OMEGA * costs_scale(problem);
+            (omega > smallest).then(|| f64::max(0.25 * omega, smallest))
         }
     }
 }
 
-/// How large q becomes, to begin with: lambda, where the total variation is what limits it. A lambda so large
-/// that the optimum is constant is limited by the costs that q has to balance, K^T q = -(f - mean f). Where
-/// lambda is next to nothing so is the scale, and with tau ~ 1 / scale every vertex decides at once.
+/// The expected size of q, from which omega starts: lambda, if the total variation limits q. If lambda is so large that
+/// the optimum is constant, q is limited by the costs that it has to balance, K^T q = -(f - mean f). If lambda is
+/// almost zero so is the scale, and with tau ~ 1 / scale every vertex decides in one step.
 pub(super) fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let balance = 0.02 * costs_scale(problem);
-    let least = NOTHING * problem.spread() / area(problem).sqrt();
-    let scale = f64::min(problem.lambda, balance).max(least);
+    let smallest = MIN_DUAL_SCALE * problem.spread() / area(problem).sqrt();
+    let scale = f64::min(problem.lambda, balance).max(smallest);
     if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
 }
 
 /// sum_v min( max_p f_vp - min_p f_vp, 2 lambda mean sum_j |K_jv| ) over the square root of the area: the spread of the
-/// costs in the units of q. Another label at v changes the total variation by no more than sqrt(2) lambda sum_j |K_jv|:
-/// costs above that are not paid, however large they are, forbidden labels among them.
+/// costs in the units of q. Another label at v changes lambda TV by no more than sqrt(2) lambda sum_j |K_jv|: no vertex
+/// takes a label that costs more, so it does not matter how large such costs are, or whether the label is forbidden.
 fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
-    let most = UNPAID * problem.lambda * problem.mean_column();
-    // Regions that do not exist are no choice.
+    let max_cost = MAX_COST * problem.lambda * problem.mean_column();
+    // Regions that are forbidden everywhere, such as padding regions, do not count.
     let exists: [bool; M] = std::array::from_fn(|p| problem.f.iter().any(|f| f.0[p] != NEVER));
     let spread = sum(
         problem.f.len(),
@@ -173,7 +176,7 @@ fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
             let f = problem.f[v];
             let cost = |p: usize| if exists[p] { f.0[p] } else { 0.0 };
             let largest = Row::<M>::from_fn(cost).max();
-            if largest > most { most } else { largest }
+            if largest > max_cost { max_cost } else { largest }
         },
     );
     spread / area(problem).sqrt()
@@ -197,9 +200,9 @@ mod tests {
         balance.omega(problem, Iterate { u, q }, |_| 4.0, |_| 9.0, 1.0)
     }
 
-    /// omega becomes omega times the fourth root of the quotient of the squared moves, which count from the last time.
+    /// omega is multiplied by the fourth root of the quotient of the squared moves since the last time.
     #[test]
-    fn moves_count_from_the_last_time() {
+    fn omega_follows_the_moves_since_the_last_time() {
         let mesh = bumpy(6);
         let problem = random_problem::<3>(&mesh, 0.1, 861);
         let mut rng = rng(862);
@@ -217,13 +220,13 @@ mod tests {
             let found = omega(&mut balance, &problem, (u, q)).unwrap();
             assert!((found - (dual / primal).sqrt().sqrt()).abs() <= 1e-12, "{found}");
         }
-        // Who does not move has no length.
+        // Without a move omega does not change.
         let (u, q) = &pairs[2];
         assert_eq!(omega(&mut balance, &problem, (u, q)), None);
     }
 
-    /// Labels that are forbidden count like labels that nobody takes, regions that do not exist do not, and the scale of a
-    /// problem that has no other costs is that of lambda.
+    /// Forbidden labels count like labels that are too expensive, padding regions do not count, and without other costs
+    /// the scale is proportional to lambda.
     #[test]
     fn forbidden_labels_have_the_scale_of_lambda() {
         let mesh = bumpy(12);
@@ -247,9 +250,9 @@ mod tests {
         }
     }
 
-    /// A single cost that nobody pays adds what one vertex is asked for, however large it is.
+    /// A single huge cost adds the clipped cost of one vertex, however large it is.
     #[test]
-    fn one_cost_far_above_all_others_has_no_scale_of_its_own() {
+    fn one_huge_cost_does_not_set_the_scale() {
         let mesh = bumpy(12);
         for lambda in [1e-3, 1e-2, 0.1, 10.0] {
             let mut problem = random_problem::<3>(&mesh, lambda, 863);
@@ -260,7 +263,7 @@ mod tests {
                 let mut f = f.clone();
                 f[5].0[dear] = cost;
                 problem.set_costs(f);
-                let one = UNPAID * lambda * problem.mean_column() / area(&problem).sqrt();
+                let one = MAX_COST * lambda * problem.mean_column() / area(&problem).sqrt();
                 let more = costs_scale(&problem) - known;
                 assert!((0.0..=1.001 * one).contains(&more), "{cost:e}: {more} {one}");
                 assert!(dual_scale(&problem) <= lambda);

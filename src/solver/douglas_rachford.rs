@@ -1,4 +1,4 @@
-//! Preconditioned Douglas-Rachford, for implicit steps at nearly the price of explicit ones:
+//! Preconditioned Douglas-Rachford splitting, with implicit steps at nearly the cost of explicit ones:
 //!
 //! ```text
 //! u <- u + M^-1 ( D u_bar - K^T q_bar - T u )      T = D + K^T Sigma K,  M >= T
@@ -8,28 +8,28 @@
 //! ```
 //!
 //! K. Bredies, H. Sun, *Preconditioned Douglas-Rachford splitting methods for convex-concave saddle-point
-//! problems*, SIAM J. Numer. Anal. 53, 2015. Without an error of the solve, M = T, (u, y) is the resolvent of
-//! (K^T q, -K u) at (u_bar, q_bar). M is one symmetric sweep of Gauss-Seidel (`operator/gauss_seidel.rs`) or,
-//! to compare with, T itself by Cholesky. What is feasible is (x, z), and at the fixed point x = u, z = y.
+//! problems*, SIAM J. Numer. Anal. 53, 2015. With an exact solve, M = T, (u, y) is the resolvent of (K^T q, -K u) at
+//! (u_bar, q_bar). M is one symmetric Gauss-Seidel sweep (`operator/gauss_seidel.rs`) or, for comparison, T itself by
+//! Cholesky. The feasible pair is (x, z); at the fixed point x = u and z = y.
 //!
-//! The method converges for every M >= T and rho in (0, 2): with tildes for distances from a saddle point,
-//! monotonicity gives, step by step,
+//! The method converges for every M >= T and rho in (0, 2): with tildes for differences from a saddle point,
+//! monotonicity gives for each step
 //!
 //! ```text
-//! |u_bar~|_D^2 + |q_bar~|_{1/Sigma}^2 + rho |u~|_{M-T}^2   falls by at least
+//! |u_bar~|_D^2 + |q_bar~|_{1/Sigma}^2 + rho |u~|_{M-T}^2   decreases by at least
 //! rho (2 - rho) ( |x - u|_D^2 + |z - y|_{1/Sigma}^2 ) + rho |u - u_before|_{M-T}^2.
 //! ```
 //!
-//! The weight of the third term is rho: that is why rho stays what it is at the last step, too.
+//! The weight of the third term is rho; therefore rho stays the same at the last step before a sample.
 //!
-//! Kept in place of q_bar is q = q_bar + Sigma K u, for then D u_bar - K^T q_bar - T u = D (u_bar - u) - K^T q,
-//! and T is not applied; after u has moved by delta, y = q + Sigma K delta.
+//! Instead of q_bar the solver stores q = q_bar + Sigma K u. Then D u_bar - K^T q_bar - T u = D (u_bar - u) - K^T q,
+//! and T need not be applied; after u has moved by delta, y = q + Sigma K delta.
 //!
 //! Steps: s_j = reach / sqrt(l_j), d_k = sum_{j at k} b_j |K_jk|^2 / (sqrt(l_j) reach), D = omega d and Sigma =
 //! omega s, face by face (`operator/bounds.rs`). With reach = 1 they are the local steps of an explicit method,
 //! |K^T Sigma K| <= |D|; implicit ones may reach further, until M is too far from T. The weight omega starts at
-//! 0.75 lambda, or less if the costs need less, and is balanced (`balance.rs`). T is proportional to it, so
-//! that M is made once.
+//! 0.75 lambda, or less if the costs need less, and is balanced (`balance.rs`). T is proportional to omega, so that M
+//! is computed only once.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
@@ -52,25 +52,25 @@ pub(super) const DESCRIPTION: Description = Description {
 /// The settings of preconditioned Douglas-Rachford: `inner`, `rho`, `reach`, `step-ratio`, `balance`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// What solves for the implicit step; the sweep by default.
+    /// How the implicit step is solved; by the sweep by default.
     pub inner: InnerSolve,
     /// Relaxation, above 0 and below 2; 1.8 by default.
     pub rho: f64,
-    /// Length of the steps, in units of those of an explicit method; none for 3, and 6 with a factorization.
+    /// Step length, in units of that of an explicit method; none for 3, or 6 with a factorization.
     pub reach: Option<f64>,
-    /// omega at the start, in units of lambda, or of what the costs need, if that is less; 0.75 by default.
+    /// Initial omega, in units of lambda, or less if the costs need less; 0.75 by default.
     pub step_ratio: f64,
     /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,
 }
 
-/// What solves with D + K^T Sigma K.
+/// How systems with D + K^T Sigma K are solved.
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum InnerSolve {
-    /// One symmetric over-relaxed sweep.
+    /// By one symmetric over-relaxed sweep.
     GaussSeidel,
-    /// A factorization.
+    /// By a factorization.
     Cholesky,
 }
 
@@ -92,7 +92,7 @@ impl Adjustable for Settings {
             Setting::choice(
                 "inner",
                 &mut self.inner,
-                "what solves with D + K^T Sigma K: one symmetric over-relaxed sweep, or a factorization",
+                "how systems with D + K^T Sigma K are solved: one symmetric over-relaxed sweep, or a factorization",
             ),
             balance::relaxation(&mut self.rho),
             Setting::optional(
@@ -100,7 +100,7 @@ impl Adjustable for Settings {
                 &mut self.reach,
                 f64::MIN_POSITIVE..,
                 "3; 6 with cholesky",
-                "length of the steps, in units of those of an explicit method",
+                "step length, in units of that of an explicit method",
             ),
             balance::step_ratio(&mut self.step_ratio),
             self.balance.setting(),
@@ -153,14 +153,14 @@ struct DouglasRachford<const M: usize> {
     u_bar: Vec<Row<M>>,
     /// q_bar + Sigma K u.
     q: Vec<Tangent<M>>,
-    /// What u moved by.
+    /// The last change of u.
     delta: Vec<Row<M>>,
-    /// The same, in the order of the inner solve.
+    /// The same in the order of the inner solver.
     solution: Vec<Row<M>>,
-    /// The feasible pair of the last step at which it was wanted.
+    /// The feasible pair of the last step that was followed by a sample.
     x: Vec<Row<M>>,
     z: Vec<Tangent<M>>,
-    /// Whether that was the latest step.
+    /// Whether that was the most recent step.
     is_feasible: bool,
     d: Vec<f64>,
     s: Vec<f64>,
@@ -187,7 +187,7 @@ impl<const M: usize> DouglasRachford<M> {
         let omega = step_ratio * dual_scale(problem);
         let balance = Balance::new(balance, &u, dual_start.as_ref());
         let q = dual_start.unwrap_or_else(|| vec![Tangent::ZERO; k.faces()]);
-        // With D (u_bar - u) = K^T q a saddle point (u, q) stays where it is.
+        // With D (u_bar - u) = K^T q, a saddle point (u, q) is a fixed point.
         let kt = k.adjoint();
         let u_bar = (u.iter().zip(&d).enumerate())
             .map(|(v, (&u, d))| u + 1.0 / (omega * d) * kt.at(&q, v))
@@ -211,7 +211,7 @@ impl<const M: usize> DouglasRachford<M> {
         }
     }
 
-    /// Changes D and Sigma, but neither D (u_bar - u) nor q_bar + Sigma K u.
+    /// Changes D and Sigma, and keeps D (u_bar - u) and q_bar + Sigma K u.
     fn set_omega(&mut self, omega: f64) {
         let factor = self.omega / omega;
         sweep(
@@ -222,8 +222,8 @@ impl<const M: usize> DouglasRachford<M> {
         self.omega = omega;
     }
 
-    /// One iteration, which keeps (x, z) where it is wanted.
-    fn iterate_and_keep<K: Operator>(&mut self, wanted: bool, problem: &Problem<K, M>) {
+    /// One iteration, which stores (x, z) if `store`.
+    fn iterate_and_store<K: Operator>(&mut self, store: bool, problem: &Problem<K, M>) {
         let Problem { k, f, lambda, .. } = problem;
         let kt = k.adjoint();
         let Self { u, u_bar, q, delta, solution, x, z, d, s, inner, omega, rho, .. } = self;
@@ -238,13 +238,13 @@ impl<const M: usize> DouglasRachford<M> {
         sweep(
             (&mut u[..], &mut u_bar[..], &mut delta[..], &mut x[..], &d[..], &f[..]),
             #[inline(always)]
-            |v, (u, u_bar, delta, kept, &d, &f)| {
+            |v, (u, u_bar, delta, stored, &d, &f)| {
                 *delta = inner.at(solution, v);
                 *u += *delta;
                 let x = project_simplex(2.0 * *u - *u_bar - inverse_omega / d * f);
                 *u_bar += rho * (x - *u);
-                if wanted {
-                    *kept = x;
+                if store {
+                    *stored = x;
                 }
             },
         );
@@ -252,22 +252,22 @@ impl<const M: usize> DouglasRachford<M> {
         sweep(
             (&mut q[..], &mut z[..], &s[..]),
             #[inline(always)]
-            |j, (q, kept, &s)| {
+            |j, (q, stored, &s)| {
                 let sigma = omega * s;
                 let y = *q + sigma * k.at(delta, j);
                 let z = project_ball(y + sigma * k.at(u, j), *lambda);
                 *q = y + rho * (z - y);
-                if wanted {
-                    *kept = z;
+                if store {
+                    *stored = z;
                 }
             },
         );
-        self.is_feasible = wanted;
+        self.is_feasible = store;
         self.balance.iter_mut().for_each(|balance| balance.count(1));
     }
 }
 
-/// d and s. A vertex without faces gets the least d of the others.
+/// d and s. A vertex without faces gets the smallest d of the others.
 fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
     let local = of_faces(
         k,
@@ -275,18 +275,18 @@ fn step_lengths(k: &impl Operator, reach: f64) -> (Vec<f64>, Vec<f64>) {
         |columns| 1.0 / row_bound(columns).sqrt(),
     );
     let above = diagonal_above(k, |j| local[j]);
-    let least = above.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
-    let d = above.into_iter().map(|x| if x > 0.0 { x } else { least } / reach).collect();
+    let smallest = above.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let d = above.into_iter().map(|x| if x > 0.0 { x } else { smallest } / reach).collect();
     (d, local.into_iter().map(|x| x * reach).collect())
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for DouglasRachford<M> {
     fn step(&mut self, problem: &Problem<K, M>) {
-        self.iterate_and_keep(false, problem);
+        self.iterate_and_store(false, problem);
     }
 
     fn last_step(&mut self, problem: &Problem<K, M>) {
-        self.iterate_and_keep(true, problem);
+        self.iterate_and_store(true, problem);
         let Self { x, z, d, s, omega, balance, .. } = self;
         if let Some(balance) = balance.as_mut().filter(|balance| balance.is_due()) {
             let (omega, inverse_omega) = (*omega, 1.0 / *omega);
@@ -323,9 +323,9 @@ mod tests {
     use crate::operator::Stencil;
     use crate::samples::{bumpy, known_optimum, random_labels, rng};
 
-    /// D and Sigma may change at a saddle point: it stays one.
+    /// A saddle point remains a fixed point when D and Sigma change.
     #[test]
-    fn another_omega_keeps_a_saddle_point() {
+    fn a_saddle_point_remains_fixed_when_omega_changes() {
         let mesh = bumpy(7);
         let known = known_optimum::<3>(&mesh, 3, 0.1, 1.0, 79);
         let setup = Setup {
@@ -343,9 +343,9 @@ mod tests {
         }
     }
 
-    /// The inequality at the top of this file, step by step, last ones or not.
+    /// The inequality at the top of this file holds for each step, before a sample or not.
     #[test]
-    fn the_distance_to_a_saddle_point_falls() {
+    fn the_distance_to_a_saddle_point_decreases() {
         let mesh = bumpy(6);
         let n = mesh.vertices.len();
         let known = known_optimum::<2>(&mesh, 2, 0.1, 1.0, 77);
@@ -379,8 +379,8 @@ mod tests {
                 (0..a.len()).map(term).sum()
             };
             let inner = |a: &[Row<2>], b: &[Row<2>]| -> f64 {
-                let apart = DMatrix::from_fn(n, 2, |v, p| a[v].0[p] - b[v].0[p]);
-                (&excess * &apart).dot(&apart)
+                let difference = DMatrix::from_fn(n, 2, |v, p| a[v].0[p] - b[v].0[p]);
+                (&excess * &difference).dot(&difference)
             };
             let q_bar = |q: &[Tangent<2>], u: &[Row<2>], s: &[f64]| -> Vec<Tangent<2>> {
                 (0..q.len()).map(|j| q[j] - k.at(u, j) * (omega * s[j])).collect()
@@ -408,8 +408,11 @@ mod tests {
                     + dual(&next, &saddle_q_bar, &solver.s)
                     + rho * inner(&solver.u, &known.u);
                 let moves = primal(&solver.u_bar, &u_bar, &solver.d) + dual(&next, &r, &solver.s);
-                let fall = (2.0 - rho) / rho * moves + rho * inner(&solver.u, &u);
-                assert!(fall >= 0.0 && after <= distance - fall + 1e-12 * first, "step {step}");
+                let decrease = (2.0 - rho) / rho * moves + rho * inner(&solver.u, &u);
+                assert!(
+                    decrease >= 0.0 && after <= distance - decrease + 1e-12 * first,
+                    "step {step}"
+                );
             }
         }
     }

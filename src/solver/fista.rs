@@ -1,4 +1,4 @@
-//! FISTA on the smoothed energy, with adaptive restart and, on request, continuation in eps:
+//! FISTA on the smoothed energy, with adaptive restart and optional continuation in eps:
 //!
 //! ```text
 //! U^{n+1} = Proj_simplex( Y^n - tau D^-1 (f + K^T q^n) ),   q^n_j = lambda (K Y^n)_j / sqrt(|(K Y^n)_j|^2 + eps_j^2)
@@ -34,22 +34,22 @@ pub(super) const DESCRIPTION: Description = Description {
 pub struct Settings {
     /// D; local by default.
     pub mass_metric: MassMetric,
-    /// eps of the smoothing, above 0; none for one that suits the mesh.
+    /// eps of the smoothing, above 0; none for the default of the mesh.
     pub epsilon: Option<f64>,
     /// The formula of eps_j; intrinsic by default.
     pub epsilon_mode: SmoothingMode,
     /// When momentum is dropped; adaptive by default.
     pub restart: Restart,
-    /// sqrt(eps) starts with this times what it is aimed at, 1 or more, and falls like 1/n. 1, the default, keeps eps
+    /// sqrt(eps) starts at this multiple of its final value, 1 or more, and falls like 1/n. 1, the default, keeps eps
     /// fixed.
     pub continuation: f64,
 }
 
-/// D.
+/// The metric D.
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum MassMetric {
-    /// The bound of the curvature, vertex by vertex.
+    /// A bound of the curvature, vertex by vertex.
     Local,
     /// The barycentric areas of the vertices.
     Barycentric,
@@ -63,11 +63,11 @@ pub enum MassMetric {
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Restart {
-    /// Where it leads uphill.
+    /// When it leads uphill.
     Adaptive,
     /// Momentum is kept: FISTA without restart.
     Never,
-    /// That is projected gradient.
+    /// At every step, which makes it projected gradient.
     Always,
 }
 
@@ -88,19 +88,19 @@ impl Adjustable for Settings {
         let metric = Setting::choice(
             "mass-metric",
             &mut self.mass_metric,
-            "D: the lumped masses, the identity, or the bound of the curvature vertex by vertex",
+            "D: a bound of the curvature vertex by vertex, barycentric areas, Voronoi areas, or the identity",
         );
         let [epsilon, mode] = settings(&mut self.epsilon, &mut self.epsilon_mode);
         let restart = Setting::choice(
             "restart",
             &mut self.restart,
-            "when momentum is dropped; `always` is projected gradient",
+            "when momentum is dropped; `always` gives projected gradient",
         );
         let continuation = Setting::number(
             "continuation",
             &mut self.continuation,
             1.0..,
-            "start with this times sqrt(eps) and divide by the iteration; 1 keeps eps fixed",
+            "sqrt(eps) starts at this multiple of its final value and falls like 1/n; 1 keeps eps fixed",
         );
         vec![metric, epsilon, mode, restart, continuation]
     }
@@ -121,7 +121,7 @@ struct Fista<const M: usize> {
     q: Vec<Tangent<M>>,
     d: Vec<f64>,
     tau: f64,
-    /// The smoothing that is aimed at.
+    /// The final smoothing.
     smoothing: Smoothing,
     restart: Restart,
     continuation: f64,
@@ -159,7 +159,7 @@ impl<const M: usize> Fista<M> {
         })
     }
 
-    /// What sqrt(eps), and with it 1 / L, is multiplied by at this iteration.
+    /// The factor by which sqrt(eps), and with it 1 / L, is enlarged at this iteration.
     fn enlargement(&self) -> f64 {
         f64::max(1.0, self.continuation / (self.iteration + 1) as f64)
     }

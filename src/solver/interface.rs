@@ -1,4 +1,4 @@
-//! What a solver is: it starts from a [`Setup`], advances, and shows a feasible pair that certifies itself.
+//! The interface of a solver: it starts from a [`Setup`], advances, and returns a feasible pair that certifies itself.
 //!
 //! ```text
 //! D(q) <= E* <= E(u),   rows of u in the simplex, |q_j| <= lambda
@@ -10,11 +10,12 @@ use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
-/// What runs a method. Most methods implement [`Step`](super::Step), of which [`OneByOne`](super::OneByOne) makes a solver; what makes several steps in
-/// one pass implements this.
+/// A running method. Most methods implement [`Step`](super::Step), and [`OneByOne`](super::OneByOne) makes a solver of
+/// them; a method that makes several steps in one pass implements this trait itself.
 pub trait Solver<K, const M: usize> {
-    /// Makes so many steps, at least one, and ends with a feasible pair. `go_on` is asked before every pass of one or
-    /// several steps; where it says no, one step more is the last. Returns how many were made.
+    /// Makes the given number of steps, at least one, and ends with a feasible pair. `go_on` is called before every
+    /// pass of one or several steps; once it returns false, one more step is made as the last. Returns the number of
+    /// steps made.
     fn advance(
         &mut self,
         problem: &Problem<K, M>,
@@ -22,15 +23,15 @@ pub trait Solver<K, const M: usize> {
         go_on: &mut dyn FnMut() -> bool,
     ) -> u64;
 
-    /// A feasible U, rows in the simplex, and a feasible dual field.
+    /// The current pair: a feasible U, with rows in the simplex, and a feasible dual field.
     fn iterate(&mut self) -> Iterate<'_, M>;
 
-    /// U alone, where that is cheaper.
+    /// U alone, which may be cheaper than the pair.
     fn labels(&mut self) -> &[Row<M>] {
         self.iterate().u
     }
 
-    /// D of the dual field, where that is known more cheaply than from the field.
+    /// D of the dual field, which the solver may know at lower cost than by computing it from the field.
     fn dual_bound(&mut self, problem: &Problem<K, M>) -> f64
     where
         K: Operator,
@@ -41,17 +42,17 @@ pub trait Solver<K, const M: usize> {
     /// max |u^n - u^{n-1}| of the last step; zero before the first.
     fn change(&mut self) -> f64;
 
-    /// f or lambda changed to those of `problem`, and no step may come before this: drop momentum, fit the
-    /// steps, keep the iterate.
+    /// Must be called before the next step when f or lambda have changed to those of `problem`: drops momentum, fits
+    /// the steps and keeps the iterate.
     fn restart(&mut self, _problem: &Problem<K, M>) {}
 
-    /// The smoothing of the energy that is minimized in place of E, if there is one.
+    /// The smoothing of the energy, if a smoothed energy is minimized instead of E.
     fn smoothing(&self) -> Option<Smoothing> {
         None
     }
 }
 
-/// What certifies itself: E(u) is an upper, D(q) a lower bound of the least energy.
+/// A pair that certifies itself: E(u) is an upper bound and D(q) a lower bound of the minimum energy.
 #[derive(Clone, Copy)]
 pub struct Iterate<'a, const M: usize> {
     /// U, V rows in the simplex.
@@ -60,19 +61,19 @@ pub struct Iterate<'a, const M: usize> {
     pub q: &'a [Tangent<M>],
 }
 
-/// What a solver is built from, beside its settings.
+/// What a solver is built from, in addition to its settings.
 pub struct Setup<'a, K, const M: usize> {
     /// The mesh that K is of; every face has an area.
     pub mesh: &'a Mesh,
     /// What is minimized.
     pub problem: &'a Problem<K, M>,
-    /// U at the start: rows in the simplex.
+    /// The initial U, with rows in the simplex.
     pub start: Vec<Row<M>>,
-    /// q at the start, |q_j| <= lambda; zero if there is none. Methods without a dual field ignore it.
+    /// The initial q, |q_j| <= lambda; zero if none is given. Methods without a dual variable ignore it.
     pub dual_start: Option<Vec<Tangent<M>>>,
 }
 
-/// What `meshseg solvers` prints of a method, beside its settings.
+/// What `meshseg solvers` prints about a method, in addition to its settings.
 pub struct Description {
     /// Its name in `--solver NAME`.
     pub name: &'static str,
@@ -84,5 +85,5 @@ pub struct Description {
     pub steps: &'static str,
 }
 
-/// A solver, or why there is none.
+/// A solver, or the reason why it cannot be built.
 pub type Built<'a, K, const M: usize> = Result<Box<dyn Solver<K, M> + 'a>>;

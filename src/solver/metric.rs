@@ -1,10 +1,10 @@
-//! The metric in which a smoothed solver's gradient is taken, and the step length it allows.
+//! The metric D in which the gradient of the smoothed energy is taken, and the step length that it allows.
 //!
-//! Gradient: D^-1 (f + K^T q), the paper's equation (10) with D the mass matrix. The smoothed total
-//! variation has curvature at most w_j = lambda / eps_j on face j, so the gradient is Lipschitz with
-//! L = lmax(D^-1 K^T diag(w) K), bounded here in closed form (`operator/bounds.rs`); for the paper's eps,
-//! w_j = 2 lambda / sqrt(eps). The consistent mass matrix is at least a quarter of its row sums
-//! (face by face, its eigenvalues are A/12, A/12 and A/3), hence its factor 4.
+//! The gradient is D^-1 (f + K^T q), the paper's equation (10) with D the mass matrix. The smoothed total variation has
+//! curvature at most w_j = lambda / eps_j on face j, so the gradient is Lipschitz continuous with constant
+//! L = lmax(D^-1 K^T diag(w) K), bounded here in closed form (`operator/bounds.rs`). For the paper's eps,
+//! w_j = 2 lambda / sqrt(eps). The consistent mass matrix is at least a quarter of its row sums (its eigenvalues on a
+//! face are A/12, A/12 and A/3), hence its factor 4.
 
 use crate::error::Result;
 use crate::field::Row;
@@ -15,14 +15,14 @@ use crate::operator::{Cholesky, Operator};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::solver::{Setting, Setup};
 
-/// D.
+/// The metric D.
 pub enum Metric {
     /// The diagonal; zero at vertices without faces.
     Diagonal(Vec<f64>),
     Full(Cholesky),
 }
 
-/// Which of them.
+/// The choices of D.
 #[derive(Clone, Copy)]
 pub(super) enum MetricName {
     Barycentric,
@@ -71,8 +71,8 @@ impl Metric {
     }
 }
 
-/// Without total variation the energy is linear and L = 0. A step that crosses the simplex wherever the
-/// choice between regions weighs at least a millionth of the average.
+/// The step length without total variation, where the energy is linear and L = 0: a step crosses the simplex wherever
+/// the costs of regions differ by at least a millionth of the average.
 fn linear_step<K: Operator, const M: usize>(problem: &Problem<K, M>, d: &[f64]) -> f64 {
     let step = 1e6 * d.iter().sum::<f64>() / problem.spread();
     if step.is_finite() && step > 0.0 { step } else { 1.0 }
@@ -99,7 +99,7 @@ pub(super) fn settings<'a>(
     ]
 }
 
-/// The smoothing with that eps, or one that suits the mesh.
+/// The smoothing with the given eps, or with the default for the mesh.
 pub(super) fn smoothing(
     epsilon: Option<f64>,
     mode: SmoothingMode,
@@ -111,8 +111,8 @@ pub(super) fn smoothing(
     }
 }
 
-/// u - tau D^-1 g at one vertex of a diagonal metric. Where D is zero nothing but g decides: the step
-/// goes to the best region at once.
+/// u - tau D^-1 g at one vertex, in a diagonal metric. If D is zero there, the step goes straight to the region with
+/// the smallest g.
 #[inline(always)]
 pub(super) fn descend<const M: usize>(u: Row<M>, g: Row<M>, tau: f64, d: f64) -> Row<M> {
     if d > 0.0 {
@@ -132,10 +132,11 @@ mod tests {
     use crate::samples::{largest_curvature, random_problem, shape, zoo};
     use nalgebra::DMatrix;
 
-    /// tau D^-1 K^T diag(lambda / eps_j) K, the curvature of what is smoothed, has no eigenvalue above 1, so that
-    /// tau <= 1 / L; and one of 1 where the bound is exact: in the local metric, on a chessboard of right-angled faces.
+    /// tau D^-1 K^T diag(lambda / eps_j) K, the curvature of the smoothed energy, has no eigenvalue above 1, so that
+    /// tau <= 1 / L. It has the eigenvalue 1 if the bound is exact: in the local metric, on a chessboard of
+    /// right-angled faces.
     #[test]
-    fn tau_is_one_over_the_curvature() {
+    fn tau_is_at_most_one_over_the_curvature() {
         let chessboard = ("chessboard", shape("grid:7x7"));
         for (name, mesh) in zoo().into_iter().chain([chessboard]) {
             let problem = random_problem::<3>(&mesh, 0.1 * mesh.area().sqrt(), 851);

@@ -1,7 +1,7 @@
-//! The solvers: one algorithm, one reference, one file; none imports another.
+//! The solvers. Each one has its own algorithm, reference and file, and none imports another.
 //!
-//! To add one: write its file, with a [`Description`], typed `Settings` and an implementation of [`Step`], and give it a
-//! line in `solvers!` below. Clock, stopping and samples are those of `run.rs`; a solver only advances.
+//! To add one, write its file, with a [`Description`], typed `Settings` and an implementation of [`Step`], and add a
+//! line to `solvers!` below. `run.rs` does timing, stopping and sampling; a solver only advances.
 
 mod balance;
 mod interface;
@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 
-/// Makes of one line a solver: its module, and its settings as a variant of [`Method`].
+/// Turns each line into a solver: its module, and its settings as a variant of [`Method`].
 macro_rules! solvers {
     ($($(#[$attribute:meta])* $Name:ident = mod $module:ident;)*) => {
         $($(#[$attribute])* pub mod $module;)*
@@ -54,7 +54,7 @@ macro_rules! solvers {
                 }
             }
 
-            /// Its settings, to be read or changed.
+            /// The settings of the method, to be read or changed.
             pub fn settings(&mut self) -> Vec<Setting<'_>> {
                 match self {
                     $($(#[$attribute])* Method::$Name(settings) => settings.settings(),)*
@@ -71,7 +71,7 @@ macro_rules! solvers {
             /// The solver, ready to advance.
             ///
             /// # Errors
-            /// Settings that are out of range or exclude each other.
+            /// A setting is out of range, or two settings exclude each other.
             pub fn build<'a, K: Engines + 'a, const M: usize>(
                 &self,
                 setup: Setup<'_, K, M>,
@@ -105,7 +105,10 @@ impl Method {
     pub fn named(name: &str) -> Result<Self> {
         Method::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
             let names: Vec<&str> = Method::all().iter().map(Method::name).collect();
-            Error::unsuitable(format!("solver {name:?} is unknown; there are {}", names.join(", ")))
+            Error::unsuitable(format!(
+                "solver {name:?} is unknown; the solvers are {}",
+                names.join(", ")
+            ))
         })
     }
 
@@ -133,7 +136,7 @@ impl Method {
         self.description().name
     }
 
-    /// The values of the settings that are not those by default, by key.
+    /// The settings that differ from their defaults, by key.
     pub fn changed(&self) -> BTreeMap<String, String> {
         let (mut own, mut default) = (self.clone(), self.clone());
         default.reset();

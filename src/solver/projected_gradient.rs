@@ -1,4 +1,4 @@
-//! Projected gradient on the smoothed energy, the method of the paper, equations (8) to (10):
+//! Projected gradient on the smoothed energy, the paper's method, equations (8) to (10):
 //!
 //! ```text
 //! U^{t+1} = Proj_simplex( U^t - tau D^-1 (f + K^T q^t) ),   q^t_j = lambda (K U^t)_j / sqrt(|(K U^t)_j|^2 + eps_j^2)
@@ -7,10 +7,10 @@
 //! A. Delaunoy, K. Fundana, E. Prados, A. Heyden, *Convex multi-region segmentation on manifolds*,
 //! ICCV 2009. Converges for tau < 2 / L if D is diagonal.
 //!
-//! **The full mass matrix is a trap.** With D = M consistent, as equation (10) prints it, the pointwise
-//! projection onto the simplex is not the projection in the metric of M, and the iteration settles at a
-//! point that is not the minimizer, whatever tau. It is kept as the paper's experiment; its certified
-//! gap does not close.
+//! **The consistent mass matrix misses the minimizer.** With D = M, as printed in equation (10), the pointwise
+//! projection onto the simplex is not the projection in the metric of M, and for every tau the iteration settles at a
+//! point that is not the minimizer. This choice is kept to reproduce the paper's experiment; its certified gap does not
+//! close.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
@@ -35,7 +35,7 @@ pub(super) const DESCRIPTION: Description = Description {
 pub struct Settings {
     /// D; barycentric by default.
     pub mass_metric: MassMetric,
-    /// eps of the smoothing, above 0; none for one that suits the mesh.
+    /// eps of the smoothing, above 0; none for the default of the mesh.
     pub epsilon: Option<f64>,
     /// The formula of eps_j; intrinsic by default.
     pub epsilon_mode: SmoothingMode,
@@ -53,7 +53,7 @@ pub enum MassMetric {
     Voronoi,
     /// The identity.
     None,
-    /// Does not reach the minimizer, see above.
+    /// The consistent mass matrix, which does not reach the minimizer, see above.
     Consistent,
 }
 
@@ -74,7 +74,7 @@ impl Adjustable for Settings {
             "mass-metric",
             &mut self.mass_metric,
             "D in equation (10); `consistent` does NOT reach the minimizer (the pointwise projection is wrong in its \
-             metric) and is kept as the paper's experiment",
+             metric) and is kept to reproduce the paper's experiment",
         );
         let [epsilon, mode] = settings(&mut self.epsilon, &mut self.epsilon_mode);
         let tau =
@@ -128,9 +128,9 @@ impl<const M: usize> ProjectedGradient<M> {
     }
 }
 
-/// g with another value in the regions that are closed.
+/// g with the given value at forbidden labels.
 #[inline(always)]
-fn replace_closed<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
+fn replace_forbidden<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
     Row::from_fn(|p| if f.0[p] == NEVER { value } else { g.0[p] })
 }
 
@@ -154,12 +154,12 @@ impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
                 },
             ),
             Metric::Full(mass) => {
-                // M^-1 has entries of both signs, which closed regions must not get to see.
+                // M^-1 has entries of both signs: NEVER at one vertex would make labels cheap or expensive at others.
                 sweep(
                     (&mut gradient[..], &f[..]),
                     #[inline(always)]
                     |v, (g, &f)| {
-                        *g = replace_closed(f + kt.at(q, v), f, 0.0);
+                        *g = replace_forbidden(f + kt.at(q, v), f, 0.0);
                     },
                 );
                 mass.solve(gradient);
@@ -167,7 +167,7 @@ impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
                     (&mut u[..], &gradient[..], &f[..]),
                     #[inline(always)]
                     |_, (u, &g, &f)| {
-                        *u = project_simplex(*u - tau * replace_closed(g, f, NEVER));
+                        *u = project_simplex(*u - tau * replace_forbidden(g, f, NEVER));
                     },
                 );
             }

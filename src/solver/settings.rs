@@ -1,7 +1,7 @@
-//! Settings by key, for whoever writes them as text: command line, experiment files, help.
+//! Settings by key and as text: for the command line, experiment files and the help.
 //!
-//! Each method has a typed `Settings`, whose `Default` is the only place where its defaults stand. What is known here
-//! of them, keys, values and help, comes from [`Adjustable::settings`].
+//! Each method has a typed `Settings`, whose `Default` alone defines its defaults. Keys, values and help texts come
+//! from [`Adjustable::settings`].
 
 use std::collections::BTreeMap;
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
@@ -12,7 +12,7 @@ use strum::VariantNames;
 
 use crate::error::{Error, Result};
 
-/// Settings of a method that can be named.
+/// The settings of a method, which can be listed and set by key.
 pub trait Adjustable: Default {
     /// All of them, in the order of the help.
     fn settings(&mut self) -> Vec<Setting<'_>>;
@@ -29,12 +29,12 @@ pub struct Setting<'a> {
 
 enum Value<'a> {
     Number(&'a mut f64, Range),
-    /// What no number stands for.
+    /// A number or none; the text describes none.
     Optional(&'a mut Option<f64>, Range, &'static str),
     Choice(&'a mut dyn Choice),
 }
 
-/// Where a number may lie.
+/// The range of a number.
 type Range = (Bound<f64>, Bound<f64>);
 
 /// An enumeration whose variants have names.
@@ -43,7 +43,7 @@ trait Choice {
 
     fn name(&self) -> &'static str;
 
-    /// Whether there is a variant of that name, which is then chosen.
+    /// Chooses the variant of that name. Returns whether there is one.
     fn choose(&mut self, name: &str) -> bool;
 }
 
@@ -100,7 +100,7 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// The value that it has.
+    /// The current value.
     pub fn value(&self) -> String {
         match &self.value {
             Value::Number(number, _) => number.to_string(),
@@ -110,8 +110,10 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// Checks the current value, because any number can be written to the typed fields.
+    ///
     /// # Errors
-    /// What the value must be, if it is none: whoever writes the fields may write any number.
+    /// What the value must be, if it is invalid.
     fn check(&self) -> std::result::Result<(), String> {
         let within =
             |number: f64, range: &Range| match number.is_finite() && range.contains(&number) {
@@ -125,8 +127,10 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// Sets the value from text.
+    ///
     /// # Errors
-    /// What the value must be, if it is none.
+    /// What the value must be, if it is invalid.
     fn set(&mut self, text: &str) -> std::result::Result<(), String> {
         let within = |range: &Range| {
             let number = text.parse().ok().filter(|x: &f64| x.is_finite() && range.contains(x));
@@ -149,6 +153,7 @@ fn bounds(range: impl RangeBounds<f64>) -> Range {
     (range.start_bound().cloned(), range.end_bound().cloned())
 }
 
+/// A range in words.
 fn words((low, high): Range) -> String {
     let from = match low {
         Included(f64::MIN_POSITIVE) => " above 0".into(),
@@ -161,11 +166,12 @@ fn words((low, high): Range) -> String {
         Excluded(bound) => format!(" below {bound}"),
         Unbounded => String::new(),
     };
-    from + &to
+    let and = if from.is_empty() || to.is_empty() { "" } else { " and" };
+    format!("{from}{and}{to}")
 }
 
 /// # Errors
-/// Which of the settings has a value that is none.
+/// A setting has an invalid value; the message names it.
 pub(super) fn check(settings: &[Setting<'_>]) -> Result<()> {
     for setting in settings {
         setting.check().map_err(|message| {
@@ -176,7 +182,7 @@ pub(super) fn check(settings: &[Setting<'_>]) -> Result<()> {
     Ok(())
 }
 
-/// Values by key, as somebody wrote them.
+/// Values by key, as text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options(BTreeMap<String, String>);
 
@@ -187,7 +193,7 @@ impl Options {
         let mut options = BTreeMap::new();
         for text in texts.iter().map(AsRef::as_ref) {
             let (key, value) = text.split_once('=').ok_or_else(|| {
-                Error::unsuitable(format!("solver option {text:?}: must read key=value"))
+                Error::unsuitable(format!("solver option {text:?}: must be key=value"))
             })?;
             let (key, value) = (key.trim().to_owned(), value.trim().to_owned());
             if options.insert(key.clone(), value).is_some() {
@@ -202,7 +208,7 @@ impl Options {
         &self.0
     }
 
-    /// Changes settings to what was given; `name` is that of the method, for the errors.
+    /// Changes settings to the given values; `name` is that of the method, for the errors.
     pub(super) fn apply(&self, name: &str, mut settings: Vec<Setting<'_>>) -> Result<()> {
         let known: Vec<&str> = settings.iter().map(|setting| setting.key).collect();
         for (key, text) in &self.0 {
@@ -210,7 +216,7 @@ impl Options {
             let setting = setting.ok_or_else(|| {
                 let known = known.join(", ");
                 Error::unsuitable(format!(
-                    "solver option {key:?} is unknown to {name}; it has {known}"
+                    "solver option {key:?} is unknown to {name}; its options are {known}"
                 ))
             })?;
             setting.set(text).map_err(|message| {

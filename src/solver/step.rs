@@ -1,4 +1,4 @@
-//! A method by its step, and the solver that makes one step after the other.
+//! A method, given by its step, and the solver that makes one step after another.
 
 use super::{Iterate, Solver};
 use crate::field::Row;
@@ -6,18 +6,18 @@ use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 use crate::sweep;
 
-/// A method. It knows neither when its iterates are looked at nor when it ends.
+/// A method. It knows neither when its iterates are sampled nor when the run ends.
 pub trait Step<K, const M: usize> {
-    /// One iteration; allocates nothing (but solves with a factorization their workspace).
+    /// One iteration; allocates nothing (except the workspace of solves with a factorization).
     fn step(&mut self, problem: &Problem<K, M>);
 
-    /// The iteration after which the iterate is looked at, for a method whose iterates are infeasible or poor on the
-    /// way, such as an over-relaxed one: it ends with a feasible pair.
+    /// The iteration before a sample, which ends with a feasible pair. It differs from `step` if iterates are
+    /// infeasible or poor in between, as those of an over-relaxed method are.
     fn last_step(&mut self, problem: &Problem<K, M>) {
         self.step(problem);
     }
 
-    /// At the start and after a last step: a feasible U, rows in the simplex, and a feasible dual field.
+    /// The pair at the start and after a last step: a feasible U, with rows in the simplex, and a feasible dual field.
     fn iterate(&self) -> Iterate<'_, M>;
 
     /// See [`Solver::restart`].
@@ -29,7 +29,7 @@ pub trait Step<K, const M: usize> {
     }
 }
 
-/// The solver of a method.
+/// The solver that makes the steps of a method one by one.
 pub struct OneByOne<S, const M: usize> {
     method: S,
     /// u^{n-1}, for the last step n; empty before the first.

@@ -1,4 +1,4 @@
-//! The engines of the method, and the one place where an engine and its precision are chosen.
+//! The choice of the engine and its precision.
 
 use pulp::Arch;
 
@@ -15,18 +15,18 @@ use crate::solver::balance::Balance;
 use crate::solver::{Built, OneByOne, Setup};
 use crate::sweep::join;
 
-/// A pair (u, q), where q is zero if there is none.
+/// A pair (u, q); no q stands for zero.
 type Pair<const M: usize> = (Vec<Row<M>>, Option<Vec<Tangent<M>>>);
 
-/// The engines that an operator has beside the rows, which are for all.
+/// The engines that an operator has in addition to `rows`, which works for all operators.
 pub trait Engines: Operator + Sized {
-    /// Whether there is a fused one.
+    /// Whether there is a fused engine.
     const IS_FUSED: bool = false;
 
-    /// The fused engine, with steps that are made for the pair from which it starts.
+    /// The fused engine, with the stepping that is computed from the initial pair.
     ///
     /// # Errors
-    /// That there is none, for operators of which nothing is known but their rows.
+    /// The operator has no fused engine.
     fn fused<'a, const M: usize>(
         _problem: &Problem<Self, M>,
         _start: Pair<M>,
@@ -37,7 +37,7 @@ pub trait Engines: Operator + Sized {
         Self: 'a,
     {
         Err(Error::unsuitable(
-            "solver option engine=fused needs the gradient as a stencil, not as a matrix",
+            "solver option engine=fused needs the gradient as a stencil, not as a matrix; use engine=auto",
         ))
     }
 }
@@ -60,7 +60,7 @@ impl Engines for Stencil {
     }
 }
 
-/// Steps and partition side by side.
+/// The fused engine; its stepping and its partition are computed in parallel.
 fn partitioned<T: Real, const M: usize>(
     problem: &Problem<Stencil, M>,
     start: Pair<M>,
@@ -72,8 +72,8 @@ fn partitioned<T: Real, const M: usize>(
     Fused::new(problem, u, q, stepping, partition)
 }
 
-/// The solver in the engine and the precision that are asked for. Fails if the fused engine is asked for and K is not a
-/// stencil, or single precision without the fused engine.
+/// The solver with the requested engine and precision. Fails if the fused engine is requested and K is not a stencil, or
+/// single precision without the fused engine.
 pub fn build<'a, K: Engines + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,
@@ -89,7 +89,7 @@ pub fn build<'a, K: Engines + 'a, const M: usize>(
     match (fused, precision) {
         (true, _) => K::fused(problem, start, precision, stepping),
         (false, Precision::Single) => Err(Error::unsuitable(
-            "solver options engine=rows and precision=f32 exclude each other: rows are in double precision",
+            "solver option precision=f32 needs the fused engine; engine=rows computes in f64",
         )),
         (false, Precision::Double) => {
             let stepping = stepping(&start);

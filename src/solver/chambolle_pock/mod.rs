@@ -7,12 +7,13 @@
 //!
 //! A. Chambolle, T. Pock, *A first-order primal-dual algorithm for convex problems with applications to
 //! imaging*, J. Math. Imaging Vis. 40, 2011; relaxation: L. Condat, *A primal-dual splitting method for
-//! convex optimization*, J. Optim. Theory Appl. 158, 2013. Relaxed iterates are infeasible and poor; the last step before
-//! one is looked at has rho = 1, after which u = x and q = y.
+//! convex optimization*, J. Optim. Theory Appl. 158, 2013. Relaxed iterates are infeasible and poor; the last step
+//! before a sample has rho = 1, after which u = x and q = y.
 //!
-//! `rows` is the text of the method, for any operator. `fused` computes the same iterates from the stencil's
-//! numbers, several in one pass over memory. They share the step lengths (`steps`), and when their weight
-//! is balanced (`stepping`, `../balance.rs`).
+//! `rows` is the reference implementation, for any operator. `fused` computes the same iterates for the stencil,
+//! several in one pass over memory. Both share the step lengths (`steps`) and the balancing of their weight omega
+//! (`stepping`,
+//! `../balance.rs`).
 
 mod engine;
 mod fused;

@@ -1,4 +1,4 @@
-//! The readable text: one sweep over the vertices, one over the faces, on any operator.
+//! The reference implementation: one sweep over the vertices and one over the faces, for any operator.
 
 use super::stepping::Stepping;
 use super::steps::Steps;
@@ -18,7 +18,7 @@ pub struct Rows<const M: usize> {
 }
 
 impl<const M: usize> Rows<M> {
-    /// One iteration. Without `rho`, that is with rho = 1, the pair is (x, y), which is feasible.
+    /// One iteration. Without `rho`, which means rho = 1, it ends with the feasible pair (x, y).
     fn iterate_with<K: Operator>(&mut self, rho: Option<f64>, problem: &Problem<K, M>) {
         let Problem { k, f, lambda, .. } = problem;
         let kt = k.adjoint();

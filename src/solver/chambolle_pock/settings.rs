@@ -6,15 +6,15 @@ use super::steps::Rule;
 use crate::solver::balance::{self, Balancing};
 use crate::solver::{Adjustable, Setting};
 
-/// What iterates.
+/// The engine that computes the iterates.
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Engine {
-    /// The fused one where the operator has it.
+    /// The fused engine if the operator has one, otherwise the rows.
     Auto,
     /// Several iterations in one blocked pass over memory.
     Fused,
-    /// The readable text, for any operator.
+    /// The reference implementation, for any operator.
     Rows,
 }
 
@@ -36,13 +36,13 @@ pub struct Settings {
     pub steps: Rule,
     /// Relaxation, above 0 and below 2; 1.9 by default.
     pub rho: f64,
-    /// omega at the start, in units of lambda, or of what the costs need, if that is less; 1.5 by default.
+    /// Initial omega, in units of lambda, or less if the costs need less; 1.5 by default.
     pub step_ratio: f64,
     /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,
-    /// What iterates; auto by default.
+    /// The engine that computes the iterates; auto by default.
     pub engine: Engine,
-    /// Of the iterates; double by default.
+    /// The precision of the iterates; double by default.
     pub precision: Precision,
 }
 
@@ -65,7 +65,7 @@ impl Adjustable for Settings {
             Setting::choice(
                 "steps",
                 &mut self.steps,
-                "face by face; row and column sums of |K|; one number from ||K||",
+                "step lengths face by face; from the row and column sums of |K|; or one from a bound of ||K||",
             ),
             balance::relaxation(&mut self.rho),
             balance::step_ratio(&mut self.step_ratio),
@@ -73,7 +73,7 @@ impl Adjustable for Settings {
             Setting::choice(
                 "engine",
                 &mut self.engine,
-                "one blocked pass over memory (what auto takes where it can), or the readable text",
+                "fused: several iterations per memory pass; rows: reference implementation; auto: fused if possible",
             ),
             Setting::choice(
                 "precision",

@@ -1,4 +1,4 @@
-//! Step lengths, their weight and the relaxation, which all engines share.
+//! The parameters that all engines share: step lengths, their weight omega and the relaxation.
 
 use super::steps::Steps;
 use crate::operator::Operator;
@@ -6,7 +6,7 @@ use crate::problem::Problem;
 use crate::solver::Iterate;
 use crate::solver::balance::Balance;
 
-/// What the engines need beside their fields.
+/// The parameters of an engine.
 pub struct Stepping<const M: usize> {
     pub steps: Steps,
     pub(super) balance: Option<Balance<M>>,
@@ -14,7 +14,7 @@ pub struct Stepping<const M: usize> {
 }
 
 impl<const M: usize> Stepping<M> {
-    /// So many steps were made.
+    /// Counts steps that were made.
     pub fn count(&mut self, steps: u64) {
         self.balance.iter_mut().for_each(|balance| balance.count(steps));
     }
@@ -24,7 +24,7 @@ impl<const M: usize> Stepping<M> {
         self.balance.as_ref().is_some_and(Balance::is_due)
     }
 
-    /// Balances omega for a feasible pair, and says whether the steps changed.
+    /// Balances omega for a feasible pair. Returns whether the steps changed.
     pub fn rebalance<K: Operator>(&mut self, problem: &Problem<K, M>, now: Iterate<'_, M>) -> bool {
         let Self { steps, balance, .. } = self;
         let omega = balance.as_mut().and_then(|balance| {

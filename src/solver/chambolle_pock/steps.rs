@@ -16,7 +16,7 @@ use crate::problem::Problem;
 use crate::solver::balance::dual_scale;
 use crate::sweep::collect;
 
-/// How long the steps are.
+/// The rule for the step lengths.
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Rule {
@@ -48,7 +48,7 @@ impl Steps {
         Steps { sigma, tau, omega, ratio }
     }
 
-    /// How large q is expected to become.
+    /// The expected size of q.
     pub fn dual_scale(&self) -> f64 {
         self.omega / self.ratio
     }
@@ -64,7 +64,7 @@ impl Steps {
         self.omega = omega;
     }
 
-    /// omega as in the beginning, for costs that changed.
+    /// Resets omega to its initial value, for costs that changed.
     pub fn restart<K: Operator, const M: usize>(&mut self, problem: &Problem<K, M>) {
         self.set_omega(self.ratio * dual_scale(problem));
     }
@@ -106,11 +106,11 @@ fn step_lengths<K: Operator>(k: &K, rule: Rule, omega: f64) -> (Vec<f64>, Vec<f6
             (vec![omega / norm; k.faces()], vec![omega * norm; k.vertices()])
         }
     };
-    let least = inverse_tau.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let smallest = inverse_tau.iter().copied().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
     let tau = collect(
         inverse_tau.len(),
         #[inline(always)]
-        |v| 1.0 / if inverse_tau[v] > 0.0 { inverse_tau[v] } else { least },
+        |v| 1.0 / if inverse_tau[v] > 0.0 { inverse_tau[v] } else { smallest },
     );
     (sigma, tau)
 }
@@ -129,7 +129,7 @@ mod tests {
 
     /// || Sigma^1/2 K T^1/2 || <= 1, without which the method need not converge, whatever omega becomes.
     #[test]
-    fn steps_are_short_enough() {
+    fn preconditioned_norm_is_at_most_one() {
         for (name, mesh) in zoo() {
             let problem = random_problem::<3>(&mesh, 0.03 * mesh.area().sqrt(), 841);
             for rule in RULES {
@@ -145,10 +145,10 @@ mod tests {
         }
     }
 
-    /// And no shorter than the rules say: the local ones attain the bound on a chessboard of right-angled faces; the
-    /// others are row and column sums, and one number.
+    /// The steps are also as long as their rules allow: the local ones attain the bound on a chessboard of right-angled
+    /// faces; the others are given by row and column sums, and by one number.
     #[test]
-    fn steps_are_those_of_their_rules() {
+    fn steps_follow_their_rules() {
         let mesh = shape("grid:7x7");
         let problem = random_problem::<3>(&mesh, 0.03, 842);
         let k = &problem.k;

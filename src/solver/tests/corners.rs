@@ -230,5 +230,5 @@ fn options_are_pairs_and_come_once() {
     assert_eq!(method, expected.into());
     let message = Method::parse("chambolle-pock", &Options::parse(&["rho=2"]).unwrap());
     let message = message.unwrap_err().to_string();
-    assert_eq!(message, "solver option rho=2: must be a number above 0 below 2");
+    assert_eq!(message, "solver option rho=2: must be a number above 0 and below 2");
 }

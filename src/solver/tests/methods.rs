@@ -175,8 +175,8 @@ fn any_inner_solve_and_any_steps_reach_the_same_optimum() {
     }
 }
 
-/// Beck, Teboulle 2009: Y^{n+1} = U^n + (t_n - 1) / t_{n+1} (U^n - U^{n-1}), t_1 = 1, t_{n+1} = (1 + sqrt(1 + 4 t_n^2)) / 2,
-/// and U^n the projected gradient step from Y^n, which is the first step of a method that starts there.
+/// Beck, Teboulle 2009: Y^{n+1} = U^n + (t_n - 1) / t_{n+1} (U^n - U^{n-1}), t_1 = 1, t_{n+1} = (1 + sqrt(1 + 4 t_n^2))
+/// / 2, and U^n the projected gradient step from Y^n, which is the first step of a method that starts there.
 #[test]
 fn the_momentum_is_that_of_the_paper() {
     let mesh = bumpy(6);
@@ -200,7 +200,8 @@ fn the_momentum_is_that_of_the_paper() {
     }
 }
 
-/// O'Donoghue, Candès 2015: momentum is dropped, t = 1 again, where <Y^n - U^{n+1}, U^{n+1} - U^n> > 0, and nowhere else.
+/// O'Donoghue, Candès 2015: momentum is dropped, t = 1 again, where <Y^n - U^{n+1}, U^{n+1} - U^n> > 0, and nowhere
+/// else.
 #[test]
 fn momentum_is_dropped_where_it_leads_uphill() {
     let mesh = bumpy(6);

@@ -9,13 +9,13 @@ use std::ops::Range;
 use crate::mesh::order::sorted_by;
 use crate::sweep::{collect, ranges, results};
 
-/// The most blocks of vertices of other parts that a part may hold and compute again, as a fraction of its own.
-const MAX_BORDER_SHARE: f64 = 0.125;
+/// The largest border of a part, the blocks of other parts that it computes as well, as a fraction of its own blocks.
+const MAX_BORDER_FRACTION: f64 = 0.125;
 
-/// The regions of a group: so many numbers lie next to each other and are gathered at once.
+/// The number of regions in a group, whose numbers lie next to each other and are gathered at once.
 pub const GROUP: usize = 4;
 
-/// The lane order: which lane each position of a block is kept in. The number of lanes is a power of two.
+/// The lane order of a block: the lane of each position. The number of lanes is a power of two.
 #[derive(Clone)]
 pub struct Lanes {
     pub order: Vec<usize>,
@@ -185,7 +185,7 @@ impl BlockLayout {
         };
         let is_narrow = |(own, reach): &(Range<usize>, Vec<Range<usize>>)| {
             let held = reach[reach.len() - 1].len();
-            held as f64 <= (1.0 + MAX_BORDER_SHARE) * own.len() as f64
+            held as f64 <= (1.0 + MAX_BORDER_FRACTION) * own.len() as f64
         };
         let mut depth = max_depth;
         while depth > 1 && !reaches(depth).iter().all(is_narrow) {
