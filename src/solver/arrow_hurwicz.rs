@@ -6,9 +6,9 @@
 //! ```
 //!
 //! K. J. Arrow, L. Hurwicz, H. Uzawa, *Studies in linear and non-linear programming*, 1958. Without over-relaxation it
-//! need not converge for sigma tau ||K||^2 = 1; with sigma_n tau_n far below that it approaches the optimum: M. Zhu,
-//! T. Chan, *An efficient primal-dual hybrid gradient algorithm for total variation image restoration*, UCLA CAM 08-34,
-//! 2008.
+//! need not converge for steps with sigma tau ||K||^2 = 1; with sigma_n tau_n ||K||^2 far below 1 it approaches the
+//! optimum: M. Zhu, T. Chan, *An efficient primal-dual hybrid gradient algorithm for total variation image
+//! restoration*, UCLA CAM 08-34, 2008.
 
 use super::balance::dual_scale;
 use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, Step};

@@ -68,7 +68,7 @@ pub(super) fn step_ratio(ratio: &mut f64) -> Setting<'_> {
         "step-ratio",
         ratio,
         f64::MIN_POSITIVE..,
-        "initial omega, in units of lambda (or less, if the costs need less)",
+        "initial omega, in units of the expected size of q (lambda, or less if the costs need less)",
     )
 }
 
@@ -258,10 +258,10 @@ mod tests {
             let mut problem = random_problem::<3>(&mesh, lambda, 863);
             let known = costs_scale(&problem);
             let f = problem.f.clone();
-            let dear = (f[5].argmin() + 1) % 3;
+            let expensive = (f[5].argmin() + 1) % 3;
             for cost in [1e12, 1e20, 1e60, NEVER] {
                 let mut f = f.clone();
-                f[5].0[dear] = cost;
+                f[5].0[expensive] = cost;
                 problem.set_costs(f);
                 let one = MAX_COST * lambda * problem.mean_column() / area(&problem).sqrt();
                 let more = costs_scale(&problem) - known;

@@ -58,7 +58,7 @@ pub struct Settings {
     pub rho: f64,
     /// Step length, in units of that of an explicit method; none for 3, or 6 with a factorization.
     pub reach: Option<f64>,
-    /// Initial omega, in units of lambda, or less if the costs need less; 0.75 by default.
+    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less); 0.75 by default.
     pub step_ratio: f64,
     /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,
@@ -115,7 +115,7 @@ pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
     Ok(Box::new(OneByOne::new(DouglasRachford::new(settings, setup))))
 }
 
-/// M / omega.
+/// A solver for M / omega.
 enum Inner {
     GaussSeidel(GaussSeidel),
     Cholesky(Cholesky),

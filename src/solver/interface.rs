@@ -63,13 +63,13 @@ pub struct Iterate<'a, const M: usize> {
 
 /// What a solver is built from, in addition to its settings.
 pub struct Setup<'a, K, const M: usize> {
-    /// The mesh that K is of; every face has an area.
+    /// The mesh of the operator; every face has positive area.
     pub mesh: &'a Mesh,
-    /// What is minimized.
+    /// The problem to solve.
     pub problem: &'a Problem<K, M>,
     /// The initial U, with rows in the simplex.
     pub start: Vec<Row<M>>,
-    /// The initial q, |q_j| <= lambda; zero if none is given. Methods without a dual variable ignore it.
+    /// The initial q, |q_j| <= lambda; zero if none is given. Methods without a dual field ignore it.
     pub dual_start: Option<Vec<Tangent<M>>>,
 }
 
@@ -79,7 +79,7 @@ pub struct Description {
     pub name: &'static str,
     /// One line on how it works.
     pub summary: &'static str,
-    /// Authors and year of what it is taken from.
+    /// Authors and years of the publications that it follows.
     pub reference: &'static str,
     /// How the step lengths are chosen.
     pub steps: &'static str,

@@ -61,7 +61,7 @@ macro_rules! solvers {
                 }
             }
 
-            /// Back to the default settings.
+            /// Resets all settings to their defaults.
             fn reset(&mut self) {
                 match self {
                     $($(#[$attribute])* Method::$Name(settings) => *settings = Default::default(),)*
@@ -101,7 +101,7 @@ impl Default for Method {
 }
 
 impl Method {
-    /// The method of that name with its default settings. Fails with a list of the names if there is none of that name.
+    /// The method of that name with its default settings. Fails if there is none, with a list of the names.
     pub fn named(name: &str) -> Result<Self> {
         Method::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
             let names: Vec<&str> = Method::all().iter().map(Method::name).collect();

@@ -29,7 +29,7 @@ pub struct Setting<'a> {
 
 enum Value<'a> {
     Number(&'a mut f64, Range),
-    /// A number or none; the text describes none.
+    /// An optional number, and a description of what applies without it.
     Optional(&'a mut Option<f64>, Range, &'static str),
     Choice(&'a mut dyn Choice),
 }
@@ -72,7 +72,7 @@ impl<'a> Setting<'a> {
         Setting { key, help, value: Value::Number(place, bounds(range)) }
     }
 
-    /// A number in a range, kept at `place`; `otherwise` says what none stands for.
+    /// An optional number in a range, kept at `place`; `otherwise` describes what applies without it.
     pub fn optional(
         key: &'static str,
         place: &'a mut Option<f64>,

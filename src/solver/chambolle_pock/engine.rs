@@ -72,8 +72,8 @@ fn partitioned<T: Real, const M: usize>(
     Fused::new(problem, u, q, stepping, partition)
 }
 
-/// The solver with the requested engine and precision. Fails if the fused engine is requested and K is not a stencil, or
-/// single precision without the fused engine.
+/// The solver with the requested engine and precision. Fails if the fused engine is requested and K is not a stencil,
+/// or single precision without the fused engine.
 pub fn build<'a, K: Engines + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,

@@ -12,8 +12,7 @@
 //!
 //! `rows` is the reference implementation, for any operator. `fused` computes the same iterates for the stencil,
 //! several in one pass over memory. Both share the step lengths (`steps`) and the balancing of their weight omega
-//! (`stepping`,
-//! `../balance.rs`).
+//! (`stepping`, `../balance.rs`).
 
 mod engine;
 mod fused;
@@ -29,7 +28,7 @@ pub use steps::Rule;
 pub use super::balance::Balancing;
 use super::interface::Description;
 
-/// What `meshseg solvers` prints of the method.
+/// What `meshseg solvers` prints about the method.
 pub const DESCRIPTION: Description = Description {
     name: "chambolle-pock",
     summary: "over-relaxed primal-dual method with steps fitted face by face; exact energy, no smoothing",

@@ -36,7 +36,7 @@ pub struct Settings {
     pub steps: Rule,
     /// Relaxation, above 0 and below 2; 1.9 by default.
     pub rho: f64,
-    /// Initial omega, in units of lambda, or less if the costs need less; 1.5 by default.
+    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less); 1.5 by default.
     pub step_ratio: f64,
     /// Whether omega is balanced; adaptive by default.
     pub balance: Balancing,

@@ -1,4 +1,5 @@
-//! Corners of the problem: no total variation, nothing but it, isolated vertices, what is no number.
+//! Corner cases: no total variation, dominant total variation, isolated vertices, padding regions, NaN, invalid
+//! settings.
 
 use std::collections::BTreeSet;
 use std::ops::ControlFlow;
@@ -14,9 +15,9 @@ use crate::solver::{
     Method, Options, Setup, chambolle_pock, douglas_rachford, fista, projected_gradient,
 };
 
-/// lambda = 0: every vertex for itself, argmin f, with a gap of exactly nothing.
+/// With lambda = 0 every vertex takes argmin f, and the gap is exactly zero.
 #[test]
-fn without_variation_the_cheapest_region_wins() {
+fn without_total_variation_the_cheapest_region_wins() {
     for mesh in [bumpy(7), bumpy(7).scaled(1e-4), bumpy(7).scaled(1e4)] {
         let problem = random_problem::<4>(&mesh, 0.0, 91);
         let cheapest: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
@@ -30,16 +31,16 @@ fn without_variation_the_cheapest_region_wins() {
     }
 }
 
-/// A large lambda allows no cut: the best constant wins, on each component by itself.
+/// A large lambda allows no cut: the best constant wins, on each component separately.
 #[test]
-fn nothing_but_variation_gives_constants() {
+fn a_large_lambda_gives_constants() {
     let mesh = disjoint([shape("sphere:1"), shape("grid:5x5"), bumpy(4).scaled(0.1)]);
     let problem = random_problem::<3>(&mesh, 100.0 * mesh.area().sqrt(), 92);
-    let parts = [0..42, 42..78, 78..103];
-    let best: f64 = parts
+    let components = [0..42, 42..78, 78..103];
+    let best: f64 = components
         .iter()
-        .map(|part| {
-            let sum = problem.f[part.clone()].iter().fold(Row::ZERO, |sum, &f| sum + f);
+        .map(|component| {
+            let sum = problem.f[component.clone()].iter().fold(Row::ZERO, |sum, &f| sum + f);
             sum.min()
         })
         .sum();
@@ -49,15 +50,15 @@ fn nothing_but_variation_gives_constants() {
         assert_eq!(status, Status::Converged, "{variant:?}: {:?}", run.trace.last());
         assert!((run.energy() - best).abs() <= 2e-6 * best.abs(), "{variant:?}");
         let labels = rounded(run.best_u());
-        for part in &parts {
-            assert!(labels[part.clone()].windows(2).all(|pair| pair[0] == pair[1]));
+        for component in &components {
+            assert!(labels[component.clone()].windows(2).all(|pair| pair[0] == pair[1]));
         }
     }
 }
 
-/// Vertices without faces change nothing but their own rows, which stay in the simplex.
+/// Vertices without faces do not affect other rows of U, and their own rows stay in the simplex.
 #[test]
-fn isolated_vertices_do_no_harm() {
+fn isolated_vertices_do_not_affect_others() {
     let bare = bumpy(6);
     let mesh = with_isolated_vertices(bare.clone());
     let problem = random_problem::<3>(&bare, 0.05, 93);
@@ -77,9 +78,9 @@ fn isolated_vertices_do_no_harm() {
     }
 }
 
-/// Regions that only fill up a row never receive mass, not even on the way.
+/// Padding regions never receive mass, not even at intermediate iterates.
 #[test]
-fn closed_regions_stay_empty() {
+fn padding_regions_stay_empty() {
     let mesh = bumpy(6).scaled(1e-4);
     let mut problem = random_problem::<12>(&mesh, 0.02 * mesh.area().sqrt(), 94);
     close_from(9, &mut problem.f);
@@ -90,18 +91,18 @@ fn closed_regions_stay_empty() {
             let iterate = solver.iterate();
             let empty = iterate.u.iter().all(|u| u.0[9..].iter().all(|&x| x == 0.0));
             assert!(empty, "{variant:?}, {n}");
-            let still =
+            let zero =
                 iterate.q.iter().flat_map(|q| q.0).all(|q| q.0[9..].iter().all(|&x| x == 0.0));
-            assert!(still, "{variant:?}, {n}");
+            assert!(zero, "{variant:?}, {n}");
         }
         let energy = problem.energy(solver.iterate().u);
         assert!(energy.abs() < 1.0 && problem.dual_bound(solver.iterate().q) <= energy);
     }
 }
 
-/// NaN in the costs ends a run as diverged, and the best answer from before is kept.
+/// NaN in the costs ends a run as diverged, and the best U so far is kept.
 #[test]
-fn what_is_no_number_ends_the_run() {
+fn nan_in_the_costs_ends_the_run() {
     let mesh = bumpy(6);
     for variant in variants().chain([CONSISTENT]) {
         let mut problem = random_problem::<3>(&mesh, 0.05, 95);
@@ -117,9 +118,9 @@ fn what_is_no_number_ends_the_run() {
     }
 }
 
-/// NaN from the first: nothing was ever seen, and the start is what remains.
+/// With NaN in the costs from the start, no sample is valid, and the run returns its start.
 #[test]
-fn a_run_without_numbers_returns_its_start() {
+fn a_run_with_nan_from_the_start_returns_its_start() {
     let mesh = bumpy(4);
     let mut problem = random_problem::<3>(&mesh, 0.05, 96);
     problem.f[2].0[0] = f64::NAN;
@@ -132,9 +133,9 @@ fn a_run_without_numbers_returns_its_start() {
     }
 }
 
-/// A step far beyond 2/L: whatever happens, the bounds remain bounds and no NaN enters them.
+/// With a step far beyond 2/L, whatever happens, the bound stays below the energy and neither is NaN.
 #[test]
-fn too_long_a_step_is_no_disaster() {
+fn too_long_steps_keep_bounds_valid() {
     let mesh = bumpy(6);
     let problem = random_problem::<3>(&mesh, 0.05, 97);
     for tau in ["tau=1e6", "tau=1e200"] {
@@ -152,7 +153,7 @@ fn too_long_a_step_is_no_disaster() {
 }
 
 #[test]
-fn every_solver_is_described_and_refuses_what_it_does_not_know() {
+fn unknown_names_keys_and_values_are_refused() {
     let refusal = |name: &str, option: &str| {
         let options = Options::parse(&[option]).unwrap();
         Method::parse(name, &options).unwrap_err().to_string()
@@ -175,7 +176,7 @@ fn every_solver_is_described_and_refuses_what_it_does_not_know() {
     assert!(Method::all().iter().all(|m| message.contains(m.name())) && !message.contains('\n'));
 }
 
-/// Typed settings can hold any number; no solver is built from one that is out of range.
+/// Typed settings can hold any number, but no solver is built from one that is out of range.
 #[test]
 fn settings_out_of_range_are_refused() {
     let mesh = bumpy(3);
@@ -189,17 +190,18 @@ fn settings_out_of_range_are_refused() {
             "tau=NaN",
         ),
     ];
-    for (method, said) in wrong {
+    for (method, setting) in wrong {
         let start = uniform(mesh.vertices.len(), 3);
         let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
         let message = method.build(setup).err().expect("it is refused").to_string();
-        assert!(message.contains(said) && message.contains("must be a number"), "{message}");
+        assert!(message.contains(setting) && message.contains("must be a number"), "{message}");
     }
 }
 
-/// What is written as text is read as it was, whatever the kind of the setting, and only what differs is said to.
+/// Settings of all kinds survive a round trip through text, and exactly those that differ from the defaults are
+/// reported as changed.
 #[test]
-fn settings_survive_the_way_through_text() {
+fn settings_survive_a_round_trip_through_text() {
     for mut method in Method::all() {
         assert!(method.changed().is_empty());
         let texts: Vec<String> = (method.settings().iter())
@@ -210,16 +212,16 @@ fn settings_survive_the_way_through_text() {
             .filter(|text| text != "ratio=1.25")
             .collect();
         let changed = Method::parse(method.name(), &Options::parse(&texts).unwrap()).unwrap();
-        let said: Vec<String> =
+        let reported: Vec<String> =
             changed.changed().iter().map(|(key, value)| format!("{key}={value}")).collect();
-        let again = Method::parse(method.name(), &Options::parse(&said).unwrap()).unwrap();
+        let again = Method::parse(method.name(), &Options::parse(&reported).unwrap()).unwrap();
         assert_eq!(changed, again);
-        assert_eq!(BTreeSet::from_iter(said), BTreeSet::from_iter(texts));
+        assert_eq!(BTreeSet::from_iter(reported), BTreeSet::from_iter(texts));
     }
 }
 
 #[test]
-fn options_are_pairs_and_come_once() {
+fn options_are_pairs_with_unique_keys() {
     for texts in [&["rho"][..], &["rho=1", "rho=1.5"]] {
         let message = Options::parse(texts).unwrap_err().to_string();
         assert!(message.contains("rho") && !message.contains('\n'), "{message}");

@@ -1,4 +1,4 @@
-//! What is particular to one method: feasibility, momentum, the metric that misleads.
+//! Properties of particular methods: feasibility, momentum, fixed points, restarts, the consistent metric.
 
 use super::{CONSISTENT, after, exact, run, solver, solver_from, uniform, variants, variants_of};
 use crate::field::Row;
@@ -9,7 +9,7 @@ use crate::samples::{
     bumpy, disjoint, known_optimum, needles, random_labels, random_problem, rng, shape,
 };
 
-/// However many steps are made at once, rows end in the simplex and the dual field in its balls.
+/// However many steps are made at once, the rows of U end in the simplex and the dual field in its balls.
 #[test]
 fn iterates_are_feasible() {
     for mesh in [bumpy(8), needles(4, 1e-6), shape("sphere:2").scaled(1e4)] {
@@ -18,7 +18,7 @@ fn iterates_are_feasible() {
         for variant in variants().chain([CONSISTENT]) {
             let mut solver = solver(variant, &mesh, &problem, start.clone());
             for steps in [1, 7, 2, 16, 3, 25] {
-                // Whoever says no after some steps gets one more.
+                // After `go_on` returns false, one more step is made.
                 let mut left = steps;
                 let mut go_on = || {
                     left -= 1;
@@ -59,7 +59,7 @@ fn fista_without_momentum_is_projected_gradient() {
     }
 }
 
-/// Projected gradient with tau = 1/L never raises E_eps.
+/// Projected gradient with tau = 1/L never increases E_eps.
 #[test]
 fn projected_gradient_descends() {
     for mesh in [bumpy(8), needles(4, 1e-3), shape("sphere:2").scaled(1e-4)] {
@@ -80,8 +80,8 @@ fn projected_gradient_descends() {
     }
 }
 
-/// With the consistent mass the pointwise projection is not the one of the metric: it settles above the
-/// minimum of the same E_eps, which the lumped mass reaches.
+/// With the consistent mass matrix the pointwise projection is not that of the metric: the method settles above the
+/// minimum of the same E_eps, which it reaches with lumped masses.
 #[test]
 fn the_consistent_metric_misses_the_minimizer() {
     let mesh = bumpy(10);
@@ -99,14 +99,14 @@ fn the_consistent_metric_misses_the_minimizer() {
         settle(("projected-gradient", &["epsilon=1", "mass-metric=consistent"]));
     let missed = consistent - lumped;
     assert!(missed > 1e-4 * lumped.abs(), "{consistent} {lumped}");
-    // It has come to rest, so that more iterations would not help.
+    // The iterates are almost stationary: more iterations would not help.
     assert!((earlier - consistent).abs() < 0.01 * missed, "{earlier} {consistent} {lumped}");
 }
 
-/// Started at the constructed labels the primal-dual method certifies them and never does worse: their
-/// energy is the optimum from the first sample on.
+/// Started at the known optimal labels, an exact method certifies them, and the best energy is the optimum from the
+/// first sample on.
 #[test]
-fn the_optimum_is_a_fixed_point() {
+fn the_optimum_is_certified_from_its_labels() {
     let mesh = shape("torus:12x8");
     let known = known_optimum::<3>(&mesh, 3, 0.05, 1.0, 87);
     for variant in exact() {
@@ -117,9 +117,9 @@ fn the_optimum_is_a_fixed_point() {
     }
 }
 
-/// A saddle point given as the start, q included, is where an exact method stays.
+/// Started at a saddle point, q included, an exact method stays there.
 #[test]
-fn a_saddle_point_stays() {
+fn a_saddle_point_is_a_fixed_point() {
     for mesh in [shape("torus:12x8"), bumpy(7).scaled(1e4), needles(4, 1e-4).scaled(1e-4)] {
         let lambda = 0.05 * mesh.area().sqrt();
         let known = known_optimum::<3>(&mesh, 3, lambda, 1.0, 89);
@@ -135,7 +135,7 @@ fn a_saddle_point_stays() {
     }
 }
 
-/// f and lambda may change on the way: after a restart an exact method goes on to the new optimum.
+/// f and lambda may change during a run: after a restart an exact method converges to the new optimum.
 #[test]
 fn costs_may_change_before_a_restart() {
     let mesh = bumpy(8);
@@ -155,7 +155,7 @@ fn costs_may_change_before_a_restart() {
     }
 }
 
-/// Gauss-Seidel and Cholesky end at the same optimum, whatever the lengths of the steps.
+/// Gauss-Seidel and Cholesky reach the same optimum, whatever the step lengths.
 #[test]
 fn any_inner_solve_and_any_steps_reach_the_same_optimum() {
     let mesh = disjoint([bumpy(6), needles(3, 1e-3).scaled(10.0)]);
@@ -175,8 +175,9 @@ fn any_inner_solve_and_any_steps_reach_the_same_optimum() {
     }
 }
 
-/// Beck, Teboulle 2009: Y^{n+1} = U^n + (t_n - 1) / t_{n+1} (U^n - U^{n-1}), t_1 = 1, t_{n+1} = (1 + sqrt(1 + 4 t_n^2))
-/// / 2, and U^n the projected gradient step from Y^n, which is the first step of a method that starts there.
+/// Beck, Teboulle 2009: with t_1 = 1 and t_{n+1} = (1 + sqrt(1 + 4 t_n^2)) / 2,
+/// Y^{n+1} = U^n + (t_n - 1) / t_{n+1} (U^n - U^{n-1}), and U^n is the projected gradient step from Y^n, which is the
+/// first step of a method that starts there.
 #[test]
 fn the_momentum_is_that_of_the_paper() {
     let mesh = bumpy(6);
@@ -229,9 +230,9 @@ fn momentum_is_dropped_where_it_leads_uphill() {
     assert!((1..50).contains(&dropped), "{dropped}");
 }
 
-/// For costs that changed a method goes on as if it had been made for them, from the pair that it has reached.
+/// After a restart with other costs, a method continues like a new one that starts from the same pair.
 #[test]
-fn a_restart_starts_over() {
+fn a_restarted_method_is_like_a_new_one() {
     let mesh = bumpy(9);
     let first = random_problem::<3>(&mesh, 0.1, 96);
     for variant in [
@@ -244,24 +245,24 @@ fn a_restart_starts_over() {
         let mut problem = random_problem::<3>(&mesh, 0.1, 96);
         let mut old = solver(variant, &mesh, &first, uniform(mesh.vertices.len(), 3));
         let pair = after(&mut *old, &problem, 150);
-        // With costs a hundredth as large omega starts elsewhere.
+        // With costs a hundredth as large, the initial omega differs.
         problem.set_costs(first.f.iter().map(|f| Row([f.0[1], f.0[2], f.0[0]]) * 0.01).collect());
         old.restart(&problem);
         let mut new = solver_from(variant, &mesh, &problem, (pair.0, Some(pair.1)));
         for steps in [1, 9, 120, 30] {
             let (u, q) = after(&mut *old, &problem, steps);
             let (w, r) = after(&mut *new, &problem, steps);
-            let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
-            assert!(apart <= 1e-9, "{variant:?}: {apart}");
-            let apart = q.iter().zip(&r).map(|(&q, &r)| (q - r).norm()).fold(0.0, f64::max);
-            assert!(apart <= 1e-9 * problem.lambda, "{variant:?}: {apart}");
+            let difference = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+            assert!(difference <= 1e-9, "{variant:?}: {difference}");
+            let difference = q.iter().zip(&r).map(|(&q, &r)| (q - r).norm()).fold(0.0, f64::max);
+            assert!(difference <= 1e-9 * problem.lambda, "{variant:?}: {difference}");
         }
     }
 }
 
-/// Continuation begins with a larger eps and ends with the one asked for.
+/// Continuation starts with a larger eps and ends with the requested one.
 #[test]
-fn continuation_ends() {
+fn continuation_ends_at_the_requested_epsilon() {
     let mesh = bumpy(6);
     let problem = random_problem::<3>(&mesh, 0.05, 88);
     let variant: (&str, &[&str]) = ("fista", &["continuation=16", "epsilon=0.04"]);
@@ -275,8 +276,8 @@ fn continuation_ends() {
     assert!((epsilons[0] / 0.04 - 256.0).abs() < 1e-9 && epsilons[19] == 0.04);
 }
 
-/// With eps the curvature changes, and with that the longest step: each step of a continuation is the first one of a
-/// method with its present eps.
+/// The curvature, and therefore the step length, changes with eps: each step of a continuation is the first step of a
+/// method with the current eps.
 #[test]
 fn continuation_takes_the_steps_of_its_epsilon() {
     let mesh = bumpy(6);
@@ -293,17 +294,18 @@ fn continuation_takes_the_steps_of_its_epsilon() {
                 let mut fixed = solver(("fista", &options), &mesh, &problem, here);
                 let (u, _) = after(&mut *continued, &problem, 1);
                 let (w, _) = after(&mut *fixed, &problem, 1);
-                let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
-                assert!(apart <= 1e-12, "{metric}, {mode}, step {n}: {apart}");
+                let difference =
+                    u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+                assert!(difference <= 1e-12, "{metric}, {mode}, step {n}: {difference}");
             }
         }
     }
 }
 
-/// M^-1 has entries of both signs, so that what a vertex forbids would look cheap or dear to others: they go as if its
-/// gradient were zero there, and it takes no such label.
+/// M^-1 has entries of both signs, so that a label forbidden at one vertex would look cheap or expensive at others.
+/// They move as if its gradient were zero, and the vertex itself does not take the label.
 #[test]
-fn the_consistent_metric_does_not_see_what_is_forbidden() {
+fn the_consistent_metric_ignores_forbidden_labels() {
     let mesh = bumpy(8);
     let n = mesh.vertices.len();
     let start = || {

@@ -1,4 +1,4 @@
-//! What every solver must do, whatever its method, by kind of theorem.
+//! Properties of all solvers, one file per kind.
 
 mod certificates;
 mod corners;
@@ -14,11 +14,11 @@ use crate::problem::Problem;
 use crate::run::{Run, Status, Stop};
 use crate::solver::{Engines, Method, Options, Setup, Solver};
 
-/// A method by its name, and settings that are not those by default.
+/// The name of a method, and settings that differ from the defaults.
 type Variant = (&'static str, &'static [&'static str]);
 
-/// What converges to a minimizer with other settings as well.
-const MORE: [Variant; 6] = [
+/// Variants with other settings that also converge to a minimizer.
+const OTHER_SETTINGS: [Variant; 6] = [
     ("chambolle-pock", &["steps=diagonal"]),
     ("chambolle-pock", &["steps=plain"]),
     ("douglas-rachford", &["inner=cholesky"]),
@@ -30,10 +30,10 @@ const MORE: [Variant; 6] = [
 /// Every method, in each variant that converges to a minimizer.
 fn variants() -> impl Iterator<Item = Variant> {
     let methods = Method::all().into_iter();
-    methods.map(|method| (method.name(), &[] as &[&str])).chain(MORE)
+    methods.map(|method| (method.name(), &[] as &[&str])).chain(OTHER_SETTINGS)
 }
 
-/// Those without smoothing, which reach E* itself.
+/// The variants without smoothing, which reach E* itself.
 fn exact() -> impl Iterator<Item = Variant> {
     let is_exact = |name: &str| {
         let mut method = Method::named(name).unwrap();
@@ -42,12 +42,12 @@ fn exact() -> impl Iterator<Item = Variant> {
     variants().filter(move |(name, _)| is_exact(name))
 }
 
-/// Those of one method.
+/// The variants of one method.
 fn variants_of(name: &str) -> impl Iterator<Item = Variant> {
     variants().filter(move |variant| variant.0 == name)
 }
 
-/// The one that does not.
+/// The variant that does not converge to a minimizer.
 const CONSISTENT: Variant = ("projected-gradient", &["mass-metric=consistent"]);
 
 fn solver<'a, K: Engines + 'a, const M: usize>(
@@ -59,7 +59,7 @@ fn solver<'a, K: Engines + 'a, const M: usize>(
     solver_from(variant, mesh, problem, (start, None))
 }
 
-/// Started from U and, where a method has one, a dual field.
+/// A solver that starts from U and, if the method has one, a dual field.
 fn solver_from<'a, K: Engines + 'a, const M: usize>(
     (name, options): (&str, &[&str]),
     mesh: &Mesh,
@@ -70,12 +70,12 @@ fn solver_from<'a, K: Engines + 'a, const M: usize>(
     method.build(Setup { mesh, problem, start, dual_start }).unwrap()
 }
 
-/// 1/m in the first m regions.
+/// U with 1/m in the first m regions.
 fn uniform<const M: usize>(n: usize, m: usize) -> Vec<Row<M>> {
     vec![Row::from_fn(|p| if p < m { 1.0 / m as f64 } else { 0.0 }); n]
 }
 
-/// The iterate after so many steps.
+/// The iterate after the given number of steps.
 fn after<K: Operator, const M: usize>(
     solver: &mut dyn Solver<K, M>,
     problem: &Problem<K, M>,
@@ -85,7 +85,7 @@ fn after<K: Operator, const M: usize>(
     (solver.iterate().u.to_vec(), solver.iterate().q.to_vec())
 }
 
-/// A run to a relative gap or a number of iterations.
+/// A run until a relative gap or a number of iterations is reached.
 fn run<K: Operator, const M: usize>(
     solver: &mut dyn Solver<K, M>,
     problem: &Problem<K, M>,

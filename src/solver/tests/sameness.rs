@@ -1,4 +1,4 @@
-//! What must not matter: the operator's form, the order of the regions, the number of threads.
+//! Invariance: under the form of the operator, the order of the regions, the number of threads and padding regions.
 
 use super::{CONSISTENT, after, solver, uniform, variants};
 use crate::field::{Row, Tangent};
@@ -8,7 +8,7 @@ use crate::regions::close_from;
 use crate::samples::{bumpy, flipped, needles, random_labels, random_problem, rng, shape};
 use crate::sweep::with_threads;
 
-/// One text of each algorithm, two operators: equal to rounding for 30 steps.
+/// The same algorithm on two forms of the operator: equal up to rounding for 30 steps.
 #[test]
 fn stencil_and_matrix_give_the_same_iterates() {
     for (name, mesh) in
@@ -21,10 +21,10 @@ fn stencil_and_matrix_give_the_same_iterates() {
         for variant in variants().chain([CONSISTENT]) {
             let (u, q) = after(&mut *solver(variant, &mesh, &fast, start.clone()), &fast, 30);
             let (w, r) = after(&mut *solver(variant, &mesh, &slow, start.clone()), &slow, 30);
-            let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
-            assert!(apart <= 1e-9, "{name}, {variant:?}: {apart}");
-            let apart = q.iter().zip(&r).map(|(&q, &r)| (q - r).norm()).fold(0.0, f64::max);
-            assert!(apart <= 1e-8 * fast.lambda, "{name}, {variant:?}: {apart}");
+            let difference = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+            assert!(difference <= 1e-9, "{name}, {variant:?}: {difference}");
+            let difference = q.iter().zip(&r).map(|(&q, &r)| (q - r).norm()).fold(0.0, f64::max);
+            assert!(difference <= 1e-8 * fast.lambda, "{name}, {variant:?}: {difference}");
             let moved = u.iter().zip(&start).any(|(&u, &s)| (u - s).max_abs() > 1e-6);
             assert!(moved, "{name}, {variant:?}");
         }
@@ -35,7 +35,7 @@ fn permuted<const M: usize>(rows: &[Row<M>], order: [usize; M]) -> Vec<Row<M>> {
     rows.iter().map(|row| Row::from_fn(|p| row.0[order[p]])).collect()
 }
 
-/// Regions have no order: permuted costs give permuted labels, to rounding (sums run in another order).
+/// Regions have no order: permuted costs give permuted labels up to rounding, because sums are in another order.
 #[test]
 fn permuting_regions_permutes_columns() {
     let mesh = flipped(shape("sphere:2"));
@@ -45,15 +45,15 @@ fn permuting_regions_permutes_columns() {
     let start = random_labels::<5>(mesh.vertices.len(), 5, &mut rng(74));
     for variant in variants().chain([CONSISTENT]) {
         let (u, _) = after(&mut *solver(variant, &mesh, &problem, start.clone()), &problem, 30);
-        let begin = permuted(&start, order);
-        let (w, _) = after(&mut *solver(variant, &mesh, &other, begin), &other, 30);
+        let permuted_start = permuted(&start, order);
+        let (w, _) = after(&mut *solver(variant, &mesh, &other, permuted_start), &other, 30);
         for (u, w) in permuted(&u, order).into_iter().zip(w) {
             assert!((u - w).max_abs() <= 1e-10, "{variant:?}: {u:?} {w:?}");
         }
     }
 }
 
-/// Bit for bit, on a mesh large enough that several threads take part.
+/// Bit for bit, on a mesh large enough for several threads.
 #[test]
 fn the_number_of_threads_does_not_matter() {
     let mesh = shape("torus:90x60");
@@ -73,9 +73,9 @@ fn the_number_of_threads_does_not_matter() {
     }
 }
 
-/// Past the steps at which omega is balanced, which takes sums over all faces and vertices.
+/// Also after steps at which omega is balanced, which takes sums over all faces and vertices.
 #[test]
-fn balancing_changes_neither_threads_nor_operators() {
+fn with_balancing_neither_threads_nor_operators_matter() {
     let mesh = shape("torus:90x60");
     let fast: Problem<Stencil, 3> = random_problem(&mesh, 0.02, 76);
     let slow = Problem::new(Matrix::new(&mesh), fast.f.clone(), fast.lambda);
@@ -97,15 +97,15 @@ fn balancing_changes_neither_threads_nor_operators() {
         for _ in 0..8 {
             let (u, _) = after(&mut *by_stencil, &fast, 50);
             let (w, _) = after(&mut *by_matrix, &slow, 50);
-            let apart = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
-            assert!(apart <= 1e-9, "{name}: {apart}");
+            let difference = u.iter().zip(&w).map(|(&u, &w)| (u - w).max_abs()).fold(0.0, f64::max);
+            assert!(difference <= 1e-9, "{name}: {difference}");
         }
     }
 }
 
-/// Regions that only fill up a row change nothing: they have nothing, and the others what they have without them.
+/// Padding regions stay empty and do not affect the other regions.
 #[test]
-fn closed_regions_take_no_part() {
+fn padding_regions_do_not_matter() {
     let mesh = bumpy(8);
     let problem = random_problem::<5>(&mesh, 0.05, 77);
     let wide = |rows: &[Row<5>]| -> Vec<Row<7>> {
