@@ -29,7 +29,7 @@ pub(super) const DESCRIPTION: Description = Description {
 /// The one setting, `ratio`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// sigma tau ||K||^2, above 0 and up to 1; 0.25 by default.
+    /// sigma tau ||K||^2, above 0 and up to 1.
     pub ratio: f64,
 }
 

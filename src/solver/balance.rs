@@ -41,7 +41,7 @@ const AT_LAMBDA: f64 = 1.0 - 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Balancing {
-    /// omega is balanced after 100, 300, 700, ... steps, see above. The default.
+    /// omega is balanced after 100, 300, 700, ... steps, see above.
     Adaptive,
     /// omega stays where it starts.
     Fixed,

@@ -52,15 +52,15 @@ pub(super) const DESCRIPTION: Description = Description {
 /// The settings of preconditioned Douglas-Rachford: `inner`, `rho`, `reach`, `step-ratio`, `balance`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How the implicit step is solved; by the sweep by default.
+    /// How the implicit step is solved.
     pub inner: InnerSolve,
-    /// Relaxation, above 0 and below 2; 1.8 by default.
+    /// Relaxation, above 0 and below 2.
     pub rho: f64,
     /// Step length, in units of that of an explicit method; none for 3, or 6 with a factorization.
     pub reach: Option<f64>,
-    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less); 0.75 by default.
+    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less).
     pub step_ratio: f64,
-    /// Whether omega is balanced; adaptive by default.
+    /// Whether omega is balanced.
     pub balance: Balancing,
 }
 

@@ -32,13 +32,13 @@ pub(super) const DESCRIPTION: Description = Description {
 /// The settings of FISTA: `mass-metric`, `epsilon`, `epsilon-mode`, `restart`, `continuation`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// D; local by default.
+    /// D.
     pub mass_metric: MassMetric,
     /// eps of the smoothing, above 0; none for the default of the mesh.
     pub epsilon: Option<f64>,
-    /// The formula of eps_j; intrinsic by default.
+    /// The formula of eps_j.
     pub epsilon_mode: SmoothingMode,
-    /// When momentum is dropped; adaptive by default.
+    /// When momentum is dropped.
     pub restart: Restart,
     /// sqrt(eps) starts at this multiple of its final value, 1 or more, and falls like 1/n. 1, the default, keeps eps
     /// fixed.

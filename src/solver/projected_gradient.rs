@@ -33,11 +33,11 @@ pub(super) const DESCRIPTION: Description = Description {
 /// The settings of projected gradient: `mass-metric`, `epsilon`, `epsilon-mode`, `tau`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// D; barycentric by default.
+    /// D.
     pub mass_metric: MassMetric,
     /// eps of the smoothing, above 0; none for the default of the mesh.
     pub epsilon: Option<f64>,
-    /// The formula of eps_j; intrinsic by default.
+    /// The formula of eps_j.
     pub epsilon_mode: SmoothingMode,
     /// The step length, above 0; none for 1/L.
     pub tau: Option<f64>,

@@ -21,7 +21,7 @@ pub enum Engine {
 /// The precision of the iterates; certificates are always in double precision.
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 pub enum Precision {
-    /// 64 bits. The default.
+    /// 64 bits.
     #[strum(serialize = "f64")]
     Double,
     /// 32 bits: half the memory traffic, gaps down to about 1e-5. Only the fused engine has it.
@@ -32,17 +32,17 @@ pub enum Precision {
 /// The settings of Chambolle-Pock: `steps`, `rho`, `step-ratio`, `balance`, `engine`, `precision`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// The rule of the step lengths; local by default.
+    /// The rule of the step lengths.
     pub steps: Rule,
-    /// Relaxation, above 0 and below 2; 1.9 by default.
+    /// Relaxation, above 0 and below 2.
     pub rho: f64,
-    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less); 1.5 by default.
+    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less).
     pub step_ratio: f64,
-    /// Whether omega is balanced; adaptive by default.
+    /// Whether omega is balanced.
     pub balance: Balancing,
-    /// The engine that computes the iterates; auto by default.
+    /// The engine that computes the iterates.
     pub engine: Engine,
-    /// The precision of the iterates; double by default.
+    /// The precision of the iterates.
     pub precision: Precision,
 }
 

@@ -20,7 +20,7 @@ use crate::sweep::collect;
 #[derive(Clone, Copy, Debug, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Rule {
-    /// From the largest eigenvalues face by face. The default.
+    /// From the largest eigenvalues face by face.
     Local,
     /// From the row and column sums of |K|.
     Diagonal,
