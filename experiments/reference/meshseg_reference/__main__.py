@@ -87,7 +87,7 @@ def solve(name: str, problem_path: Path, folder: Path, arguments: list[str]) -> 
     if given:
         raise UsageError(f"{name} has no option --{next(iter(given))}; its options are --threads, {option_names(Limits, module.Options)}")
     if not folder.is_dir():
-        raise UsageError(f"{folder}: the folder does not exist; create it first")
+        raise UsageError(f"{folder}: not an existing folder; create it first")
     module.solve(load(problem_path), Trace(folder, limits), options)
 
 
