@@ -1,6 +1,6 @@
 .PHONY: test rust page build environment lint bench bench-report
 
-# Every test the project has. Release, because the mathematics is slow without it.
+# All tests of the project, in release mode, because the numerical code is slow without optimization.
 test:
 	$(MAKE) --jobs=2 build environment
 	$(MAKE) rust
@@ -9,14 +9,15 @@ test:
 rust:
 	cargo test --release --locked
 
-# Of the reports, in a browser.
+# The tests of the report page, in a browser.
 page:
 	./assets/report/test/page
 
 build:
 	cargo test --release --locked --no-run
 
-# Of Python: the reference solvers, with which some tests compare, and Snakemake, which runs what tests write.
+# Python environments: the reference solvers, for tests that compare with them, and Snakemake, for the workflows that
+# tests write.
 environment:
 	./experiments/reference/run python -c pass
 	./tests/cli/experiment/snakemake --version
@@ -30,6 +31,6 @@ lint:
 bench:
 	cargo bench --locked
 
-# The same, as a page: results/bench/README.md.
+# The benchmarks as a page: results/bench/README.md.
 bench-report: bench
 	cargo run --release --locked --example bench-report

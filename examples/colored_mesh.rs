@@ -1,4 +1,4 @@
-//! The regions of a colored mesh: `cargo run --release --no-default-features --example colored_mesh`.
+//! Segments a colored mesh into regions: `cargo run --release --no-default-features --example colored_mesh`.
 
 use std::ops::ControlFlow;
 
@@ -15,11 +15,11 @@ use meshseg::solver::Method;
 fn main() -> meshseg::Result<()> {
     let source = Source::parse(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/human/human.ply"))?;
     let mesh = source.mesh()?;
-    // Lambda is in units of cost times length; on an area of 1 it means the same for every mesh.
+    // Lambda has units of cost times length; with a total area of 1 it means the same for every mesh.
     let scale = mesh.area().sqrt().recip();
     let mesh = mesh.scaled(scale);
 
-    // The texture or the colors that come with it, in [0, 1].
+    // The mesh's own texture or vertex colors, in [0, 1].
     let input = input::read(&source, &mesh, None, None, &Mapping::default())?;
     println!("{}: {} vertices", input.name, input.data.len());
 

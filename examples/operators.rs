@@ -1,4 +1,4 @@
-//! Gradients, masses, and a solver step by step: `cargo run --release --no-default-features --example operators`.
+//! Gradients, masses, and a solver, step by step: `cargo run --release --no-default-features --example operators`.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +17,7 @@ fn main() -> meshseg::Result<()> {
     let mesh = source("torus:60x40")?;
     let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
 
-    // K, A_j times the gradient on face j, and its adjoint, row by row: what methods are made of.
+    // K, which is A_j times the gradient on face j, and its adjoint, row by row: the building blocks of the methods.
     let k = Stencil::new(&mesh);
     let kt = k.adjoint();
     let u: Vec<Row<M>> = (0..vertices)
@@ -31,7 +31,7 @@ fn main() -> meshseg::Result<()> {
     println!("<K u, q> = {k_u:.12}\n<u, K^T q> = {kt_q:.12}");
     assert!((k_u - kt_q).abs() <= 1e-12 * faces as f64);
 
-    // The same as a sparse matrix, 2F x V, and the mass matrices of the vertices.
+    // K as a sparse matrix, 2F x V, and the mass matrices of the vertices.
     let matrix = Matrix::new(&mesh);
     println!("K: {:?} with {} entries", matrix.csr().shape(), matrix.csr().nnz());
     let consistent: f64 = consistent_matrix(&mesh).data().iter().sum();
@@ -39,7 +39,7 @@ fn main() -> meshseg::Result<()> {
     println!("area {:.9}, of the masses {consistent:.9} and {lumped:.9}", mesh.area());
     assert!((consistent - mesh.area()).abs() <= 1e-12 * mesh.area());
 
-    // A problem of pointwise costs, and what a solver does with it.
+    // A problem with costs per vertex, and the progress of a solver on it.
     let costs: Vec<Row<M>> = u.iter().map(|&u| -u).collect();
     let problem = Problem::new(k, Mass::Barycentric.on(&mesh).integrate(&costs), 0.05);
     let start = vec![Row([1.0 / M as f64; M]); vertices];
@@ -53,7 +53,7 @@ fn main() -> meshseg::Result<()> {
         ControlFlow::Continue(())
     });
     for Sample { iteration, energy, dual_bound, relative_gap, .. } in &history {
-        // Of `Problem`, both are measured from the baseline, below which nothing can be.
+        // Energies and bounds of a `Problem` are relative to the baseline, a lower bound on every energy.
         println!("{iteration:5} {energy:.9} {dual_bound:.9} {relative_gap:.1e}");
     }
     assert_eq!(status, Status::Converged);

@@ -1,4 +1,4 @@
-//! Costs of your own to certified labels: `cargo run --release --no-default-features --example own_costs`.
+//! From your own costs to certified labels: `cargo run --release --no-default-features --example own_costs`.
 
 use std::ops::ControlFlow;
 
@@ -11,21 +11,21 @@ use meshseg::start::Start;
 use ndarray::Array2;
 
 fn main() -> meshseg::Result<()> {
-    // A shape, or the path of a file.
+    // A shape or the path of a file.
     let mesh = source("sphere:5")?;
 
-    // What label p would cost at vertex k, an entry of a V x m array: here how far its pole is away. `f64::INFINITY` forbids
-    // a label; rows of NaN know nothing.
+    // The cost of label p at vertex k, an entry of a V x m array: here the squared distance to its pole.
+    // `f64::INFINITY` forbids a label; a row of NaN means that nothing is known about the vertex.
     let poles = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let costs = Array2::from_shape_fn((mesh.vertices.len(), poles.len()), |(k, p)| {
         (0..3).map(|i| (mesh.vertices[k][i] - poles[p][i]).powi(2)).sum()
     });
 
     let request = Request {
-        // A unit of boundary costs as much as this times the costs on a unit of area.
+        // The weight of the boundary length relative to the integrated costs.
         lambda: 0.1,
         mass: Mass::Barycentric,
-        // Iterates in single precision take half the memory; certificates are in double precision.
+        // Iterates in single precision need half the memory; certificates use double precision.
         method: chambolle_pock::Settings { precision: Precision::Single, ..Default::default() }
             .into(),
         stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },

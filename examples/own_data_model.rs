@@ -1,13 +1,13 @@
-//! A data model of your own: `cargo run --release --no-default-features --example own_data_model`.
+//! Implements your own data model: `cargo run --release --no-default-features --example own_data_model`.
 //!
-//! Directions on a surface, here its normals, of which each region has one:
+//! The data are directions on a surface, here its normals, and each region has one mean direction:
 //!
 //! ```text
 //! s_p(x) = 1 - <n(x), mu_p>,     mu_p = int u_p n / | int u_p n |
 //! ```
 //!
-//! The faces of a rounded cube are six regions. I. S. Dhillon, D. S. Modha, *Concept decompositions for large sparse text
-//! data using clustering*, Machine Learning 42, 2001.
+//! The sides of a rounded cube are the six regions. I. S. Dhillon, D. S. Modha, *Concept decompositions for large
+//! sparse text data using clustering*, Machine Learning 42, 2001.
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -29,7 +29,7 @@ use serde::Serialize;
 
 #[derive(Clone)]
 struct Directions {
-    /// n at each vertex; shorter than 1 on coarser meshes, where they are means.
+    /// n at each vertex; shorter than 1 on coarser meshes, where it is a mean.
     n: Vec<Vector3<f64>>,
 }
 
@@ -70,7 +70,7 @@ impl DataModel for Directions {
         Cow::Owned(Directions { n: order.applied(self.n.clone()) })
     }
 
-    /// P^T (w n) / P^T w: the costs are linear in n, so that these are the restricted ones.
+    /// P^T (w n) / P^T w: the costs are linear in n, so that the costs of the means are the restricted costs.
     fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
         let mut n = vec![Vector3::zeros(); coarse.len()];
         for (v, parents) in level.parents.iter().enumerate() {
@@ -82,12 +82,12 @@ impl DataModel for Directions {
         Directions { n }
     }
 
-    /// Whatever the data are, costs lie between 0 and 2.
+    /// Costs lie between 0 and 2 for all data.
     fn scale(&self, _: &[f64]) -> Scale {
         Scale { cost: 0.5, distance: 1.0, change: 1.0 }
     }
 
-    /// The normals of random vertices, each next one among those that are farthest from the ones before.
+    /// The normal of a random vertex, then repeatedly the normal that is farthest from those chosen before.
     fn start(
         &self,
         _: Initial,
@@ -134,7 +134,7 @@ impl DataModel for Directions {
 }
 
 fn main() -> meshseg::Result<()> {
-    // From a sphere to a rounded cube.
+    // Deforms a sphere into a rounded cube.
     let mut mesh = source("sphere:5")?;
     for x in &mut mesh.vertices {
         let norm = x.iter().map(|c| c.powi(8)).sum::<f64>().powf(1.0 / 8.0);
@@ -159,7 +159,7 @@ fn main() -> meshseg::Result<()> {
     let segmentation = segment(&mesh, &model, &alternation, &request, &mut go_on)?;
     for Direction { direction } in &segmentation.parameters {
         println!("{direction:6.3?}");
-        // Each looks along an axis.
+        // Each direction is close to an axis.
         assert!(direction.iter().any(|x| x.abs() > 0.99));
     }
     let summary = &segmentation.solution.summary;

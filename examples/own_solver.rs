@@ -1,7 +1,7 @@
-//! A solver of your own: `cargo run --release --no-default-features --example own_solver`.
+//! Implements your own solver: `cargo run --release --no-default-features --example own_solver`.
 //!
-//! The projected subgradient method with steps that fall like 1 / sqrt(n). It knows nothing of clocks, samples and
-//! certificates, and gets all of them; the gap shows what it is worth beside the default.
+//! The projected subgradient method with step sizes that decrease like 1 / sqrt(n). The method implements no clock,
+//! samples or certificates; the crate provides all of them. Its gap is compared with that of the default solver.
 
 use std::ops::ControlFlow;
 

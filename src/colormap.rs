@@ -1,7 +1,7 @@
 //! Colors for scalars and for region indices, as sRGB values in [0, 1].
 
 /// Matplotlib's viridis (N. Smith, S. van der Walt, E. Firing, 2015; CC0) at 18 equidistant points, accurate
-/// to 0.02 with linear interpolation.
+/// to 0.02 under linear interpolation.
 const VIRIDIS: [[f64; 3]; 18] = [
     [0.267, 0.005, 0.329],
     [0.282, 0.090, 0.412],
@@ -23,8 +23,8 @@ const VIRIDIS: [[f64; 3]; 18] = [
     [0.993, 0.906, 0.144],
 ];
 
-/// The qualitative palette of M. Okabe, K. Ito, *Color Universal Design*, 2008, without its black and with
-/// the colors ordered by contrast between neighbors.
+/// The qualitative palette of M. Okabe, K. Ito, *Color Universal Design*, 2008, without black and with the
+/// colors ordered by contrast between neighbors.
 const OKABE_ITO: [[u8; 3]; 7] = [
     [86, 180, 233],
     [230, 159, 0],
@@ -35,7 +35,7 @@ const OKABE_ITO: [[u8; 3]; 7] = [
     [213, 94, 0],
 ];
 
-/// Perceptually uniform color of t, clamped to [0, 1]; mid gray for NaN.
+/// The perceptually uniform color of t, clamped to [0, 1]; medium gray for NaN.
 pub fn sequential(t: f64) -> [f64; 3] {
     if t.is_nan() {
         return [0.5; 3];
@@ -47,8 +47,8 @@ pub fn sequential(t: f64) -> [f64; 3] {
     [0, 1, 2].map(|c| a[c] + s * (b[c] - a[c]))
 }
 
-/// A color for region p: Okabe and Ito's first, then hues by the golden ratio at four values and saturations,
-/// so that the colors of up to 64 regions differ.
+/// The color of region p: first those of Okabe and Ito, then hues spaced by the golden ratio at four pairs of
+/// saturation and value, so that the colors of up to 64 regions differ.
 pub fn categorical(p: usize) -> [f64; 3] {
     if let Some(color) = OKABE_ITO.get(p) {
         return color.map(|value| f64::from(value) / 255.0);
@@ -59,7 +59,7 @@ pub fn categorical(p: usize) -> [f64; 3] {
     hsv(hue, saturation, value)
 }
 
-/// A. R. Smith, *Color gamut transform pairs*, SIGGRAPH 1978; all three in [0, 1].
+/// sRGB from HSV, all in [0, 1]. A. R. Smith, *Color gamut transform pairs*, SIGGRAPH 1978.
 fn hsv(hue: f64, saturation: f64, value: f64) -> [f64; 3] {
     [5.0, 3.0, 1.0].map(|n| {
         let k = (n + 6.0 * hue) % 6.0;
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sequential_map_interpolates_its_table_and_brightens_throughout() {
+    fn the_sequential_map_interpolates_its_table_and_brightens_monotonically() {
         assert_eq!(sequential(0.0), VIRIDIS[0]);
         assert_eq!(sequential(1.0), VIRIDIS[17]);
         assert_eq!(sequential(-3.0), VIRIDIS[0]);

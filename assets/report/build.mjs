@@ -1,4 +1,4 @@
-// Bundles src/ into dist/template.html, one file that needs nothing else, and writes LICENSES.txt of what is inside.
+// Bundles src/ into the self-contained file dist/template.html, and writes the licenses of its packages to LICENSES.txt.
 
 import { createHash } from "node:crypto";
 import { existsSync } from "node:fs";
@@ -23,18 +23,18 @@ for (const [mark, text] of Object.entries({
   LICENSES: licenses.replaceAll("&", "&amp;").replaceAll("<", "&lt;"),
   SCRIPT: js,
 })) {
-  // A function, because `$` means something in a replacement text.
+  // A function, because `$` is special in a replacement string.
   page = page.replace(`{{${mark}}}`, () => text);
 }
-if (page.split(PLACEHOLDER).length !== 2) throw new Error(`${PLACEHOLDER} must occur once in the template`);
-if (/<\/script/i.test(js)) throw new Error("the script would end its own element");
+if (page.split(PLACEHOLDER).length !== 2) throw new Error(`${PLACEHOLDER} must occur exactly once in the template`);
+if (/<\/script/i.test(js)) throw new Error("the script contains </script>, which would end its element");
 
 await mkdir(join(root, "dist"), { recursive: true });
 await writeFile(join(root, "dist/template.html"), page);
 await writeFile(join(root, "LICENSES.txt"), licenses);
 console.log(`dist/template.html  ${(Buffer.byteLength(page) / 1024).toFixed(0)} KiB`);
 
-/** The license of every package of which at least one byte is in the bundle. */
+/** The licenses of all packages that contribute at least one byte to the bundle. */
 async function licensesOf({ outputs }) {
   const inputs = Object.values(outputs).flatMap((output) => Object.entries(output.inputs));
   const names = new Set();
@@ -46,7 +46,7 @@ async function licensesOf({ outputs }) {
     const folder = join(root, "node_modules", name);
     const { version, license } = JSON.parse(await readFile(join(folder, "package.json"), "utf8"));
     const file = ["LICENSE", "LICENSE.txt", "LICENSE.md"].map((file) => join(folder, file)).find(existsSync);
-    if (!file) throw new Error(`${name} comes without a license text`);
+    if (!file) throw new Error(`${name} has no license file`);
     return `${name} ${version} (${license})\n\n${(await readFile(file, "utf8")).trim()}\n`;
   });
   return (await Promise.all(parts)).join(`\n${"-".repeat(80)}\n\n`);

@@ -1,4 +1,5 @@
-//! Time of a step with 4 regions and two threads, each bar beside the memory limit of its precision.
+//! A chart of the time of a step with 4 regions and two threads; a mark on each bar shows the memory limit of its
+//! precision.
 
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use plotters::prelude::*;
 use super::limit;
 use super::measured::{Measured, Name};
 
-/// Okabe and Ito's colors, for every kind of eye.
+/// Okabe and Ito's colors, which color-blind readers can distinguish.
 const BAR: RGBColor = RGBColor(0, 114, 178);
 const LIMIT: RGBColor = RGBColor(213, 94, 0);
 
@@ -34,13 +35,13 @@ pub fn draw(all: &[Measured], path: &Path) -> Result<(), Box<dyn std::error::Err
         let end = x(1e3 * step.median);
         root.draw(&Text::new(what.to_owned(), (12, y + 4), text(16)))?;
         root.draw(&Rectangle::new([(left, y), (end, y + row - 10)], BAR.filled()))?;
-        let mut behind = end;
+        let mut right = end;
         if let Some(limit) = limit(all, step) {
             let at = x(1e3 * limit);
-            behind = behind.max(at);
+            right = right.max(at);
             root.draw(&Rectangle::new([(at - 1, y - 4), (at + 2, y + row - 6)], LIMIT.filled()))?;
         }
-        root.draw(&Text::new(format!("{:.2}", 1e3 * step.median), (behind + 8, y + 4), text(16)))?;
+        root.draw(&Text::new(format!("{:.2}", 1e3 * step.median), (right + 8, y + 4), text(16)))?;
     }
     root.present()?;
     Ok(())

@@ -1,4 +1,4 @@
-//! The machine in a sentence.
+//! A sentence that describes the machine.
 
 use std::fs::read_to_string;
 

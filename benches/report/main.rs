@@ -1,4 +1,4 @@
-//! Criterion's output as a page: results/bench/README.md and steps.svg. Run by `make bench-report`.
+//! Turns criterion's output into a page: results/bench/README.md and steps.svg. Run by `make bench-report`.
 
 mod chart;
 mod machine;
@@ -24,7 +24,7 @@ fn median(all: &[Measured], group: &str, id: &str) -> Option<f64> {
     all.iter().find(|m| m.group == group && m.id == id).map(|m| m.median)
 }
 
-/// Seconds that the same bytes take in a triad with the same number of threads.
+/// The seconds that a triad takes for the same bytes with the same number of threads.
 pub fn limit(all: &[Measured], step: &Measured) -> Option<f64> {
     let Name { precision, threads, .. } = step.name();
     let m = step.group.strip_prefix("step, m = ")?;
@@ -33,12 +33,12 @@ pub fn limit(all: &[Measured], step: &Measured) -> Option<f64> {
 
 fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     let mut page = String::new();
-    writeln!(page, "# What the code takes, beside what it could take\n")?;
-    writeln!(page, "Written by `make bench-report`; not to be edited. {}\n", machine::sentence())?;
+    writeln!(page, "# Measured times, compared with their limits\n")?;
+    writeln!(page, "Written by `make bench-report`; do not edit. {}\n", machine::sentence())?;
     writeln!(
         page,
         "torus:400x250, 200,000 faces, noisy palette, lambda = 0.005. Medians, with \
-         95 % intervals of criterion's bootstrap. All ratios are of figures of this one run.\n"
+         95 % intervals of criterion's bootstrap. All ratios are between times of this run.\n"
     )?;
     writeln!(page, "## Memory\n")?;
     writeln!(page, "A triad, a <- b + 3 c, on as many bytes as one step must move at least.\n")?;
@@ -49,12 +49,12 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     writeln!(page, "\n## One step\n\n![Time of a step](steps.svg)\n")?;
     writeln!(
         page,
-        "The limit is the triad's time for the bytes of a step: u and q read and written, f, steps, weights and \
-         corners read, each once. The fused engine makes several steps in one pass and could be below. Steps of \
-         solvers are measured in eights, as the program makes them between early looks at the gap. Ratios above 1 are \
-         times slower than the limit, and times faster than the loops fused by hand (double precision, baseline \
-         instructions, one thread) or than sparse products of the same precision and number of threads, both on \
-         the torus as it is numbered.\n"
+        "The limit is the triad's time for the bytes of a step: u and q read and written, f, step sizes, weights and \
+         corners read, each once. The fused engine makes several steps in one pass and can be faster than that. \
+         Solver steps are measured in groups of eight, the number between early evaluations of the gap in the \
+         program. The ratios say how many times slower a step is than the limit, and how many times faster than the \
+         loops fused by hand (double precision, baseline instructions, one thread) or than sparse products of the \
+         same precision and number of threads, both on the torus in its original numbering.\n"
     )?;
     writeln!(
         page,
@@ -85,9 +85,9 @@ fn page(all: &[Measured]) -> Result<String, std::fmt::Error> {
     writeln!(page, "\n## To a certified gap\n")?;
     writeln!(
         page,
-        "The time in the steps, with two threads, also in steps of sparse products of the same precision; the gap is \
-         looked at where the program looks at it, off the clock. From coarser meshes: these and \
-         the runs on them included.\n"
+        "The time in the steps, with two threads, also in units of a step of sparse products of the same precision; \
+         the gap is evaluated at the program's iterations, off the clock. Times from coarser meshes include building \
+         these meshes and the runs on them.\n"
     )?;
     solves(&mut page, all)?;
     writeln!(page, "\n## Before the first step\n")?;

@@ -1,4 +1,4 @@
-//! What criterion left in its folder.
+//! The results in criterion's output folder.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 pub struct Measured {
     pub group: String,
     pub id: String,
-    /// Seconds; the median and the confidence interval of it.
+    /// The median in seconds, and its confidence interval.
     pub median: f64,
     pub low: f64,
     pub high: f64,
@@ -34,7 +34,7 @@ impl Measured {
     }
 }
 
-/// Everything measured, by group and in the order of the clock.
+/// All measurements, in the order in which they were made.
 pub fn read(folder: &Path) -> Result<Vec<Measured>, Box<dyn std::error::Error>> {
     let mut found = Vec::new();
     for group in std::fs::read_dir(folder)? {

@@ -1,5 +1,5 @@
-//! The other yardstick: the method as most people would write it, K and K^T in compressed sparse rows, products
-//! stored, each line of the method a parallel loop of its own. In either precision.
+//! The second baseline: a straightforward implementation, with K and K^T in compressed sparse rows, stored products,
+//! and a parallel loop for each line of the method. In single or double precision.
 
 use meshseg::operator::bounds::{diagonal_above, of_faces, row_bound};
 use meshseg::operator::{Matrix, Operator};
@@ -125,7 +125,7 @@ impl<T: Float, const M: usize> Csr<T, M> {
                     v[p] = u[p] - tau * (f[p] + kq[p]);
                 }
                 let mut sorted = v;
-                sorted.sort_unstable_by(|a, b| b.partial_cmp(a).expect("numbers"));
+                sorted.sort_unstable_by(|a, b| b.partial_cmp(a).expect("not NaN"));
                 let (mut sum, mut theta) = (sorted[0] - one, sorted[0] - one);
                 for (k, &entry) in sorted.iter().enumerate().skip(1) {
                     sum = sum + entry;

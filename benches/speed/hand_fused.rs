@@ -1,5 +1,5 @@
-//! The yardstick: one over-relaxed Chambolle-Pock step as two loops written by hand for 4 regions, without
-//! operators, rows or threads. The face loop scatters K^T q while q is still in registers.
+//! The first baseline: one over-relaxed Chambolle-Pock step as two handwritten loops for 4 regions, without operators,
+//! `Row` or threads. The face loop scatters K^T q while q is still in registers.
 
 use meshseg::mesh::Mesh;
 use meshseg::operator::bounds::{diagonal_above, of_faces, row_bound};
@@ -97,7 +97,7 @@ impl HandFused {
     }
 }
 
-/// Sort by a network of five exchanges, then theta = max_k (S_k - 1) / k.
+/// Sorts with a network of five exchanges, then theta = max_k (S_k - 1) / k.
 fn project_simplex(v: [f64; 4]) -> [f64; 4] {
     let order = |a: f64, b: f64| if a < b { (b, a) } else { (a, b) };
     let (a, b) = order(v[0], v[1]);

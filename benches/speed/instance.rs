@@ -1,4 +1,4 @@
-//! The instance: torus:400x250 with the noisy palette, in the order in which the program solves it.
+//! The instance: torus:400x250 with noisy palette colors, in the order in which the program solves it.
 
 use std::borrow::Cow;
 
@@ -21,12 +21,12 @@ pub fn mesh() -> Mesh {
     Order::of(&torus).mesh(Cow::Borrowed(&torus)).into_owned()
 }
 
-/// In the order in which the program solves it.
+/// The costs in the order in which the program solves the problem.
 pub fn costs<const M: usize>() -> Vec<Row<M>> {
     Order::of(&torus()).applied(costs_as_numbered())
 }
 
-/// s_p = |C - palette_p|^2, C = the color of one of four bands + N(0, 0.3^2); further regions have colors between.
+/// s_p = |C - palette_p|^2, C = the color of one of four bands + N(0, 0.3^2); further regions have colors in between.
 pub fn costs_as_numbered<const M: usize>() -> Vec<Row<M>> {
     let palette = |p: usize| {
         let colors = [[0.85, 0.2, 0.2], [0.2, 0.7, 0.3], [0.2, 0.3, 0.85], [0.9, 0.85, 0.2]];
@@ -55,13 +55,14 @@ pub fn problem<K: Operator, const M: usize>(mesh: &Mesh, k: K, lambda: f64) -> P
     Problem::new(k, Mass::Barycentric.on(mesh).integrate(&costs()), lambda)
 }
 
-/// On the torus as it is numbered, which suits loops that know of no other order better.
+/// On the torus in its original numbering, which suits loops that do not reorder better.
 pub fn problem_as_numbered<K: Operator, const M: usize>(torus: &Mesh, k: K) -> Problem<K, M> {
     Problem::new(k, Mass::Barycentric.on(torus).integrate(&costs_as_numbered()), LAMBDA)
 }
 
-/// The bytes of u and q read and written, of f, tau, sigma, c1, c2, c3 and the corners read, `real` bytes a number.
-pub fn bytes_a_step(mesh: &Mesh, m: usize, real: usize) -> u64 {
+/// The bytes of a step: u and q read and written; f, tau, sigma, c1, c2, c3 and the corners read; `real` bytes per
+/// number.
+pub fn bytes_per_step(mesh: &Mesh, m: usize, real: usize) -> u64 {
     let vertex = (2 * m + m + 1) * real;
     let face = (2 * 2 * m + 4) * real + 3 * size_of::<u32>();
     (mesh.vertices.len() * vertex + mesh.faces.len() * face) as u64

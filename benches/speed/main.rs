@@ -1,8 +1,8 @@
-//! How fast everything is, beside what it could be: `cargo bench`; `make bench-report` makes a page of it.
+//! Speed, compared with the limits of the machine: `cargo bench`; `make bench-report` writes a page.
 //!
 //! One instance throughout: torus:400x250 (200,000 faces), noisy colors of four or more regions, lambda = 0.005.
-//! Everything that is compared computes the same, which is checked before anything is timed. The bytes of a
-//! step are those that any method of its kind must move: each array of the state once.
+//! All implementations that are compared compute the same, which is checked before anything is timed. The bytes of a
+//! step are those that every implementation must move: each array of the state once.
 
 mod csr;
 mod hand_fused;
@@ -21,7 +21,7 @@ use mimalloc::MiMalloc;
 #[global_allocator]
 static ALLOCATOR: MiMalloc = MiMalloc;
 
-// All of it within ten minutes.
+// All benchmarks take less than ten minutes.
 criterion_group! {
     name = benches;
     config = Criterion::default()

@@ -1,4 +1,4 @@
-//! What comes before the first step, and the projection.
+//! The work before the first step, and the projection.
 
 use std::borrow::Cow;
 use std::hint::black_box;
@@ -63,7 +63,7 @@ pub fn parts(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What is made and dropped; the dropping is off the clock.
+/// Times `make`; its result is dropped off the clock.
 fn timed<T>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: String,

@@ -1,4 +1,4 @@
-//! To a certified gap: the time in the steps, as `seconds` in a summary, evaluation off the clock.
+//! Time to a certified gap: the time in the steps, as `seconds` in a summary, with evaluation off the clock.
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -16,7 +16,7 @@ use ndarray::Array2;
 use super::instance::{costs_as_numbered, mesh, problem, torus};
 use super::steps::solver;
 
-/// Plain methods need hundreds of iterations.
+/// With this lambda, plain methods need hundreds of iterations.
 const LARGE_LAMBDA: f64 = 0.02;
 
 const VARIANTS: [(&str, &str); 4] = [
@@ -52,12 +52,12 @@ pub fn solves(criterion: &mut Criterion) {
     }
 }
 
-/// Looks where the program has them.
+/// Stops at a gap, with the evaluations at the program's default iterations.
 fn stop(gap: f64) -> Stop {
     Stop { relative_gap: Some(gap), ..Stop::default() }
 }
 
-/// From the solution on a coarser mesh, the time for it and for the coarse meshes included.
+/// From the solution on a coarser mesh; the time includes that solution and the coarse meshes.
 fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
     let torus = torus();
     let rows = costs_as_numbered::<4>();
@@ -87,7 +87,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
     }
 }
 
-/// The seconds that a run says it took.
+/// Records the seconds that `once` returns.
 fn timed(
     group: &mut BenchmarkGroup<'_, WallTime>,
     id: String,

@@ -1,4 +1,4 @@
-//! One step of every solver, engine and precision, beside the loops fused by hand and generic sparse products.
+//! One step of every solver, engine and precision, compared with the loops fused by hand and generic sparse products.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -14,14 +14,14 @@ use meshseg::sweep::{collect, with_threads};
 
 use super::csr::{Csr, Float};
 use super::hand_fused::HandFused;
-use super::instance::{LAMBDA, bytes_a_step, mesh, problem, problem_as_numbered, torus};
+use super::instance::{LAMBDA, bytes_per_step, mesh, problem, problem_as_numbered, torus};
 
 pub fn steps(criterion: &mut Criterion) {
     let torus = torus();
     let four = problem_as_numbered::<_, 4>(&torus, Stencil::new(&torus));
-    agree(&torus, &four);
+    check_baselines(&torus, &four);
     let mut group = begin(criterion, 4);
-    group.throughput(Throughput::Bytes(bytes_a_step(&torus, 4, 8)));
+    group.throughput(Throughput::Bytes(bytes_per_step(&torus, 4, 8)));
     group.bench_function("fused by hand f64, 1 thread(s)", |bencher| {
         bencher.iter_custom(|steps| {
             let mut fused = HandFused::new(&torus, &four);
@@ -57,11 +57,11 @@ fn steps_of<const M: usize>(criterion: &mut Criterion, mesh: &Mesh, torus: &Mesh
     let matrix = problem_as_numbered::<_, M>(torus, Matrix::new(torus));
     let mut group = begin(criterion, M);
     for threads in [1, 2] {
-        group.throughput(Throughput::Bytes(bytes_a_step(mesh, M, 4)));
+        group.throughput(Throughput::Bytes(bytes_per_step(mesh, M, 4)));
         sparse::<f32, M>(&mut group, &matrix, threads);
         let name = "chambolle-pock";
         step(&mut group, mesh, &stencil, name, "precision=f32", "fused f32", threads);
-        group.throughput(Throughput::Bytes(bytes_a_step(mesh, M, 8)));
+        group.throughput(Throughput::Bytes(bytes_per_step(mesh, M, 8)));
         step(&mut group, mesh, &stencil, name, "engine=fused", "fused f64", threads);
         step(&mut group, mesh, &stencil, name, "engine=rows", "rows f64", threads);
         for method in &Method::all()[1..] {
@@ -71,8 +71,8 @@ fn steps_of<const M: usize>(criterion: &mut Criterion, mesh: &Mesh, torus: &Mesh
     group.finish();
 }
 
-/// Generic sparse products. Every measurement begins anew, or numbers that are not normal any more would slow them
-/// down in the end.
+/// Generic sparse products. Every measurement restarts the method; otherwise subnormal numbers would eventually slow
+/// it down.
 fn sparse<T: Float, const M: usize>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     problem: &Problem<Matrix, M>,
@@ -93,10 +93,11 @@ fn sparse<T: Float, const M: usize>(
     });
 }
 
-/// The engine makes up to so many in one pass, and the program as many between early looks at the gap.
-const STEPS_AT_ONCE: u64 = 8;
+/// The largest number of steps that the engine makes in one pass, and the number of steps between the program's early
+/// evaluations of the gap.
+const STEPS_PER_PASS: u64 = 8;
 
-/// A solver of ours; every measurement begins anew, with a few steps to warm up.
+/// One of our solvers; every measurement restarts it, with a few steps of warm-up.
 fn step<K: Engines + Send, const M: usize>(
     group: &mut BenchmarkGroup<'_, WallTime>,
     mesh: &Mesh,
@@ -111,8 +112,8 @@ fn step<K: Engines + Send, const M: usize>(
             let run = || {
                 let mut solver = solver(name, option, mesh, problem);
                 let mut make = |steps| solver.advance(problem, steps, &mut || true);
-                make(STEPS_AT_ONCE);
-                let made = steps.next_multiple_of(STEPS_AT_ONCE);
+                make(STEPS_PER_PASS);
+                let made = steps.next_multiple_of(STEPS_PER_PASS);
                 let begin = Instant::now();
                 make(made);
                 begin.elapsed().mul_f64(steps as f64 / made as f64)
@@ -130,15 +131,15 @@ pub fn solver<'a, K: Engines + 'a, const M: usize>(
 ) -> Box<dyn Solver<K, M> + 'a> {
     let start = collect(problem.f.len(), |v| Row::one_hot(problem.f[v].argmin()));
     let options: Vec<&str> = option.split_whitespace().collect();
-    let options = Options::parse(&options).expect("options are pairs");
+    let options = Options::parse(&options).expect("options are key=value");
     let method = Method::parse(name, &options).expect("the options are valid");
     method
         .build(Setup { mesh, problem, start, dual_start: None })
-        .expect("nothing excludes another")
+        .expect("the options are compatible")
 }
 
-/// Yardsticks are worth nothing if they compute something else.
-fn agree(mesh: &Mesh, problem: &Problem<Stencil, 4>) {
+/// Checks that the baselines compute the same iterates as ours.
+fn check_baselines(mesh: &Mesh, problem: &Problem<Stencil, 4>) {
     let matrix = Problem::new(Matrix::new(mesh), problem.f.clone(), problem.lambda);
     let mut fused = HandFused::new(mesh, problem);
     let mut sparse = Csr::<f64, 4>::new(&matrix);
@@ -147,7 +148,7 @@ fn agree(mesh: &Mesh, problem: &Problem<Stencil, 4>) {
         fused.step();
         sparse.step();
     }
-    // Theirs are relaxed, u + rho (x - u), and the last one of ours is x.
+    // Their iterates are relaxed, u + rho (x - u); our last iterate is x.
     let rho = 1.9;
     let before: Vec<_> = fused.u().iter().map(|&u| Row(u)).zip(sparse.u().map(Row)).collect();
     fused.step();

@@ -1,11 +1,11 @@
-//! The limit: a <- b + 3 c on as many bytes as a step moves, with as many threads.
+//! The memory limit: a <- b + 3 c on the bytes that a step moves, with the same number of threads.
 
 use criterion::{Criterion, Throughput};
 use meshseg::sweep::{sweep, with_threads};
 use std::hint::black_box;
 use std::time::Instant;
 
-use super::instance::{bytes_a_step, mesh};
+use super::instance::{bytes_per_step, mesh};
 
 pub fn triads(criterion: &mut Criterion) {
     let mesh = mesh();
@@ -13,7 +13,7 @@ pub fn triads(criterion: &mut Criterion) {
     group.sample_size(20);
     for m in [2, 4, 8, 16] {
         for real in [8, 4] {
-            let bytes = bytes_a_step(&mesh, m, real);
+            let bytes = bytes_per_step(&mesh, m, real);
             group.throughput(Throughput::Bytes(bytes));
             let n = bytes as usize / 24;
             let (mut a, b, c) = (vec![0.0; n], vec![1.0; n], vec![2.0; n]);

@@ -1,12 +1,12 @@
-//! The exact optimum of small problems by an interior point method, as a solver outside the program:
+//! The exact optimum of small problems by an interior-point method, as an external solver:
 //! `cargo run --release --example clarabel -- PROBLEM.npz OUT`.
 //!
 //! ```text
 //! min sum_k <u_k, f_k> + sum_j t_j      u_k in the simplex,   |lambda (K U)_j| <= t_j
 //! ```
 //!
-//! A second-order cone program, with rows of K as in PROBLEM.npz. The iterate it leaves is the last one, with
-//! q_j = -lambda z_j from the cone's dual. Its clock begins with the factorization.
+//! A second-order cone program, with the rows of K as in PROBLEM.npz. It writes only the last iterate, with
+//! q_j = -lambda z_j from the dual variable of the cone. The clock starts before the factorization.
 //! P. J. Goulart, Y. Chen, *Clarabel: An interior-point solver for conic programs with quadratic objectives*, 2024.
 
 use std::error::Error;
@@ -24,7 +24,7 @@ use meshseg::npy;
 use meshseg::operator::Matrix;
 use ndarray::Array2;
 
-/// The defaults are off by 1e-7 of the optimum.
+/// With the default tolerances, the result is off by 1e-7 of the optimum.
 const TOLERANCE: f64 = 1e-11;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -40,8 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn solve(problem: &Exchanged, out: &Path, time_limit: f64) -> Result<(), Box<dyn Error>> {
     let Exchanged { mesh, f, lambda, .. } = problem;
     let (k, (n, m), faces) = (Matrix::new(mesh), f.dim(), mesh.faces.len());
-    // Its tolerances are absolute too: energies in units of the largest there could be.
-    let cost = f.iter().fold(f64::MIN_POSITIVE, |most, f| f64::max(most, f.abs())) * n as f64;
+    // Some tolerances are absolute, so energies are in units of their upper bound.
+    let cost = f.iter().fold(f64::MIN_POSITIVE, |max, f| f64::max(max, f.abs())) * n as f64;
     let weight = lambda / cost;
     let mut objective: Vec<f64> = f.iter().map(|f| f / cost).collect();
     objective.resize(n * m + faces, 1.0);

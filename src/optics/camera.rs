@@ -1,42 +1,43 @@
 //! A perspective camera that fits the mesh, and the window of its image plane that the picture shows.
 //!
-//! In the camera's axes (x right, y up, z towards the viewer), an eye at (cx, cy, D) with half-slope t sees
-//! (x, y, z) iff |x - cx| <= t (D - z) and |y - cy| <= t (D - z). Over all vertices the first asks for
+//! In the camera's axes (x right, y up, z toward the viewer), an eye at (cx, cy, D) with half-slope t sees
+//! (x, y, z) iff |x - cx| <= t (D - z) and |y - cy| <= t (D - z). Over all vertices the first requires
 //! t D + cx >= a = max(x + t z) and t D - cx >= b = max(t z - x): the nearest eye has cx = (a - b) / 2 and
-//! t D = (a + b) / 2, and D is the larger of what x and y ask for. The window is the bounding box of what is seen.
+//! t D = (a + b) / 2, and D is the larger of the values required by x and y. The window is the bounding box of the
+//! projected vertices.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-/// Half of the field of view of 25 degrees.
+/// Half the field of view, which is 25 degrees.
 const HALF_ANGLE: f64 = 12.5 * std::f64::consts::PI / 180.0;
 
 #[derive(Clone, Debug)]
 pub struct Camera {
-    /// Rows: right, up, towards the viewer.
+    /// Rows: right, up, toward the viewer.
     axes: Matrix3<f64>,
     /// The eye in these axes.
     eye: Vector3<f64>,
-    /// The window in slopes: left, lower, right, upper.
+    /// The window in slopes: left, bottom, right, top.
     window: [f64; 4],
-    /// Pixels for a slope of 1.
+    /// Pixels per unit of slope.
     scale: f64,
-    /// Pixels that stay free at each side.
+    /// Empty pixels on each side.
     margin: f64,
 }
 
 /// A vertex on the image plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Projected {
-    /// Pixels: x to the right and y downwards.
+    /// In pixels: x to the right, y down.
     pub x: f64,
     pub y: f64,
-    /// Reciprocal distance along the axis, which is linear over the image of a plane; larger is nearer.
+    /// Reciprocal of the distance along the optical axis; linear over the image of a plane, larger is nearer.
     pub w: f64,
 }
 
 impl Camera {
-    /// Looks against `towards` (from the mesh to the viewer) with `up` upwards; both need not be unit or
-    /// orthogonal, but must be independent. `points` are the vertices to fit.
+    /// Fits the vertices `points`. `towards` points from the mesh to the viewer and `up` upward in the picture; they
+    /// need not be unit or orthogonal, but must be linearly independent.
     pub fn fit(towards: Vector3<f64>, up: Vector3<f64>, points: &[Point3<f64>]) -> Self {
         let back = towards.normalize();
         let right = up.cross(&back).normalize();
@@ -72,13 +73,13 @@ impl Camera {
         [right - left, upper - lower]
     }
 
-    /// The same view at a scale, with a margin around what is seen.
+    /// The same view at a scale, with a margin around the window.
     pub fn scaled(self, scale: f64, margin: f64) -> Self {
         Camera { scale, margin, ..self }
     }
 
     /// The same view in a picture whose longer side has `size` pixels.
-    pub fn sized(self, size: f64) -> Self {
+    pub fn with_longer_side(self, size: f64) -> Self {
         let [width, height] = self.extent();
         self.scaled(size / width.max(height), 0.0)
     }
@@ -89,7 +90,7 @@ impl Camera {
             .map(|extent| (extent * self.scale + 2.0 * self.margin).ceil().max(1.0) as usize)
     }
 
-    /// Rows: right, up, towards the viewer.
+    /// Rows: right, up, toward the viewer.
     pub fn axes(&self) -> Matrix3<f64> {
         self.axes
     }
@@ -99,18 +100,18 @@ impl Camera {
         self.axes * direction
     }
 
-    /// From a point of the mesh to the eye, in the camera's axes.
+    /// The vector from a point of the mesh to the eye, in the camera's axes.
     pub fn to_eye(&self, point: Point3<f64>) -> Vector3<f64> {
         self.eye - self.axes * point.coords
     }
 
     /// The width of a pixel where the reciprocal distance is w.
-    pub fn pixel(&self, w: f64) -> f64 {
+    pub fn pixel_width(&self, w: f64) -> f64 {
         1.0 / (w * self.scale)
     }
 
-    /// The step of w along a slope of 45 degrees, pixel by pixel.
-    pub fn step(&self, w: f64) -> f64 {
+    /// The change of w per pixel on a surface inclined by 45 degrees.
+    pub fn depth_per_pixel(&self, w: f64) -> f64 {
         w / self.scale
     }
 

@@ -1,6 +1,6 @@
-//! What a camera sees of a mesh: which face each sample of every pixel shows, which vertices are hidden.
+//! What a camera sees of a mesh: the face at each sample of every pixel, and which vertices are hidden.
 //!
-//! Below whatever looks at surfaces: pictures, and data that images show.
+//! A separate layer, for anything that views surfaces: pictures, and data taken from images.
 
 pub mod bands;
 pub mod camera;

@@ -1,6 +1,7 @@
-//! The z-buffer: which face each of eight samples of every pixel sees, and how near.
+//! The z-buffer: the visible face at each of eight samples of every pixel, and its depth.
 //!
-//! The samples of a pixel lie in different eighths along both axes, so that edges of any slope have eight steps.
+//! The samples of a pixel lie in different eighths along both axes, so that edges of any slope get eight levels of
+//! coverage.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,36 +12,38 @@ use super::camera::{Camera, Projected};
 use crate::mesh::Mesh;
 use crate::sweep;
 
-/// No face; face j is j + 1, so that an empty picture is memory that the system cleared.
+/// No face. Face j is stored as j + 1, so that an empty picture is zeroed memory as the system provides it.
 const EMPTY: u32 = 0;
 
-/// Rows that a thread takes at once to look for the faces that are seen.
-const BAND: usize = 64;
+/// Scanlines that a thread searches at a time for visible faces.
+const BAND_HEIGHT: usize = 64;
 
-/// Samples of a pixel.
+/// Samples per pixel.
 pub const SAMPLES: usize = 8;
 
-/// Their places from the middle of the pixel; the first is the nearest.
-const X: [f32; SAMPLES] = [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
-const Y: [f32; SAMPLES] = [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.4375, -0.4375];
+/// Offsets of the samples from the center of the pixel; the first sample is the nearest to it.
+const SAMPLE_X: [f32; SAMPLES] =
+    [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
+const SAMPLE_Y: [f32; SAMPLES] =
+    [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.4375, -0.4375];
 
-/// One cache line: the bits of the reciprocal distances, and the faces, of its samples.
+/// One cache line: the bits of the reciprocal distances of the samples, and their faces.
 type Pixel = [[u32; SAMPLES]; 2];
 
-/// What a pixel sees of one face.
+/// The part of a pixel in which one face is visible.
 pub struct Fragment {
     pub face: usize,
-    /// The samples that see it, a bit each.
+    /// Its samples, one bit each.
     pub samples: u8,
 }
 
-/// The faces that are seen, in their order, and at which place among them each of these is.
-pub struct Visible {
+/// The visible faces in ascending order, and for each face of the mesh its index among them, if it is visible.
+pub struct VisibleFaces {
     pub faces: Vec<u32>,
-    pub place: Vec<u32>,
+    pub index: Vec<u32>,
 }
 
-/// `component` names the connected component of each vertex.
+/// The mesh as a camera sees it. `component` holds a representative of each vertex's connected component.
 pub struct Visibility<'a> {
     pub width: usize,
     pub height: usize,
@@ -51,8 +54,8 @@ pub struct Visibility<'a> {
     pixels: Vec<Pixel>,
 }
 
-/// The edge function of a line a b: at (x, y), twice the signed area of that triangle. Bitwise antisymmetric in
-/// a and b, so that no sample on a shared edge falls between its two faces.
+/// The edge function of a line a b: at (x, y), twice the signed area of the triangle it forms with a and b. Bitwise
+/// antisymmetric in a and b, so that no sample on a shared edge falls between its two faces.
 struct Edge {
     start: Projected,
     dx: f64,
@@ -69,19 +72,19 @@ impl Edge {
 
     #[inline(always)]
     fn at(&self, x: f64, y: f64) -> f64 {
-        self.on_row(self.row(y), x)
+        self.on_row(self.row_term(y), x)
     }
 
-    /// The part of the value that is constant on a row.
+    /// The part of the value that is constant along a scanline.
     #[inline(always)]
-    fn row(&self, y: f64) -> f64 {
+    fn row_term(&self, y: f64) -> f64 {
         self.dx * (y - self.start.y)
     }
 
-    /// The value at x on the row of that part.
+    /// The value at x on the scanline with that constant part.
     #[inline(always)]
-    fn on_row(&self, row: f64, x: f64) -> f64 {
-        row - self.dy * (x - self.start.x)
+    fn on_row(&self, row_term: f64, x: f64) -> f64 {
+        row_term - self.dy * (x - self.start.x)
     }
 
     /// The same line, positive inside a face of this signed area.
@@ -91,11 +94,11 @@ impl Edge {
         Edge { start: self.start, dx: sign * self.dx, dy: sign * self.dy }
     }
 
-    /// What the samples of a pixel have more than its middle.
+    /// The differences between the values at the samples of a pixel and at its center.
     #[inline(always)]
     fn offsets(&self) -> [f32; SAMPLES] {
         let (dx, dy) = (self.dx as f32, self.dy as f32);
-        std::array::from_fn(|s| dx * Y[s] - dy * X[s])
+        std::array::from_fn(|s| dx * SAMPLE_Y[s] - dy * SAMPLE_X[s])
     }
 }
 
@@ -119,7 +122,7 @@ impl<'a> Visibility<'a> {
         });
         let mut pixels = vec![[[0; SAMPLES], [EMPTY; SAMPLES]]; width * height];
         for_each_band(&mut pixels, width, |first, band| {
-            // With the widest vectors there are; the bits are the same.
+            // With the widest vectors that the processor has; the results are bitwise equal.
             Arch::new().dispatch(
                 #[inline(always)]
                 || {
@@ -137,13 +140,13 @@ impl<'a> Visibility<'a> {
         self.camera
     }
 
-    /// The faces seen by pixel i (row-major), by their first samples; `see` is called for each.
+    /// Calls `visit` for each face visible in pixel i (row-major), ordered by first sample.
     #[inline(always)]
-    pub fn fragments(&self, i: usize, mut see: impl FnMut(Fragment)) {
+    pub fn fragments(&self, i: usize, mut visit: impl FnMut(Fragment)) {
         let [_, faces] = &self.pixels[i];
         if faces.iter().fold(0, |differ, face| differ | (face ^ faces[0])) == 0 {
             if faces[0] != EMPTY {
-                see(Fragment { face: faces[0] as usize - 1, samples: u8::MAX });
+                visit(Fragment { face: faces[0] as usize - 1, samples: u8::MAX });
             }
             return;
         }
@@ -157,19 +160,19 @@ impl<'a> Visibility<'a> {
             for (s, &other) in faces.iter().enumerate() {
                 samples |= u8::from(other == face) << s;
             }
-            see(Fragment { face: face as usize - 1, samples });
+            visit(Fragment { face: face as usize - 1, samples });
             left &= !samples;
         }
     }
 
-    /// The middle of some samples of pixel i.
+    /// The centroid of the given samples of pixel i.
     #[inline(always)]
-    pub fn middle(&self, i: usize, samples: u8) -> [f64; 2] {
+    pub fn centroid(&self, i: usize, samples: u8) -> [f64; 2] {
         let [mut x, mut y] = [0.0; 2];
-        // All of them lie around the middle of the pixel.
+        // The centroid of all samples is the center of the pixel.
         for s in (0..SAMPLES).filter(|_| samples != u8::MAX).filter(|s| samples >> s & 1 == 1) {
-            x += X[s];
-            y += Y[s];
+            x += SAMPLE_X[s];
+            y += SAMPLE_Y[s];
         }
         let count = f64::from(samples.count_ones());
         [
@@ -178,37 +181,38 @@ impl<'a> Visibility<'a> {
         ]
     }
 
-    /// The sample that stands for pixel i: the first one that sees the surface.
-    fn first(&self, i: usize) -> Option<usize> {
+    /// The sample that represents pixel i: the first one that shows the surface.
+    fn first_sample(&self, i: usize) -> Option<usize> {
         self.pixels[i][1].iter().position(|&face| face != EMPTY)
     }
 
-    /// The face that sample s of pixel i sees.
+    /// The face at sample s of pixel i.
     fn face(&self, i: usize, s: usize) -> usize {
         self.pixels[i][1][s] as usize - 1
     }
 
-    /// The face that stands for pixel i, and where its sample is.
-    pub fn front(&self, i: usize) -> Option<(usize, [f64; 2])> {
-        let s = self.first(i)?;
-        Some((self.face(i, s), self.middle(i, 1 << s)))
+    /// The face that represents pixel i, and the position of its sample.
+    pub fn first_hit(&self, i: usize) -> Option<(usize, [f64; 2])> {
+        let s = self.first_sample(i)?;
+        Some((self.face(i, s), self.centroid(i, 1 << s)))
     }
 
-    /// Whether all that is seen of the surface in the pixel of vertex v is nearer by more than `steps` pixels.
-    pub fn hides(&self, v: usize, steps: f64) -> bool {
+    /// Whether all of the surface visible in the pixel of vertex v is nearer than v by more than `pixels` pixels.
+    pub fn is_occluded(&self, v: usize, pixels: f64) -> bool {
         let Projected { x, y, w } = self.projected[v];
         let (x, y) = (x as usize, y as usize);
         let i = y.min(self.height - 1) * self.width + x.min(self.width - 1);
         let farthest = self.pixels[i][0].iter().filter(|&&bits| bits > 0).min();
-        farthest
-            .is_some_and(|&bits| f64::from(f32::from_bits(bits)) > w + steps * self.camera.step(w))
+        farthest.is_some_and(|&bits| {
+            f64::from(f32::from_bits(bits)) > w + pixels * self.camera.depth_per_pixel(w)
+        })
     }
 
     fn corners(&self, j: usize) -> [Projected; 3] {
         self.mesh.faces[j].map(|k| self.projected[k as usize])
     }
 
-    /// The barycentric coordinates, on face j, of the surface point at a place of the picture.
+    /// The barycentric coordinates, on face j, of the surface point at a position in the picture.
     pub fn barycentric(&self, j: usize, [x, y]: [f64; 2]) -> [f64; 3] {
         let corners = self.corners(j);
         let (edges, _) = edges(&corners);
@@ -217,20 +221,21 @@ impl<'a> Visibility<'a> {
         weight.map(|value| value / sum)
     }
 
-    /// How much w may change per pixel along the surface of face j: its slope there, and the width of a pixel.
+    /// The change of w per pixel that face j explains: the slope of its plane plus that of a surface inclined by 45
+    /// degrees.
     fn slope(&self, j: usize, w: f64) -> f64 {
         let [a, b, c] = self.corners(j);
         let (_, area) = edges(&[a, b, c]);
         let (bw, cw) = (b.w - a.w, c.w - a.w);
         let dx = (bw * (c.y - a.y) - cw * (b.y - a.y)) / area;
         let dy = (cw * (b.x - a.x) - bw * (c.x - a.x)) / area;
-        dx.hypot(dy) + self.camera.step(w)
+        dx.hypot(dy) + self.camera.depth_per_pixel(w)
     }
 
-    /// Whether pixels i and k, `distance` pixels apart, see the same sheet of the surface: the same face,
-    /// neighbors at a corner, or one component at depths that differ by no more than the gentler slope explains.
+    /// Whether pixels i and k, `distance` pixels apart, show the same sheet of the surface: the same face, faces that
+    /// share a corner, or one component at depths that differ by no more than the smaller slope explains.
     pub fn connected(&self, i: usize, k: usize, distance: f64) -> bool {
-        let (Some(s), Some(t)) = (self.first(i), self.first(k)) else {
+        let (Some(s), Some(t)) = (self.first_sample(i), self.first_sample(k)) else {
             return false;
         };
         let [a, b] = [self.face(i, s), self.face(k, t)];
@@ -246,12 +251,12 @@ impl<'a> Visibility<'a> {
         (v - w).abs() <= 2.0 * self.slope(a, v).min(self.slope(b, w)) * distance
     }
 
-    /// The faces that some sample sees.
-    pub fn seen_faces(&self) -> Visible {
+    /// The faces visible at some sample.
+    pub fn visible_faces(&self) -> VisibleFaces {
         let count = self.mesh.faces.len();
         let mut seen = Vec::with_capacity(count);
         seen.resize_with(count, AtomicBool::default);
-        let bands = self.pixels.chunks(BAND * self.width).collect();
+        let bands = self.pixels.chunks(BAND_HEIGHT * self.width).collect();
         sweep::each(bands, &|band: &[Pixel]| {
             let mut last = EMPTY;
             for &face in band.iter().flat_map(|[_, faces]| faces) {
@@ -261,15 +266,15 @@ impl<'a> Visibility<'a> {
                 last = face;
             }
         });
-        let mut visible = Visible { faces: Vec::new(), place: vec![0; count] };
+        let mut visible = VisibleFaces { faces: Vec::new(), index: vec![0; count] };
         for (j, _) in seen.iter().enumerate().filter(|(_, seen)| seen.load(Ordering::Relaxed)) {
-            visible.place[j] = visible.faces.len() as u32;
+            visible.index[j] = visible.faces.len() as u32;
             visible.faces.push(j as u32);
         }
         visible
     }
 
-    /// The perspective barycentric coordinates on face j, up to a factor, as functions of the place.
+    /// The perspective-correct barycentric coordinates on face j, up to a factor, as functions of the position.
     pub fn planes(&self, j: usize) -> Planes {
         let corners = self.corners(j);
         let [a, ..] = corners;
@@ -283,7 +288,7 @@ impl<'a> Visibility<'a> {
     }
 }
 
-/// See [`Visibility::planes`]; single precision is enough around a corner.
+/// See [`Visibility::planes`]; relative to a corner, single precision is enough.
 #[derive(Clone, Copy, Default)]
 pub struct Planes {
     origin: [f64; 2],
@@ -319,40 +324,40 @@ pub fn components(mesh: &Mesh) -> Vec<u32> {
     (0..parent.len() as u32).map(|v| root(&mut parent, v)).collect()
 }
 
-/// Draws a face, `name` in the pixels, into a band of rows that starts at row `first`. Samples on an edge belong to both faces,
-/// and equal depths to the first, so that the surface has no cracks and the order of faces decides ties.
+/// Draws a face, stored as `id` in the pixels, into a band that starts at scanline `first`. A sample on an edge belongs
+/// to both faces, and the first of equal depths wins: the surface has no cracks, and the order of faces decides ties.
 #[inline(always)]
-fn rasterize(name: u32, corners: &[Projected; 3], first: usize, width: usize, band: &mut [Pixel]) {
-    let rows = pixels(corners.map(|p| p.y), first, first + band.len() / width);
+fn rasterize(id: u32, corners: &[Projected; 3], first: usize, width: usize, band: &mut [Pixel]) {
+    let rows = pixel_range(corners.map(|p| p.y), first, first + band.len() / width);
     if rows.is_empty() {
         return;
     }
-    let columns = pixels(corners.map(|p| p.x), 0, width);
+    let columns = pixel_range(corners.map(|p| p.x), 0, width);
     let (edges, area) = edges(corners);
     if columns.is_empty() || area == 0.0 || !area.is_finite() {
         return;
     }
     let [a, b, c] = edges.map(|edge| edge.oriented(area));
     let offsets = [a.offsets(), b.offsets(), c.offsets()];
-    // How far a sample can be on the inner side of an edge when the middle of its pixel is not.
+    // How far a sample can be on the inner side of an edge whose outer side contains the center of its pixel.
     let reach = [&a, &b, &c].map(|edge| ((edge.dx.abs() + edge.dy.abs()) / 2.0) as f32);
     let w = corners.map(|p| (p.w / area.abs()) as f32);
     for row in rows {
         let y = row as f64 + 0.5;
-        let line = &mut band[(row - first) * width..][..width];
-        let level = [a.row(y), b.row(y), c.row(y)];
+        let scanline = &mut band[(row - first) * width..][..width];
+        let level = [a.row_term(y), b.row_term(y), c.row_term(y)];
         for column in columns.clone() {
             let x = column as f64 + 0.5;
-            let middle = [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)]
+            let center = [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)]
                 .map(|value| value as f32);
-            if middle[0] < -reach[0] || middle[1] < -reach[1] || middle[2] < -reach[2] {
+            if center[0] < -reach[0] || center[1] < -reach[1] || center[2] < -reach[2] {
                 continue;
             }
-            // In bits, which all processors compare side by side: below zero is outside, and numbers above zero are
-            // ordered like their bits.
-            let [nearest, face] = &mut line[column];
+            // On the bit patterns, which every processor can compare in vectors: a negative value is outside, and
+            // positive numbers are ordered like their bits.
+            let [nearest, face] = &mut scanline[column];
             let at =
-                |k: usize| -> [f32; SAMPLES] { std::array::from_fn(|s| middle[k] + offsets[k][s]) };
+                |k: usize| -> [f32; SAMPLES] { std::array::from_fn(|s| center[k] + offsets[k][s]) };
             let (a, b, c) = (at(0), at(1), at(2));
             let depth: [u32; SAMPLES] =
                 std::array::from_fn(|s| (a[s] * w[0] + b[s] * w[1] + c[s] * w[2]).to_bits());
@@ -363,15 +368,15 @@ fn rasterize(name: u32, corners: &[Projected; 3], first: usize, width: usize, ba
             });
             for s in 0..SAMPLES {
                 nearest[s] = nearest[s] & !seen[s] | depth[s] & seen[s];
-                face[s] = face[s] & !seen[s] | name & seen[s];
+                face[s] = face[s] & !seen[s] | id & seen[s];
             }
         }
     }
 }
 
-/// The pixels between the least and the largest coordinate, within [low, high).
+/// The pixels between the smallest and the largest coordinate, within [low, high).
 #[inline(always)]
-fn pixels(coordinates: [f64; 3], low: usize, high: usize) -> std::ops::Range<usize> {
+fn pixel_range(coordinates: [f64; 3], low: usize, high: usize) -> std::ops::Range<usize> {
     let [a, b, c] = coordinates;
     let from = a.min(b).min(c).max(low as f64) as usize;
     let past = (a.max(b).max(c) + 1.0).clamp(0.0, high as f64) as usize;

@@ -1,29 +1,29 @@
-//! The segmentation as the picture sees it: the region at each pixel, and the cut between regions.
+//! The segmentation in the picture: the region at each pixel, and the cut between regions.
 //!
-//! Inside a face the field is interpolated linearly and the region is its argmax, so that the cut is a smooth
-//! curve instead of a chain of edges. The cut passes between two neighboring pixels iff they see the same sheet
-//! of the surface and different regions.
+//! Inside a face U is interpolated linearly and the region is its argmax, so that the cut is a smooth curve instead
+//! of a chain of edges. The cut passes between two neighboring pixels iff they show the same sheet of the surface and
+//! different regions.
 //!
-//! The line along the cut is thinner where a region is: it covers no more than half of it. How wide a region is
-//! at a pixel is the shortest of its runs through that pixel in eight directions, or through one a step further.
+//! The line along the cut is thinner in narrow regions: it covers at most half of a region's breadth. The breadth of a
+//! region at a pixel is its shortest run through that pixel in eight directions, or through a pixel two steps away.
 
 use std::ops::Range;
 
 use crate::mesh::Mesh;
-use crate::optics::bands::{for_each_band, for_each_row};
+use crate::optics::bands::{for_each_band, for_each_scanline};
 use crate::optics::visibility::Visibility;
 use crate::sweep;
 
-/// No surface.
-pub(super) const NOWHERE: u32 = u32::MAX;
-/// The width of the line, in pixels.
-pub(super) const LINE: f64 = 3.0;
-/// A line as wide as that is thinned by regions that are narrower than this.
-const WIDE: usize = 7;
-/// Rows that a thread takes at once to look for the cut.
-const BAND: usize = 128;
+/// The region of a pixel without surface.
+pub(super) const NO_REGION: u32 = u32::MAX;
+/// The full width of the line, in pixels.
+pub(super) const LINE_WIDTH: f64 = 3.0;
+/// Breadths are measured up to this many pixels; regions this wide do not thin the line.
+const MAX_BREADTH: usize = 7;
+/// Scanlines that a thread searches for the cut at a time.
+const BAND_HEIGHT: usize = 128;
 
-/// U with its regions at the vertices.
+/// U, and the region at each vertex.
 pub(super) struct LabelField<'a> {
     mesh: &'a Mesh,
     u: &'a [f64],
@@ -32,12 +32,12 @@ pub(super) struct LabelField<'a> {
     region: Vec<u32>,
 }
 
-/// Where the cut crosses the step from pixel `from` to a neighbor.
+/// The point where the cut crosses the step from pixel `from` to a neighbor.
 pub(super) struct Crossing {
     from: usize,
     x: f64,
     y: f64,
-    /// Half of the width of the line there.
+    /// Half the width of the line there.
     radius: f64,
 }
 
@@ -52,8 +52,8 @@ impl<'a> LabelField<'a> {
         self.region[v] as usize
     }
 
-    /// How many regions there may be.
-    pub fn regions(&self) -> usize {
+    /// The number of columns of U.
+    pub fn region_count(&self) -> usize {
         self.m
     }
 
@@ -62,72 +62,74 @@ impl<'a> LabelField<'a> {
         &self.u[v * self.m..(v + 1) * self.m]
     }
 
-    /// Region p's interpolated value on face j.
+    /// The interpolated value of region p on face j.
     fn value(&self, j: usize, barycentric: &[f64; 3], p: usize) -> f64 {
         let corners = self.mesh.faces[j].iter().zip(barycentric);
         corners.map(|(&v, b)| b * self.u[v as usize * self.m + p]).sum()
     }
 
-    /// The region of all of face j, if its corners agree.
-    pub fn whole(&self, j: usize) -> Option<u32> {
+    /// The region of face j, if its corners agree.
+    pub fn face_region(&self, j: usize) -> Option<u32> {
         let [a, b, c] = self.mesh.faces[j].map(|v| self.region[v as usize]);
         (a == b && b == c).then_some(a)
     }
 
     /// The region at a point of face j.
-    pub fn at(&self, j: usize, barycentric: &[f64; 3]) -> u32 {
+    pub fn region_at(&self, j: usize, barycentric: &[f64; 3]) -> u32 {
         argmax((0..self.m).map(|p| self.value(j, barycentric, p)))
     }
 
-    /// The region that stands for every pixel.
-    pub fn seen(&self, visibility: &Visibility) -> Vec<u32> {
+    /// The region of every pixel, at its representative sample.
+    pub fn pixel_regions(&self, visibility: &Visibility) -> Vec<u32> {
         let width = visibility.width;
-        let mut regions = vec![NOWHERE; width * visibility.height];
-        for_each_row(&mut regions, width, |y, line| {
-            for (x, region) in line.iter_mut().enumerate() {
-                if let Some((j, place)) = visibility.front(y * width + x) {
-                    let at = || self.at(j, &visibility.barycentric(j, place));
-                    *region = self.whole(j).unwrap_or_else(at);
+        let mut regions = vec![NO_REGION; width * visibility.height];
+        for_each_scanline(&mut regions, width, |y, scanline| {
+            for (x, region) in scanline.iter_mut().enumerate() {
+                if let Some((j, position)) = visibility.first_hit(y * width + x) {
+                    let interpolated = || self.region_at(j, &visibility.barycentric(j, position));
+                    *region = self.face_region(j).unwrap_or_else(interpolated);
                 }
             }
         });
         regions
     }
 
-    /// How often a step to the right or down crosses the visible cut.
+    /// The number of steps to the right or down that cross the visible cut.
     pub fn count_crossings(&self, visibility: &Visibility, regions: &[u32]) -> usize {
-        steps(visibility, regions, 0..regions.len()).count()
+        cut_steps(visibility, regions, 0..regions.len()).count()
     }
 
     /// The visible cut, one crossing for each step to the right or down that changes the region.
     pub fn crossings(&self, visibility: &Visibility, regions: &[u32]) -> Vec<Crossing> {
         let size = [visibility.width, visibility.height];
-        let bands = (0..visibility.height).step_by(BAND).collect();
+        let bands = (0..visibility.height).step_by(BAND_HEIGHT).collect();
         let found = sweep::results(bands, |first: usize| {
-            let rows = first * size[0]..(first + BAND).min(size[1]) * size[0];
-            // A step leads a row down, and `Breadths::at` two rows further.
+            let pixels = first * size[0]..(first + BAND_HEIGHT).min(size[1]) * size[0];
+            // A step goes one scanline down, and `Breadths::at` goes two further.
             let (above, below) = (2 * size[0], 3 * size[0]);
-            let known = rows.start.saturating_sub(above)..(rows.end + below).min(regions.len());
-            let (start, known) = (known.start, vec![0.0; known.len()]);
-            let mut breadths = Breadths { regions, size, start, known };
+            let cached =
+                pixels.start.saturating_sub(above)..(pixels.end + below).min(regions.len());
+            let (start, cache) = (cached.start, vec![0.0; cached.len()]);
+            let mut breadths = Breadths { regions, size, start, cache };
             let crossing = |(i, k): (usize, usize)| {
-                let place = |i: usize| visibility.front(i).map_or([0.0; 2], |(_, place)| place);
-                let places = [place(i), place(k)];
+                let position =
+                    |i: usize| visibility.first_hit(i).map_or([0.0; 2], |(_, position)| position);
+                let ends = [position(i), position(k)];
                 let t = self.fraction(visibility, [i, k], [regions[i], regions[k]]);
-                let [x, y] = [0, 1].map(|c| places[0][c] + t * (places[1][c] - places[0][c]));
+                let [x, y] = [0, 1].map(|c| ends[0][c] + t * (ends[1][c] - ends[0][c]));
                 let width = f64::from(breadths.at(i).min(breadths.at(k)));
-                Crossing { from: i, x, y, radius: (width / 4.0).min(LINE / 2.0) }
+                Crossing { from: i, x, y, radius: (width / 4.0).min(LINE_WIDTH / 2.0) }
             };
-            steps(visibility, regions, rows).map(crossing).collect::<Vec<_>>()
+            cut_steps(visibility, regions, pixels).map(crossing).collect::<Vec<_>>()
         });
         found.into_iter().flatten().collect()
     }
 
-    /// Where u_p - u_q vanishes between two pixels of the regions p and q.
+    /// The fraction of the step between two pixels, of the regions p and q, at which u_p - u_q vanishes.
     fn fraction(&self, visibility: &Visibility, pixels: [usize; 2], [p, q]: [u32; 2]) -> f64 {
         let [before, after] = pixels.map(|i| {
-            visibility.front(i).map_or(0.0, |(j, place)| {
-                let barycentric = visibility.barycentric(j, place);
+            visibility.first_hit(i).map_or(0.0, |(j, position)| {
+                let barycentric = visibility.barycentric(j, position);
                 self.value(j, &barycentric, p as usize) - self.value(j, &barycentric, q as usize)
             })
         });
@@ -136,8 +138,8 @@ impl<'a> LabelField<'a> {
     }
 }
 
-/// The pairs of neighboring pixels that the cut parts, the first one among some.
-fn steps<'a>(
+/// The pairs of neighboring pixels that the cut separates, with the first one in `pixels`.
+fn cut_steps<'a>(
     visibility: &'a Visibility,
     regions: &'a [u32],
     pixels: Range<usize>,
@@ -147,55 +149,58 @@ fn steps<'a>(
     pixels.flat_map(move |i| {
         let right = ((i + 1) % width != 0).then_some(i + 1);
         let below = (i + width < count).then_some(i + width);
-        let parted = move |k: &usize| {
+        let separated = move |k: &usize| {
             regions[i] != regions[*k]
-                && regions[i] != NOWHERE
-                && regions[*k] != NOWHERE
+                && regions[i] != NO_REGION
+                && regions[*k] != NO_REGION
                 && visibility.connected(i, *k, 1.0)
         };
-        right.into_iter().chain(below).filter(parted).map(move |k| (i, k))
+        right.into_iter().chain(below).filter(separated).map(move |k| (i, k))
     })
 }
 
-/// How wide regions are around pixels.
+/// The breadths of regions at pixels.
 struct Breadths<'a> {
     regions: &'a [u32],
     size: [usize; 2],
-    /// The lengths of the shortest runs from pixel `start` on, 0 where none was asked for.
+    /// The first pixel in the cache.
     start: usize,
-    known: Vec<f32>,
+    /// The lengths of the shortest runs, 0 where not computed yet.
+    cache: Vec<f32>,
 }
 
 impl Breadths<'_> {
-    /// At the corners of a region it is as wide as a little further inside.
+    /// The breadth at pixel i: the largest thickness there and two pixels away, so that it does not drop at the corners
+    /// of a region.
     fn at(&mut self, i: usize) -> f32 {
         let [width, height] = self.size.map(|length| length as isize);
         let (x, y) = (i as isize % width, i as isize / width);
-        let mut broadest = self.thickness(i);
+        let mut breadth = self.thickness(i);
         for (dx, dy) in [(2, 0), (0, 2), (-2, 0), (0, -2), (2, 2), (-2, 2), (2, -2), (-2, -2)] {
             let (x, y) = (x + dx, y + dy);
-            if broadest < WIDE as f32 && (0..width).contains(&x) && (0..height).contains(&y) {
+            if breadth < MAX_BREADTH as f32 && (0..width).contains(&x) && (0..height).contains(&y) {
                 let k = (y * width + x) as usize;
                 if self.regions[k] == self.regions[i] {
-                    broadest = broadest.max(self.thickness(k));
+                    breadth = breadth.max(self.thickness(k));
                 }
             }
         }
-        broadest
+        breadth
     }
 
-    /// The length of the shortest run of one region through pixel i, in eight directions; at most `WIDE`.
+    /// The length of the shortest run of one region through pixel i, in eight directions; at most `MAX_BREADTH`.
     fn thickness(&mut self, i: usize) -> f32 {
-        if self.known[i - self.start] == 0.0 {
+        if self.cache[i - self.start] == 0.0 {
             let run = |(dx, dy, step)| step * self.run(i, dx, dy) as f32;
             let diagonal = std::f32::consts::SQRT_2;
             let lines = [(1, 0, 1.0), (0, 1, 1.0), (1, 1, diagonal), (1, -1, diagonal)];
-            self.known[i - self.start] = lines.into_iter().map(run).fold(WIDE as f32, f32::min);
+            self.cache[i - self.start] =
+                lines.into_iter().map(run).fold(MAX_BREADTH as f32, f32::min);
         }
-        self.known[i - self.start]
+        self.cache[i - self.start]
     }
 
-    /// How many pixels of one region lie ahead of and behind pixel i, itself included.
+    /// The number of pixels in the run of one region through pixel i along (dx, dy).
     fn run(&self, i: usize, dx: isize, dy: isize) -> usize {
         let [width, height] = self.size.map(|length| length as isize);
         let (x, y) = (i as isize % width, i as isize / width);
@@ -205,13 +210,13 @@ impl Breadths<'_> {
                 && (0..height).contains(&y)
                 && self.regions[(y * width + x) as usize] == self.regions[i]
         };
-        let ahead = (1..WIDE as isize).take_while(|&n| same(n)).count();
-        let behind = (1..(WIDE - ahead) as isize).take_while(|&n| same(-n)).count();
+        let ahead = (1..MAX_BREADTH as isize).take_while(|&n| same(n)).count();
+        let behind = (1..(MAX_BREADTH - ahead) as isize).take_while(|&n| same(-n)).count();
         1 + ahead + behind
     }
 }
 
-/// The index of the largest value, the first of equals.
+/// The index of the largest value, the first of equal ones.
 fn argmax(values: impl Iterator<Item = f64>) -> u32 {
     let mut best = (0, f64::NEG_INFINITY);
     for (p, value) in values.enumerate() {
@@ -222,9 +227,9 @@ fn argmax(values: impl Iterator<Item = f64>) -> u32 {
     best.0
 }
 
-/// How much of every pixel the line along the cut covers, on the cut's own sheet of the surface; 255 is all of
-/// it. The edge of the line is a ramp one pixel wide, and what is thinner than a pixel is faint.
-pub(super) fn line(visibility: &Visibility, cut: &[Crossing]) -> Vec<u8> {
+/// The coverage of every pixel by the line along the cut, on the cut's own sheet of the surface; 255 is full coverage.
+/// The edge of the line is a ramp one pixel wide, and a line thinner than a pixel is faint.
+pub(super) fn line_coverage(visibility: &Visibility, cut: &[Crossing]) -> Vec<u8> {
     let (width, height) = (visibility.width, visibility.height);
     let mut coverage = vec![0; width * height];
     let range = |center: f64, radius: f64, low: usize, high: usize| {
@@ -240,11 +245,11 @@ pub(super) fn line(visibility: &Visibility, cut: &[Crossing]) -> Vec<u8> {
                     let i = row * width + column;
                     let (dx, dy) = (column as f64 + 0.5 - x, row as f64 + 0.5 - y);
                     let distance = (dx * dx + dy * dy).sqrt();
-                    let most = (2.0 * radius).min(1.0);
-                    let covered = (255.0 * (radius + 0.5 - distance).clamp(0.0, most)) as u8;
-                    let covers = &mut band[i - first * width];
-                    if covered > *covers && visibility.connected(*from, i, distance.max(1.0)) {
-                        *covers = covered;
+                    let full = (2.0 * radius).min(1.0);
+                    let covered = (255.0 * (radius + 0.5 - distance).clamp(0.0, full)) as u8;
+                    let pixel = &mut band[i - first * width];
+                    if covered > *pixel && visibility.connected(*from, i, distance.max(1.0)) {
+                        *pixel = covered;
                     }
                 }
             }

@@ -1,9 +1,9 @@
-//! The picture of a segmentation: the data at the left, its regions and their cut at the right, in one view or in
-//! two that complete each other, and a legend of the regions below.
+//! The picture of a segmentation: the data on the left, the regions and their cut on the right, in one view or two
+//! complementary ones, and a legend of the regions below.
 //!
-//! A software z-buffer with eight samples a pixel, averaged in linear light; each face is shaded once a pixel. Both
-//! halves are seen by the same cameras under one light, so that only their colors differ; a flat mesh is seen
-//! straight on and unlit. The same input gives the same bytes.
+//! A software z-buffer with eight samples per pixel, averaged in linear light; each face is shaded once per pixel. Both
+//! halves use the same cameras and lights, so that only their colors differ; a flat mesh is viewed straight on and
+//! unlit. The same input gives the same bytes.
 
 mod labels;
 mod legend;
@@ -24,24 +24,24 @@ use image::RgbImage;
 use scene::Scene;
 
 pub use region::Region;
-pub use view::{View, standing};
+pub use view::{View, default_view};
 
-/// Each half has this width at the most, and this height if it has one view,
-const HALF: f64 = 600.0;
-/// or this one if it has two.
-const TALL: f64 = 750.0;
-/// Pixels around the mesh and everything else.
+/// The maximum width of a half in pixels, and the maximum height of a half with one view.
+const HALF_SIZE: f64 = 600.0;
+/// The maximum height of a half with two views.
+const TWO_VIEW_HEIGHT: f64 = 750.0;
+/// Empty pixels around each view.
 const MARGIN: f64 = 14.0;
-/// No half is narrower: captions and legend need some room.
-const NARROW: usize = 400;
+/// The minimum width of a half: captions and legend need some room.
+const MIN_HALF_WIDTH: usize = 400;
 
-/// What is drawn. Colors are sRGB in [0, 1].
+/// The contents of a picture. Colors are sRGB in [0, 1].
 pub struct Picture<'a> {
-    /// Vertices and faces of any size, place and orientation will do; one without area leaves the picture white.
+    /// Of any size, position and orientation. A mesh without area leaves the picture white.
     pub mesh: &'a Mesh,
     /// A color per vertex; gray where NaN.
     pub data: &'a [[f64; 3]],
-    /// What these colors are.
+    /// What these colors show.
     pub caption: &'a str,
     /// m regions, in the order of the columns of U.
     pub regions: &'a [Region],
@@ -57,7 +57,7 @@ impl Picture<'_> {
         let colors: Vec<[f64; 3]> = self.regions.iter().map(|region| region.color).collect();
         let scene = Scene::new(self.mesh, self.data, &colors, self.u);
         let halves = scene.map_or_else(
-            || [(); 2].map(|()| blank(HALF as u32, HALF as u32)),
+            || [(); 2].map(|()| blank(HALF_SIZE as u32, HALF_SIZE as u32)),
             |scene| {
                 let field = scene.field();
                 let straight = view::straight_on(&scene.mesh).filter(|_| self.view == View::Auto);
@@ -66,18 +66,18 @@ impl Picture<'_> {
                     || view::cameras(&scene.mesh, &field, self.view, straight),
                     || lit.then(|| normals::corner_normals(&scene.mesh)),
                 );
-                let (cameras, beside) = fitted(cameras);
+                let (cameras, side_by_side) = scaled_to_fit(cameras);
                 let draw = |camera: &Camera| scene.draw(&field, camera, normals.as_deref());
                 let views = sweep::results(cameras.iter().collect(), draw);
                 [0, 1].map(|half| {
                     let views: Vec<&RgbImage> = views.iter().map(|view| &view[half]).collect();
-                    arranged(&views, beside)
+                    arranged(&views, side_by_side)
                 })
             },
         );
-        let width = (halves[0].width() as usize).max(NARROW);
+        let width = (halves[0].width() as usize).max(MIN_HALF_WIDTH);
         let legend = legend::Legend::new(self.regions, 2 * width);
-        let (top, bottom) = (legend::CAPTION, legend.height());
+        let (top, bottom) = (legend::CAPTION_HEIGHT, legend.height());
         let height = top + halves[0].height() as usize + bottom;
         let mut picture = blank(2 * width as u32, height as u32);
         let captions = [self.caption, "regions"];
@@ -95,33 +95,33 @@ fn blank(width: u32, height: u32) -> RgbImage {
     RgbImage::from_pixel(width, height, image::Rgb([255; 3]))
 }
 
-/// The cameras at one scale, as large as a half allows, and whether two views stand beside each other.
-fn fitted(cameras: Vec<Camera>) -> (Vec<Camera>, bool) {
+/// The cameras at a common scale, the largest that fits into a half, and whether two views stand side by side.
+fn scaled_to_fit(cameras: Vec<Camera>) -> (Vec<Camera>, bool) {
     let largest = |axis: usize| {
         cameras.iter().map(|camera| camera.extent()[axis]).fold(f64::MIN_POSITIVE, f64::max)
     };
     let count = cameras.len() as f64;
     let scale = |columns: f64, rows: f64, height: f64| {
         let room = |size: f64, parts: f64| size / parts - 2.0 * MARGIN;
-        (room(HALF, columns) / largest(0)).min(room(height, rows) / largest(1))
+        (room(HALF_SIZE, columns) / largest(0)).min(room(height, rows) / largest(1))
     };
-    let (beside, above) = (scale(count, 1.0, HALF), scale(1.0, count, TALL));
+    let (horizontal, vertical) = (scale(count, 1.0, HALF_SIZE), scale(1.0, count, TWO_VIEW_HEIGHT));
     let single = count == 1.0;
-    let scale = if single || beside > above { beside } else { above };
+    let scale = if single || horizontal > vertical { horizontal } else { vertical };
     let cameras = cameras.into_iter().map(|camera| camera.scaled(scale, MARGIN)).collect();
-    (cameras, !single && beside > above)
+    (cameras, !single && horizontal > vertical)
 }
 
-/// Views beside or above each other, each in the middle of its part.
-fn arranged(views: &[&RgbImage], beside: bool) -> RgbImage {
+/// The views side by side or stacked, each centered in its cell.
+fn arranged(views: &[&RgbImage], side_by_side: bool) -> RgbImage {
     let largest =
         |size: fn(&RgbImage) -> u32| views.iter().map(|view| size(view)).max().unwrap_or(1);
     let (width, height) = (largest(RgbImage::width), largest(RgbImage::height));
     let count = views.len() as u32;
-    let (columns, rows) = if beside { (count, 1) } else { (1, count) };
+    let (columns, rows) = if side_by_side { (count, 1) } else { (1, count) };
     let mut all = blank(width * columns, height * rows);
     for (i, view) in views.iter().enumerate() {
-        let corner = if beside { [i as u32 * width, 0] } else { [0, i as u32 * height] };
+        let corner = if side_by_side { [i as u32 * width, 0] } else { [0, i as u32 * height] };
         let x = corner[0] + (width - view.width()) / 2;
         let y = corner[1] + (height - view.height()) / 2;
         copy(view, &mut all, [x as usize, y as usize]);
@@ -129,11 +129,11 @@ fn arranged(views: &[&RgbImage], beside: bool) -> RgbImage {
     all
 }
 
-/// Row by row; `from` fits into `to` there.
+/// Copies `from` to a position in `to` where it fits.
 fn copy(from: &RgbImage, to: &mut RgbImage, [left, top]: [usize; 2]) {
     let (length, stride) = (3 * from.width() as usize, 3 * to.width() as usize);
     let rows = to.chunks_exact_mut(stride).skip(top);
-    for (row, line) in rows.zip(from.chunks_exact(length)) {
-        row[3 * left..][..length].copy_from_slice(line);
+    for (target, source) in rows.zip(from.chunks_exact(length)) {
+        target[3 * left..][..length].copy_from_slice(source);
     }
 }

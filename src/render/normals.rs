@@ -1,17 +1,17 @@
 //! Shading normals at the corners of the faces.
 //!
-//! The normal of face j at vertex v is the area-weighted mean of the normals of those faces around v that
-//! make less than 50 degrees with it. Orientation is ignored, so that flipped faces do not cancel their
-//! neighbors, and creases stay sharp.
+//! The normal of face j at vertex v is the area-weighted mean of the normals of the faces around v that make an
+//! angle of less than 50 degrees with it. Orientation is ignored, so that flipped faces do not cancel their
+//! neighbors; creases stay sharp.
 
 use nalgebra::Vector3;
 
 use crate::mesh::{Incidence, Mesh};
 use crate::optics::bands::for_each_band;
 
-/// Faces that join across less than this angle are shaded as one smooth surface.
+/// The cosine of the angle below which adjacent faces are shaded as one smooth surface.
 const SMOOTH_COSINE: f64 = 0.643;
-/// Around vertices with more faces than this, whose pairs would be too many, faces are shaded flat.
+/// Faces are shaded flat around vertices with more faces than this, which would have too many pairs.
 const MAX_VALENCE: usize = 64;
 
 /// Unit normals at the three corners of each face, on the side of the face's own normal.

@@ -1,4 +1,4 @@
-//! How a region is shown.
+//! The appearance of a region.
 
 /// The color of a region, and what the legend says of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,6 +7,6 @@ pub struct Region {
     pub color: [f64; 3],
     /// Its mean in the colors of the data, if it has one.
     pub mean: Option<[f64; 3]>,
-    /// What the legend says of it.
+    /// Its text in the legend.
     pub text: String,
 }

@@ -1,4 +1,5 @@
-//! What is drawn: the mesh in the unit ball, and its colors in linear light; and one view of it, twice.
+//! The scene: the mesh in the unit ball and its colors in linear light. Each view is drawn twice, with the data and
+//! with the regions.
 
 use image::RgbImage;
 use nalgebra::Vector3;
@@ -7,15 +8,15 @@ use pulp::Arch;
 use super::labels::{self, LabelField};
 use super::shading::{Light, linear_from_srgb, srgb_from_linear};
 use crate::mesh::Mesh;
-use crate::optics::bands::{for_each_band, for_each_row};
+use crate::optics::bands::{for_each_band, for_each_scanline};
 use crate::optics::camera::Camera;
-use crate::optics::visibility::{Fragment, Planes, SAMPLES, Visibility, Visible, components};
+use crate::optics::visibility::{Fragment, Planes, SAMPLES, Visibility, VisibleFaces, components};
 use crate::sweep;
 
 /// The color of the cut, in sRGB: darker than any region.
 const CUT_COLOR: [f64; 3] = [0.09, 0.09, 0.11];
-/// Where the data is not known.
-const UNKNOWN: [f64; 3] = [0.72; 3];
+/// The color of vertices without data.
+const UNKNOWN_COLOR: [f64; 3] = [0.72; 3];
 
 /// The referenced part of the mesh, moved and scaled into the unit ball, with colors in linear light.
 pub(super) struct Scene {
@@ -27,22 +28,22 @@ pub(super) struct Scene {
     regions: Vec<Vector3<f32>>,
 }
 
-/// What is needed of a face to color it in one view.
+/// The attributes needed to color a face in one view.
 #[derive(Clone, Default)]
 struct Facet {
     planes: Planes,
     /// At the corners, in the camera's axes.
     normals: [Vector3<f32>; 3],
     data: [Vector3<f32>; 3],
-    /// Of all of it; none where the cut goes through it.
+    /// The region of the whole face; `None` if the cut passes through it.
     region: Option<u32>,
 }
 
 impl Facet {
-    /// The data and a region at a place of the picture.
+    /// The shaded colors of the data and of a region at a position in the picture.
     #[inline(always)]
-    fn colors(&self, place: [f64; 2], region: Vector3<f32>, lit: bool) -> [Vector3<f32>; 2] {
-        let barycentric = self.planes.barycentric(place);
+    fn colors(&self, position: [f64; 2], region: Vector3<f32>, lit: bool) -> [Vector3<f32>; 2] {
+        let barycentric = self.planes.barycentric(position);
         let light = if lit { Light::on(mean(&self.normals, barycentric)) } else { Light::NONE };
         [light.reflected(mean(&self.data, barycentric)), light.reflected(region)]
     }
@@ -54,7 +55,7 @@ fn mean([a, b, c]: &[Vector3<f32>; 3], weights: [f32; 3]) -> Vector3<f32> {
 }
 
 impl Scene {
-    /// None if there is nothing to see.
+    /// `None` if there is nothing to draw: the mesh has no faces, no extent, or coordinates that are not finite.
     pub fn new(
         mesh: &Mesh,
         data_colors: &[[f64; 3]],
@@ -95,7 +96,7 @@ impl Scene {
                 for (to, &k) in band.iter_mut().zip(&referenced[first..]) {
                     let color = data_colors[k];
                     let known = color.iter().all(|c| !c.is_nan());
-                    *to = linear_from_srgb(if known { color } else { UNKNOWN }).into();
+                    *to = linear_from_srgb(if known { color } else { UNKNOWN_COLOR }).into();
                 }
             });
             (own, data)
@@ -114,7 +115,7 @@ impl Scene {
         LabelField::new(&self.mesh, &self.u, self.regions.len())
     }
 
-    /// The data, and the regions with their cut, seen by one camera; lit by normals at the corners, if there are any.
+    /// The data, and the regions with their cut, through one camera; lit with the given normals at the corners, if any.
     pub fn draw(
         &self,
         field: &LabelField,
@@ -122,43 +123,43 @@ impl Scene {
         normals: Option<&[[Vector3<f32>; 3]]>,
     ) -> [RgbImage; 2] {
         let visibility = Visibility::new(&self.mesh, &self.component, camera);
-        let regions = field.seen(&visibility);
-        let line = labels::line(&visibility, &field.crossings(&visibility, &regions));
-        let seen = visibility.seen_faces();
-        let facets = self.facets(field, &visibility, normals, &seen);
+        let regions = field.pixel_regions(&visibility);
+        let line = labels::line_coverage(&visibility, &field.crossings(&visibility, &regions));
+        let visible = visibility.visible_faces();
+        let facets = self.facets(field, &visibility, normals, &visible);
         let cut = Vector3::from(linear_from_srgb(CUT_COLOR));
 
         // The colors of a fragment in the two pictures.
         let colors = |i: usize, fragment: &Fragment| {
-            let facet = &facets[seen.place[fragment.face] as usize];
+            let facet = &facets[visible.index[fragment.face] as usize];
             let region = match facet.region {
                 Some(p) => self.regions[p as usize],
-                None => self.mixed(field, &visibility, &facet.planes, i, fragment),
+                None => self.mean_region_color(field, &visibility, &facet.planes, i, fragment),
             };
-            facet.colors(visibility.middle(i, fragment.samples), region, normals.is_some())
+            facet.colors(visibility.centroid(i, fragment.samples), region, normals.is_some())
         };
 
         let width = visibility.width;
         let mut pixels = vec![[[255_u8; 3]; 2]; width * visibility.height];
-        for_each_row(&mut pixels, width, |y, row| {
+        for_each_scanline(&mut pixels, width, |y, scanline| {
             Arch::new().dispatch(
                 #[inline(always)]
                 || {
-                    for (x, pixel) in row.iter_mut().enumerate() {
+                    for (x, pixel) in scanline.iter_mut().enumerate() {
                         let i = y * width + x;
                         let mut sums = [Vector3::<f32>::zeros(); 2];
-                        let mut seen = 0;
+                        let mut covered = 0;
                         visibility.fragments(i, |fragment| {
                             let count = fragment.samples.count_ones();
-                            seen += count;
+                            covered += count;
                             for (sum, color) in sums.iter_mut().zip(colors(i, &fragment)) {
                                 *sum += color * count as f32;
                             }
                         });
-                        if seen > 0 {
-                            let covers = f32::from(line[i]) / 255.0;
-                            sums[1] += (cut * seen as f32 - sums[1]) * covers;
-                            let white = Vector3::repeat((SAMPLES as u32 - seen) as f32);
+                        if covered > 0 {
+                            let coverage = f32::from(line[i]) / 255.0;
+                            sums[1] += (cut * covered as f32 - sums[1]) * coverage;
+                            let white = Vector3::repeat((SAMPLES as u32 - covered) as f32);
                             let mean = sums.map(|sum| (sum + white) / SAMPLES as f32);
                             *pixel = mean.map(|mean| srgb_from_linear(mean.into()));
                         }
@@ -168,9 +169,9 @@ impl Scene {
         });
         let picture = |half: usize| {
             let mut image = RgbImage::new(width as u32, visibility.height as u32);
-            for_each_row(&mut image, 3 * width, |y, row| {
-                let (row, _) = row.as_chunks_mut::<3>();
-                for (color, pixel) in row.iter_mut().zip(&pixels[y * width..]) {
+            for_each_scanline(&mut image, 3 * width, |y, scanline| {
+                let (colors, _) = scanline.as_chunks_mut::<3>();
+                for (color, pixel) in colors.iter_mut().zip(&pixels[y * width..]) {
                     *color = pixel[half];
                 }
             });
@@ -179,25 +180,25 @@ impl Scene {
         [picture(0), picture(1)]
     }
 
-    /// What is needed of the faces that are seen, each in one place of memory, in their order.
+    /// The attributes of the visible faces, each contiguous in memory, in the order of the faces.
     fn facets(
         &self,
         field: &LabelField,
         visibility: &Visibility,
         normals: Option<&[[Vector3<f32>; 3]]>,
-        seen: &Visible,
+        visible: &VisibleFaces,
     ) -> Vec<Facet> {
         let camera = visibility.camera();
         let turn = camera.axes().cast::<f32>();
-        let mut facets = vec![Facet::default(); seen.faces.len()];
+        let mut facets = vec![Facet::default(); visible.faces.len()];
         for_each_band(&mut facets, 1, |first, band| {
-            for (facet, &j) in band.iter_mut().zip(&seen.faces[first..]) {
+            for (facet, &j) in band.iter_mut().zip(&visible.faces[first..]) {
                 let j = j as usize;
                 facet.planes = visibility.planes(j);
                 facet.data = self.mesh.faces[j].map(|v| self.data[v as usize]);
-                facet.region = field.whole(j);
+                facet.region = field.face_region(j);
                 if let Some(normals) = normals {
-                    // Both sides are lit: each face is turned towards the viewer.
+                    // Both sides are lit: the normals of faces that point away are reversed.
                     let ray = camera.to_eye(self.mesh.corners(j)[0]);
                     let away = camera.rotate(self.mesh.area_vector(j)).dot(&ray) < 0.0;
                     let turn = if away { -turn } else { turn };
@@ -208,8 +209,8 @@ impl Scene {
         facets
     }
 
-    /// The mean color of the regions at some samples of a pixel, on a face that the cut goes through.
-    fn mixed(
+    /// The mean color of the regions at the samples of a fragment, on a face that the cut passes through.
+    fn mean_region_color(
         &self,
         field: &LabelField,
         visibility: &Visibility,
@@ -219,8 +220,8 @@ impl Scene {
     ) -> Vector3<f32> {
         let mut sum = Vector3::<f32>::zeros();
         for s in (0..SAMPLES).filter(|s| samples >> s & 1 == 1) {
-            let barycentric = planes.barycentric(visibility.middle(i, 1 << s)).map(f64::from);
-            sum += self.regions[field.at(*face, &barycentric) as usize];
+            let barycentric = planes.barycentric(visibility.centroid(i, 1 << s)).map(f64::from);
+            sum += self.regions[field.region_at(*face, &barycentric) as usize];
         }
         sum / samples.count_ones() as f32
     }

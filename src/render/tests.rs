@@ -1,4 +1,4 @@
-//! What the picture must show, and must not.
+//! Tests of the picture: geometry, cuts, views and colors.
 
 use nalgebra::{Point3, Vector3};
 
@@ -11,7 +11,7 @@ const BLUE: [f64; 3] = [0.1, 0.3, 0.8];
 const HALF: usize = 120;
 const BORDER: usize = 4;
 
-/// An n x n grid on [-1, 1]^2 at height z, seen from above by `from_above`.
+/// An n x n grid on [-1, 1]^2 at height z; `from_above` views it from above.
 fn plane(n: usize, z: f64) -> Mesh {
     let step = |i: usize| 2.0 * i as f64 / n as f64 - 1.0;
     let vertices =
@@ -27,7 +27,7 @@ fn plane(n: usize, z: f64) -> Mesh {
     Mesh::new(vertices.collect(), faces)
 }
 
-/// Both meshes in one, the second as components of its own.
+/// Both meshes in one, as separate components.
 fn union(mut a: Mesh, b: Mesh) -> Mesh {
     let offset = a.vertices.len() as u32;
     a.vertices.extend(b.vertices);
@@ -46,7 +46,7 @@ fn from_above(mesh: &Mesh, data: &[[f64; 3]], u: &[f64]) -> RgbImage {
     drawn(&scene, camera)
 }
 
-/// Both halves in squares of `HALF`, the mesh with a margin of `BORDER`.
+/// Both halves in squares of side `HALF`, the mesh with a margin of `BORDER`.
 fn drawn(scene: &Scene, camera: Camera) -> RgbImage {
     let [width, height] = camera.extent();
     let border = BORDER as f64;
@@ -60,15 +60,15 @@ fn drawn(scene: &Scene, camera: Camera) -> RgbImage {
     both
 }
 
-/// As a picture with one view, at low resolution.
+/// A picture with the first view only, at low resolution.
 fn small_preview(mesh: &Mesh, u: &[f64]) -> RgbImage {
     let data = vec![GRAY; mesh.vertices.len()];
     let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
     drawn(&scene, cameras(&scene).swap_remove(0))
 }
 
-/// How many views there are.
-fn views(mesh: &Mesh, u: &[f64]) -> usize {
+/// The number of views.
+fn view_count(mesh: &Mesh, u: &[f64]) -> usize {
     let data = vec![GRAY; mesh.vertices.len()];
     let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
     cameras(&scene).len()
@@ -152,7 +152,7 @@ fn a_surface_facing_the_viewer_keeps_its_color() {
 }
 
 #[test]
-fn what_is_behind_is_invisible_in_any_order_of_the_faces() {
+fn hidden_surfaces_are_invisible_in_any_order_of_the_faces() {
     let (front, back) = (plane(3, 0.5), plane(3, -0.5).scaled(0.9));
     let gray = vec![GRAY; front.vertices.len()];
     let green = vec![[0.0, 1.0, 0.0]; back.vertices.len()];
@@ -171,14 +171,14 @@ fn the_cut_lies_where_the_labels_change_and_nowhere_else() {
     let data = vec![GRAY; mesh.vertices.len()];
     assert_eq!(cut_pixels(&from_above(&mesh, &data, &field(&mesh, |_| -1.0))), 0);
     let image = from_above(&mesh, &data, &field(&mesh, |x| x.x - 0.1));
-    // x = 0.1 lies 5 % of the square's width to the right of the middle.
+    // x = 0.1 is 5 % of the square's width to the right of the center.
     let column = HALF as f64 * 1.5 + 0.05 * (HALF - 2 * BORDER) as f64;
     for y in 6..HALF - 6 {
         for x in 0..2 * HALF {
             let distance = (x as f64 + 0.5 - column).abs();
-            if distance > 0.5 * labels::LINE + 0.7 {
+            if distance > 0.5 * labels::LINE_WIDTH + 0.7 {
                 assert!(!is_cut(&image, x, y), "{x} {y}");
-            } else if distance < 0.5 * labels::LINE - 0.7 {
+            } else if distance < 0.5 * labels::LINE_WIDTH - 0.7 {
                 assert!(is_cut(&image, x, y), "{x} {y}");
             }
         }
@@ -186,15 +186,15 @@ fn the_cut_lies_where_the_labels_change_and_nowhere_else() {
 }
 
 #[test]
-fn the_contour_of_an_occluder_is_no_cut() {
+fn the_contour_of_an_occluder_is_not_a_cut() {
     let small = plane(6, 0.4).scaled(0.5);
-    let apart = union(small, plane(6, -0.4));
-    let data = vec![GRAY; apart.vertices.len()];
-    let image = from_above(&apart, &data, &field(&apart, |x| -x.z));
+    let layered = union(small, plane(6, -0.4));
+    let data = vec![GRAY; layered.vertices.len()];
+    let image = from_above(&layered, &data, &field(&layered, |x| -x.z));
     assert_eq!(cut_pixels(&image), 0);
 
-    // One component: a sheet whose left half is folded over the right one. The labels change on the fold, which
-    // the upper half hides.
+    // One component: a sheet with its left half folded over its right half. The labels change on the fold, which the
+    // upper half hides.
     let mut folded = plane(16, 0.0);
     for x in &mut folded.vertices {
         (x.x, x.z) = if x.x < 0.0 { (-1.0 - x.x, 0.8) } else { (2.0 * x.x - 1.0, 0.0) };
@@ -230,7 +230,7 @@ fn a_cut_behind_the_surface_is_hidden() {
 }
 
 #[test]
-fn place_and_scale_of_the_mesh_do_not_matter() {
+fn position_and_scale_of_the_mesh_do_not_matter() {
     let mesh = blob();
     let u = field(&mesh, |x| x.x + 0.3 * x.y);
     let image = small_preview(&mesh, &u);
@@ -267,16 +267,16 @@ fn orientation_does_not_matter_and_the_same_input_gives_the_same_bytes() {
 #[test]
 fn unreferenced_vertices_do_not_matter() {
     let mesh = blob();
-    let mut more = mesh.clone();
-    more.vertices.push(Point3::new(1e9, f64::NAN, 0.0));
+    let mut extended = mesh.clone();
+    extended.vertices.push(Point3::new(1e9, f64::NAN, 0.0));
     let second = |x: &Point3<f64>| x.z;
     assert_eq!(
         small_preview(&mesh, &field(&mesh, second)),
-        small_preview(&more, &field(&more, second))
+        small_preview(&extended, &field(&extended, second))
     );
 }
 
-/// The whole picture, in the palette.
+/// The whole picture, in palette colors.
 fn picture(mesh: &Mesh, u: &[f64], view: View) -> RgbImage {
     let data = vec![GRAY; mesh.vertices.len()];
     let regions = [0, 1].map(|p| Region {
@@ -288,30 +288,31 @@ fn picture(mesh: &Mesh, u: &[f64], view: View) -> RgbImage {
 }
 
 #[test]
-fn a_mesh_without_extent_is_a_white_picture() {
+fn a_mesh_without_extent_leaves_the_picture_white() {
     let white = |mesh: &Mesh| {
         let image = picture(mesh, &vec![0.5; 2 * mesh.vertices.len()], View::Auto);
-        assert_eq!(image.width(), 2 * super::HALF as u32);
-        let rows = legend::CAPTION as u32..legend::CAPTION as u32 + super::HALF as u32;
+        assert_eq!(image.width(), 2 * HALF_SIZE as u32);
+        let top = legend::CAPTION_HEIGHT as u32;
+        let rows = top..top + HALF_SIZE as u32;
         image.enumerate_pixels().filter(|(_, y, _)| rows.contains(y)).all(|p| p.2.0 == [255; 3])
     };
     assert!(white(&Mesh::default()));
     assert!(white(&Mesh::new(vec![Point3::origin()], vec![[0, 0, 0]])));
     let axis = [0.0, 1.0, 2.0].map(|s| Point3::new(s, 0.0, 0.0)).to_vec();
     let line = picture(&Mesh::new(axis, vec![[0, 1, 2]]), &[0.5; 6], View::Auto);
-    assert!(line.height() < super::HALF as u32);
+    assert!(line.height() < HALF_SIZE as u32);
 }
 
-/// Stripes of a few pixels: each keeps half of its width at least, whatever the line.
+/// Stripes a few pixels wide: the line leaves at least half of each.
 #[test]
-fn the_line_leaves_half_of_thin_regions() {
+fn the_line_covers_at_most_half_of_thin_regions() {
     let mesh = plane(224, 0.0);
     let data = vec![GRAY; mesh.vertices.len()];
     for width in [4, 8, 16] {
         let stripe = |x: f64| ((x + 1.0) / 2.0 * 224.0 / f64::from(width)).floor() as i32 % 2;
         let u = field(&mesh, |x| if stripe(x.x + 1e-9) == 0 { 1.0 } else { -1.0 });
         let image = from_above(&mesh, &data, &u);
-        // Sums of darkness instead of pixels: thin lines are faint.
+        // Summed darkness instead of counted pixels, since thin lines are faint.
         let half = HALF - 2 * BORDER;
         let covered: f64 = (HALF + BORDER..2 * HALF - BORDER)
             .map(|x| {
@@ -324,47 +325,47 @@ fn the_line_leaves_half_of_thin_regions() {
     }
 }
 
-/// In palette colors and not in means: regions of equal means differ.
+/// Regions are shown in palette colors, not in their means.
 #[test]
 fn regions_of_equal_means_look_different() {
     let mesh = plane(4, 0.0);
     let image = picture(&mesh, &field(&mesh, |x| x.x - 0.1), View::Auto);
     let (width, y) = (image.width(), image.height() / 2);
     assert_ne!(image.get_pixel(width * 5 / 8, y), image.get_pixel(width * 7 / 8, y));
-    // A flat mesh is not lit: the color is that of the legend.
+    // A flat mesh is unlit: its colors are those of the legend.
     let byte = colormap::categorical(0).map(|c| (255.0 * c).round() as u8);
     assert_eq!(image.get_pixel(width * 5 / 8, y).0, byte);
 }
 
 #[test]
-fn a_flat_picture_fills_its_half_in_its_own_proportions() {
+fn a_flat_mesh_fills_its_half_and_keeps_its_proportions() {
     let mut mesh = plane(4, 0.0);
     for x in &mut mesh.vertices {
         x.y *= 0.25;
     }
     let image = picture(&mesh, &field(&mesh, |_| -1.0), View::Auto);
     let margin = MARGIN as u32;
-    assert_eq!(image.width(), 2 * super::HALF as u32);
+    assert_eq!(image.width(), 2 * HALF_SIZE as u32);
     assert!(image.get_pixel(margin + 1, image.height() / 2 - 10).0 != [255; 3]);
     assert!(image.height() < 200 + 2 * margin + 100, "{}", image.height());
 }
 
 #[test]
-fn there_is_a_second_view_where_the_first_one_hides_much() {
+fn a_second_view_is_added_if_the_first_one_hides_much() {
     let ball = blob();
-    assert_eq!(views(&ball, &field(&ball, |x| x.x)), 2);
+    assert_eq!(view_count(&ball, &field(&ball, |x| x.x)), 2);
     let flat = plane(6, 0.0);
-    assert_eq!(views(&flat, &field(&flat, |x| x.x)), 1);
-    // A shallow bowl is seen from its inside.
+    assert_eq!(view_count(&flat, &field(&flat, |x| x.x)), 1);
+    // A shallow bowl is viewed from the inside.
     let mut bowl = plane(12, 0.0);
     for x in &mut bowl.vertices {
         *x = Point3::new(x.x, 0.08 * (x.x * x.x + x.y * x.y), x.y);
     }
-    assert_eq!(views(&bowl, &field(&bowl, |x| x.x)), 1);
+    assert_eq!(view_count(&bowl, &field(&bowl, |x| x.x)), 1);
 }
 
 #[test]
-fn views_are_named_by_axes_sides_and_angles() {
+fn views_parse_from_axes_sides_and_angles() {
     let view = |text: &str| text.parse::<View>();
     assert_eq!(view("auto"), Ok(View::Auto));
     assert_eq!(view("-y"), Ok(View::Axis { axis: 1, positive: false }));
@@ -374,7 +375,7 @@ fn views_are_named_by_axes_sides_and_angles() {
     for text in ["", "left", "1", "0,91", "nan,0", "0,nan", "--z", "1,2,3"] {
         assert!(view(text).is_err(), "{text}");
     }
-    // Each shows its own side.
+    // Each view shows its side.
     let mesh = blob();
     let sides = [("x", 0, 1.0), ("-x", 0, -1.0), ("y", 1, 1.0), ("-y", 1, -1.0), ("z", 2, 1.0)];
     for (text, axis, sign) in
@@ -400,7 +401,7 @@ fn the_view_shows_the_side_with_the_regions() {
 }
 
 #[test]
-fn a_flat_mesh_is_seen_straight_on_in_any_plane() {
+fn a_flat_mesh_is_viewed_straight_on_in_any_plane() {
     let upright = plane(4, 0.0);
     let u = field(&upright, |x| x.x - 0.1);
     let image = small_preview(&upright, &u);
@@ -457,7 +458,7 @@ fn normals_are_smooth_on_smooth_surfaces_and_keep_creases() {
 }
 
 #[test]
-fn srgb_survives_the_way_to_linear_light_and_back() {
+fn srgb_survives_the_round_trip_through_linear_light() {
     for byte in 0..=255_u8 {
         let [linear, ..] = shading::linear_from_srgb([f64::from(byte) / 255.0; 3]);
         assert_eq!(shading::srgb_from_linear([linear; 3]), [byte; 3]);

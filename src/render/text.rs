@@ -1,36 +1,38 @@
-//! Lines of text in a picture: outlines of the bundled font, filled by the non-zero rule.
+//! Lines of text in a picture: outlines of the bundled font, filled by the nonzero winding rule.
 //!
-//! Each row of pixels is cut into a few scan lines; on each the cover is exact along x.
+//! Each scanline is divided into a few sub-scanlines, along each of which the coverage is exact.
 
 use image::RgbImage;
 use rustybuzz::ttf_parser::{GlyphId, OutlineBuilder};
 
 use crate::font::{FACE, shape};
 
-/// Scan lines in a row of pixels.
-const SCANS: usize = 5;
-/// Pieces that a curve is cut into: a letter is some 17 pixels high.
-const PIECES: usize = 6;
+/// Sub-scanlines per scanline.
+const SUBSCANLINES: usize = 5;
+/// Line segments per curve; a letter is about 17 pixels high.
+const SEGMENTS_PER_CURVE: usize = 6;
 /// The ink, sRGB.
 const INK: f64 = 0.16;
 
-/// Writes `text` from `x` on along a baseline; what is outside the picture is cut off.
+/// Writes `text` along a baseline, starting at `x`, clipped to the picture.
 pub(super) fn write(image: &mut RgbImage, text: &str, [x, baseline]: [f64; 2], size: f64) {
     let scale = size / f64::from(FACE.units_per_em());
     let glyphs = shape(text);
     let mut outline = Outline { scale, ..Outline::default() };
     let mut pen = x;
-    for (glyph, place) in glyphs.glyph_infos().iter().zip(glyphs.glyph_positions()) {
-        outline.origin =
-            [pen + scale * f64::from(place.x_offset), baseline - scale * f64::from(place.y_offset)];
-        // A blank has no outline.
+    for (glyph, position) in glyphs.glyph_infos().iter().zip(glyphs.glyph_positions()) {
+        outline.origin = [
+            pen + scale * f64::from(position.x_offset),
+            baseline - scale * f64::from(position.y_offset),
+        ];
+        // A space has no outline.
         let _ = FACE.outline_glyph(GlyphId(glyph.glyph_id as u16), &mut outline);
-        pen += scale * f64::from(place.x_advance);
+        pen += scale * f64::from(position.x_advance);
     }
     fill(image, &outline.lines);
 }
 
-/// Straight pieces, in pixels.
+/// Outlines as line segments, in pixels.
 #[derive(Default)]
 struct Outline {
     scale: f64,
@@ -64,8 +66,8 @@ impl OutlineBuilder for Outline {
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
         let (a, b, c) = (self.at, self.point(x1, y1), self.point(x, y));
-        for i in 1..=PIECES {
-            let t = i as f64 / PIECES as f64;
+        for i in 1..=SEGMENTS_PER_CURVE {
+            let t = i as f64 / SEGMENTS_PER_CURVE as f64;
             let s = 1.0 - t;
             self.line([0, 1].map(|k| s * s * a[k] + 2.0 * s * t * b[k] + t * t * c[k]));
         }
@@ -73,8 +75,8 @@ impl OutlineBuilder for Outline {
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
         let (a, b, c, d) = (self.at, self.point(x1, y1), self.point(x2, y2), self.point(x, y));
-        for i in 1..=PIECES {
-            let t = i as f64 / PIECES as f64;
+        for i in 1..=SEGMENTS_PER_CURVE {
+            let t = i as f64 / SEGMENTS_PER_CURVE as f64;
             let s = 1.0 - t;
             self.line([0, 1].map(|k| {
                 s * s * s * a[k]
@@ -96,9 +98,9 @@ fn fill(image: &mut RgbImage, lines: &[[[f64; 2]; 2]]) {
     let top = ends().fold(f64::INFINITY, f64::min).max(0.0) as usize;
     let bottom = (ends().fold(0.0, f64::max).ceil() as usize).min(height);
     for row in top..bottom {
-        let mut cover = vec![0.0; width];
-        for scan in 0..SCANS {
-            let y = row as f64 + (scan as f64 + 0.5) / SCANS as f64;
+        let mut coverage = vec![0.0; width];
+        for k in 0..SUBSCANLINES {
+            let y = row as f64 + (k as f64 + 0.5) / SUBSCANLINES as f64;
             let mut crossings: Vec<(f64, i32)> = lines
                 .iter()
                 .filter(|[a, b]| (a[1] <= y) != (b[1] <= y))
@@ -112,27 +114,27 @@ fn fill(image: &mut RgbImage, lines: &[[[f64; 2]; 2]]) {
             for pair in crossings.windows(2) {
                 winding += pair[0].1;
                 if winding != 0 {
-                    span(&mut cover, pair[0].0, pair[1].0);
+                    add_span(&mut coverage, pair[0].0, pair[1].0);
                 }
             }
         }
-        for (x, cover) in cover.into_iter().enumerate().filter(|(_, cover)| *cover > 0.0) {
-            let cover = (cover / SCANS as f64).min(1.0);
+        for (x, sum) in coverage.into_iter().enumerate().filter(|(_, sum)| *sum > 0.0) {
+            let coverage = (sum / SUBSCANLINES as f64).min(1.0);
             for byte in &mut image.get_pixel_mut(x as u32, row as u32).0 {
                 let paper = f64::from(*byte);
-                *byte = (paper + cover * (255.0 * INK - paper)).round() as u8;
+                *byte = (paper + coverage * (255.0 * INK - paper)).round() as u8;
             }
         }
     }
 }
 
-/// Adds how much of each pixel lies between two places on a scan line.
-fn span(cover: &mut [f64], from: f64, to: f64) {
-    let (from, to) = (from.max(0.0), to.min(cover.len() as f64));
+/// Adds the fraction of each pixel that lies between two x coordinates on a sub-scanline.
+fn add_span(coverage: &mut [f64], from: f64, to: f64) {
+    let (from, to) = (from.max(0.0), to.min(coverage.len() as f64));
     if from >= to {
         return;
     }
-    for x in from as usize..(to.ceil() as usize).min(cover.len()) {
-        cover[x] += (to.min(x as f64 + 1.0) - from.max(x as f64)).max(0.0);
+    for x in from as usize..(to.ceil() as usize).min(coverage.len()) {
+        coverage[x] += (to.min(x as f64 + 1.0) - from.max(x as f64)).max(0.0);
     }
 }

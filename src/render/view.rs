@@ -1,64 +1,64 @@
-//! The choice of views that show what there is to see.
+//! The choice of views that show as much of the segmentation as possible.
 //!
-//! A flat mesh is seen straight on. Others are tried from all around their up axis, slightly from above, at low
-//! resolution; the view with the best sum of visible area, visible cut and visible regions wins, each in
-//! proportion to the best that any of the views offers. Regions count double, or small ones would stay hidden, and
-//! among equals the front wins.
-//! A second view shows what the first one hides, if that is much or has a region of its own.
+//! A flat mesh is viewed straight on. For others, views from all around the up axis and slightly from above are tried
+//! at low resolution; the view with the largest sum of visible area, visible cut and visible regions wins, each
+//! relative to the largest value among the views. Regions count double, since small ones would stay hidden otherwise,
+//! and ties go to the front. A second view is added if the first one hides much of the surface, or a region that the
+//! second one shows.
 
 use std::f64::consts::TAU;
 use std::str::FromStr;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::labels::{LabelField, NOWHERE};
+use super::labels::{LabelField, NO_REGION};
 use super::simplified::{Simplified, simplified};
 use crate::mesh::Mesh;
 use crate::optics::camera::Camera;
 use crate::optics::visibility::{Visibility, components};
 use crate::sweep;
 
-/// Pixels along the longer side.
-const SIZE: f64 = 48.0;
+/// Pixels along the longer side of a trial view.
+const TRIAL_SIZE: f64 = 48.0;
 const AZIMUTHS: usize = 12;
-/// Of visible area, cut and regions.
+/// The weights of visible area, cut and regions.
 const WEIGHTS: [f64; 3] = [1.0, 1.0, 2.0];
-/// How much better a later candidate must be, so that rounding does not decide between equals.
-const MARGIN: f64 = 1e-3;
-/// Tangents of the heights above the horizon, and how much a view from there is liked: the higher one is for
-/// shapes that lie.
+/// The relative margin by which a later candidate must be better, so that rounding does not decide between equals.
+const SCORE_MARGIN: f64 = 1e-3;
+/// The tangents of the elevations, and a factor on the score of views from there. The higher elevation is for shapes
+/// that lie flat.
 const ELEVATIONS: [(f64, f64); 2] = [(0.25, 1.0), (0.9, 0.8)];
-/// How much more a view from the front is liked than one from the side, and that more than one from behind.
-const FRONT: f64 = 0.04;
-/// Thinner than this share of its length, a mesh counts as flat.
-const FLAT: f64 = 0.02;
-/// Z is up if the mesh is this much taller along it than wide.
-const TALL: f64 = 1.5;
-/// A view is added if one hides more than this share of the surface,
-const HIDDEN: f64 = 0.25;
-/// and the other shows so much of it,
-const GAIN: f64 = 0.1;
-/// or at least so much of a region of which the first shows less.
-const SPECK: f64 = 0.02;
+/// The relative bonus of a view from the front, and the penalty of one from behind.
+const FRONT_BONUS: f64 = 0.04;
+/// A mesh thinner than this fraction of its length is flat.
+const FLAT_RATIO: f64 = 0.02;
+/// Z is up if the extent along z is larger than that along x and y by this factor.
+const UPRIGHT_RATIO: f64 = 1.5;
+/// A second view is added if the first one hides more than this fraction of the surface,
+const MIN_HIDDEN: f64 = 0.25;
+/// and the second one shows more than this fraction of the surface in addition,
+const MIN_GAIN: f64 = 0.1;
+/// or if it shows at least this fraction of a region of which the first one shows less.
+const MIN_REGION: f64 = 0.02;
 
-/// From where the mesh is seen.
+/// The viewpoint of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum View {
-    /// One or two views that show the regions.
+    /// One or two views, chosen to show the regions.
     #[default]
     Auto,
-    /// Degrees to the right of the front, and above the horizon.
+    /// Degrees to the right of the front, and degrees above the horizon.
     Around {
-        /// 0 is the front, 90 the right side; any finite number.
+        /// Degrees to the right of the front.
         azimuth: f64,
-        /// From -90, below, to 90, above.
+        /// Degrees above the horizon, from -90 to 90.
         elevation: f64,
     },
-    /// From the positive or negative end of an axis of the file.
+    /// From the positive or negative end of a coordinate axis.
     Axis {
         /// 0, 1 or 2 for x, y or z.
         axis: usize,
-        /// Whether the viewer is at the positive end.
+        /// Whether the view is from the positive end.
         positive: bool,
     },
 }
@@ -93,17 +93,20 @@ impl FromStr for View {
             {
                 Ok(around(azimuth, elevation))
             }
-            Some(_) => Err("the elevation goes from -90 to 90 degrees".into()),
+            Some(_) => {
+                Err("the azimuth must be finite and the elevation between -90 and 90 degrees"
+                    .into())
+            }
             None => Err(format!("must be {}", View::SYNTAX)),
         }
     }
 }
 
-/// The direction to a viewer, and what is up for him.
+/// The direction to the viewer, and the up direction.
 pub(super) type Direction = (Vector3<f64>, Vector3<f64>);
 
-/// The cameras, one or two. `mesh` lies in the unit ball and has no unreferenced vertices; `straight` is how it is
-/// seen straight on, if it is to be.
+/// The cameras, one or two. `mesh` lies in the unit ball and has no unreferenced vertices; `straight` is the direction
+/// straight on, if the mesh is to be viewed that way.
 pub(super) fn cameras(
     mesh: &Mesh,
     field: &LabelField,
@@ -115,19 +118,19 @@ pub(super) fn cameras(
     match (view, straight) {
         (_, Some((towards, up))) => vec![fit(towards, up)],
         (View::Auto, None) => {
-            let views = choose(&simplified(mesh, field), &axes, field.regions());
+            let views = choose_views(&simplified(mesh, field), &axes, field.region_count());
             views.into_iter().map(|towards| fit(towards, axes.up)).collect()
         }
         (View::Axis { axis, positive }, _) => {
             let mut towards = Vector3::zeros();
             towards[axis] = if positive { 1.0 } else { -1.0 };
-            vec![fit(towards, axes.above(towards))]
+            vec![fit(towards, axes.up_for(towards))]
         }
         (View::Around { azimuth, elevation }, _) => {
             let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-            let horizontal = axes.around(azimuth);
+            let horizontal = axes.horizontal(azimuth);
             let towards = horizontal * elevation.cos() + axes.up * elevation.sin();
-            // From a pole, what is in front is below.
+            // Viewed from a pole, the front is at the bottom or the top of the picture.
             let up =
                 if elevation.cos() > 1e-6 { axes.up } else { -horizontal * elevation.signum() };
             vec![fit(towards, up)]
@@ -135,15 +138,15 @@ pub(super) fn cameras(
     }
 }
 
-/// The directions to a viewer in front and a little above, and up, as the picture sees the mesh stand.
-pub fn standing(mesh: &Mesh) -> [[f64; 3]; 2] {
+/// The direction to a viewer in front, a little to the right and above, and the up direction of the mesh.
+pub fn default_view(mesh: &Mesh) -> [[f64; 3]; 2] {
     let axes = Axes::of(mesh);
     let side = axes.up.cross(&axes.front);
     let towards = axes.front + 0.45 * side + 0.5 * axes.up;
     [towards.into(), axes.up.into()]
 }
 
-/// How the mesh stands.
+/// The up direction and the front of a mesh.
 struct Axes {
     up: Vector3<f64>,
     front: Vector3<f64>,
@@ -155,43 +158,43 @@ impl Axes {
         Axes { up, front: if up == Vector3::y() { Vector3::z() } else { -Vector3::y() } }
     }
 
-    /// A horizontal direction, by its angle to the right of the front.
-    fn around(&self, azimuth: f64) -> Vector3<f64> {
+    /// The horizontal direction at an angle to the right of the front.
+    fn horizontal(&self, azimuth: f64) -> Vector3<f64> {
         self.front * azimuth.cos() + self.up.cross(&self.front) * azimuth.sin()
     }
 
-    /// What is up in a view from an end of an axis.
-    fn above(&self, towards: Vector3<f64>) -> Vector3<f64> {
+    /// The up direction in a view from an end of a coordinate axis.
+    fn up_for(&self, towards: Vector3<f64>) -> Vector3<f64> {
         let along = towards.dot(&self.up);
         if along.abs() < 0.5 { self.up } else { -self.front * along.signum() }
     }
 }
 
 /// The directions to the viewer of one or two views.
-fn choose(mesh: &Simplified, axes: &Axes, regions: usize) -> Vec<Vector3<f64>> {
+fn choose_views(mesh: &Simplified, axes: &Axes, regions: usize) -> Vec<Vector3<f64>> {
     let Simplified { mesh, u, areas } = mesh;
     let field = LabelField::new(mesh, u, regions);
     let component = components(mesh);
     let mut candidates = Vec::new();
     for (elevation, _) in ELEVATIONS {
         for i in 0..AZIMUTHS {
-            let horizontal = axes.around(TAU * i as f64 / AZIMUTHS as f64);
+            let horizontal = axes.horizontal(TAU * i as f64 / AZIMUTHS as f64);
             candidates.push(horizontal + elevation * axes.up);
         }
     }
     let merits = sweep::results(candidates.clone(), |towards| {
-        let camera = Camera::fit(towards, axes.up, &mesh.vertices).sized(SIZE);
+        let camera = Camera::fit(towards, axes.up, &mesh.vertices).with_longer_side(TRIAL_SIZE);
         Merit::of(&Visibility::new(mesh, &component, &camera), &field, mesh)
     });
     let best = [0, 1, 2].map(|c| merits.iter().map(|merit| merit.terms[c]).fold(0.0, f64::max));
     let score = |i: usize| -> f64 {
         let terms = (0..3).filter(|&c| best[c] > 0.0);
         let sum: f64 = terms.map(|c| WEIGHTS[c] * merits[i].terms[c] / best[c]).sum();
-        let front = 1.0 + FRONT * (TAU * i as f64 / AZIMUTHS as f64).cos();
+        let front = 1.0 + FRONT_BONUS * (TAU * i as f64 / AZIMUTHS as f64).cos();
         sum * ELEVATIONS[i / AZIMUTHS].1 * front
     };
     let first = best_of(candidates.len(), score);
-    // What each of the others shows that the first does not: its area, and regions that it brings in.
+    // The area that each of the others shows in addition to the first view, and the number of regions it adds.
     let total: f64 = areas.iter().sum();
     let hidden = |v: &usize| merits[first].hidden[*v];
     let region_area = |shown: &dyn Fn(&usize) -> bool| {
@@ -203,41 +206,45 @@ fn choose(mesh: &Simplified, axes: &Axes, regions: usize) -> Vec<Vector3<f64>> {
     };
     let all = region_area(&|_| true);
     let shown = region_area(&|v| !hidden(v));
-    let lacks: Vec<bool> =
-        all.iter().zip(&shown).map(|(all, shown)| *all > 0.0 && *shown < SPECK * all).collect();
+    let missing: Vec<bool> = all
+        .iter()
+        .zip(&shown)
+        .map(|(all, shown)| *all > 0.0 && *shown < MIN_REGION * all)
+        .collect();
     let gains: Vec<(f64, usize)> = merits
         .iter()
         .map(|merit| {
             let new = region_area(&|v| hidden(v) && !merit.hidden[*v]);
-            let brought = (0..regions).filter(|&p| lacks[p] && new[p] >= SPECK * all[p]).count();
-            (new.iter().sum::<f64>() / total, brought)
+            let added =
+                (0..regions).filter(|&p| missing[p] && new[p] >= MIN_REGION * all[p]).count();
+            (new.iter().sum::<f64>() / total, added)
         })
         .collect();
     let second = best_of(candidates.len(), |i| {
         (gains[i].0 + gains[i].1 as f64) * ELEVATIONS[i / AZIMUTHS].1
     });
-    let hides = 1.0 - shown.iter().sum::<f64>() / total;
-    let (gain, brought) = gains[second];
+    let hidden_share = 1.0 - shown.iter().sum::<f64>() / total;
+    let (gain, added) = gains[second];
     let mut chosen = vec![candidates[first]];
-    if brought > 0 || hides > HIDDEN && gain > GAIN {
+    if added > 0 || hidden_share > MIN_HIDDEN && gain > MIN_GAIN {
         chosen.push(candidates[second]);
     }
     chosen
 }
 
-/// The first candidate that no other beats clearly.
+/// The best candidate; a later one replaces an earlier one only if it is better by `SCORE_MARGIN`.
 fn best_of(count: usize, score: impl Fn(usize) -> f64) -> usize {
     let scores: Vec<f64> = (0..count).map(score).collect();
     let mut chosen = 0;
     for i in 1..count {
-        if scores[i] > (1.0 + MARGIN) * scores[chosen] {
+        if scores[i] > (1.0 + SCORE_MARGIN) * scores[chosen] {
             chosen = i;
         }
     }
     chosen
 }
 
-/// The direction to the viewer of a flat mesh, and its up.
+/// The direction to the viewer of a flat mesh, and its up direction; `None` for other meshes.
 pub(super) fn straight_on(mesh: &Mesh) -> Option<Direction> {
     let count = mesh.vertices.len() as f64;
     let mean = mesh.vertices.iter().map(|x| x.coords).sum::<Vector3<f64>>() / count;
@@ -247,11 +254,11 @@ pub(super) fn straight_on(mesh: &Mesh) -> Option<Direction> {
         covariance += offset * offset.transpose();
     }
     let eigen = covariance.symmetric_eigen();
-    let (least, value) = eigen.eigenvalues.argmin();
-    if value.max(0.0).sqrt() > FLAT * eigen.eigenvalues.max().sqrt() {
+    let (smallest, value) = eigen.eigenvalues.argmin();
+    if value.max(0.0).sqrt() > FLAT_RATIO * eigen.eigenvalues.max().sqrt() {
         return None;
     }
-    let normal: Vector3<f64> = eigen.eigenvectors.column(least).into();
+    let normal: Vector3<f64> = eigen.eigenvectors.column(smallest).into();
     let facing: f64 = (0..mesh.faces.len()).map(|j| mesh.area_vector(j).dot(&normal)).sum();
     let towards = if facing < 0.0 { -normal } else { normal };
     let up = if normal.y.abs() < 0.9 { Vector3::y() } else { -Vector3::z() };
@@ -266,43 +273,45 @@ fn up_axis(mesh: &Mesh) -> Vector3<f64> {
         high = high.sup(&x.coords);
     }
     let extent = high - low;
-    if extent.z > TALL * extent.x.max(extent.y) { Vector3::z() } else { Vector3::y() }
+    if extent.z > UPRIGHT_RATIO * extent.x.max(extent.y) { Vector3::z() } else { Vector3::y() }
 }
 
-/// What a view shows.
+/// The merit of a view.
 struct Merit {
-    /// Visible area, visible length of the cut, and how evenly the regions show: the exponential of the entropy of
-    /// their shares of the picture, which is m for m equal shares.
+    /// Visible area, visible length of the cut, and effective number of visible regions: the exponential of the entropy
+    /// of their shares of the picture, which is m for m equal shares.
     terms: [f64; 3],
-    /// The vertices that it does not show.
+    /// Whether each vertex is hidden.
     hidden: Vec<bool>,
 }
 
-/// Pixels by which what hides a vertex must be nearer: no less than steep surfaces differ by, and than limbs are thick.
-const NEARER: f64 = 1.5;
+/// The depth, in pixels, by which the surface must be nearer to hide a vertex: no less than depths differ on a steep
+/// surface, and less than the thickness of a limb.
+const OCCLUSION_PIXELS: f64 = 1.5;
 
 impl Merit {
     fn of(visibility: &Visibility, field: &LabelField, mesh: &Mesh) -> Self {
         let camera = visibility.camera();
-        let regions = field.seen(visibility);
+        let regions = field.pixel_regions(visibility);
         let mut area = 0.0;
-        let mut seen = vec![0.0; field.regions()];
-        for (i, &p) in regions.iter().enumerate().filter(|(_, p)| **p != NOWHERE) {
-            let Some((j, _)) = visibility.front(i) else { continue };
+        let mut counts = vec![0.0; field.region_count()];
+        for (i, &p) in regions.iter().enumerate().filter(|(_, p)| **p != NO_REGION) {
+            let Some((j, _)) = visibility.first_hit(i) else { continue };
             let ray = camera.to_eye(mesh.corners(j)[0]);
             let normal = camera.rotate(mesh.area_vector(j));
             let cosine = normal.dot(&ray).abs() / (normal.norm() * ray.norm());
-            area += camera.pixel(1.0 / ray.z).powi(2) / cosine.max(0.25);
-            seen[p as usize] += 1.0;
+            area += camera.pixel_width(1.0 / ray.z).powi(2) / cosine.max(0.25);
+            counts[p as usize] += 1.0;
         }
-        let total: f64 = seen.iter().sum();
-        let entropy: f64 = seen
+        let total: f64 = counts.iter().sum();
+        let entropy: f64 = counts
             .iter()
             .filter(|&&count| count > 0.0)
             .map(|count| -(count / total) * (count / total).ln())
             .sum();
         let cut = field.count_crossings(visibility, &regions) as f64;
-        let hidden = (0..mesh.vertices.len()).map(|v| visibility.hides(v, NEARER)).collect();
+        let hidden =
+            (0..mesh.vertices.len()).map(|v| visibility.is_occluded(v, OCCLUSION_PIXELS)).collect();
         Merit { terms: [area, cut, entropy.exp()], hidden }
     }
 }

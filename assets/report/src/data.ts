@@ -1,6 +1,6 @@
-// The data of a report: what the Rust program writes into the page, and the few questions every section asks of it.
+// The data of a report: the format that the Rust program writes into the page, and look-ups shared by the sections.
 
-/** A number that may be missing: not reached, infinite or not recorded. */
+/** A number, or null if it was not reached, is infinite or was not recorded. */
 export type Maybe = number | null;
 export type Cell = string | number | null;
 
@@ -75,21 +75,21 @@ export interface Solution {
   certainty: string;
 }
 
-/** Directions in the mesh's axes: to the viewer, and up. */
+/** Directions in the mesh's axes: toward the viewer, and up. */
 export interface ViewData {
   towards: [number, number, number];
   up: [number, number, number];
 }
 
 export interface SceneData {
-  /** The scene whose positions and faces it has, if they are not its own. */
+  /** The scene that holds its positions and faces, if they are not in this one. */
   mesh?: string;
   positions?: string;
   faces?: string;
   data: string;
   palette: [number, number, number][];
   solutions: Record<string, Solution>;
-  /** Where the program would look from, if it says so. */
+  /** The program's default view, if it provides one. */
   view?: ViewData;
 }
 
@@ -107,7 +107,7 @@ export interface ReportData {
   scenes: Record<string, SceneData>;
 }
 
-/** The data with its look-ups. */
+/** The data with look-ups. */
 export class Report {
   readonly first: Machine | undefined;
   private readonly byInstance = new Map<string, Run[]>();
@@ -137,8 +137,8 @@ export class Report {
     return this.instances.get(id)?.label ?? id;
   }
 
-  /** Whether the seconds of a run may be compared: seconds of different machines may not. */
-  timed(run: Run): boolean {
+  /** Whether the times of a run can be compared: times from different machines cannot. */
+  hasComparableTime(run: Run): boolean {
     return this.first === undefined || run.machine === this.first.id;
   }
 }
@@ -146,7 +146,7 @@ export class Report {
 /** The report written into the page, or null in the bare template. */
 export function readReport(): Report | null {
   const text = document.getElementById("report-data")?.textContent?.trim() ?? "";
-  // The placeholder of the bare template is a comment, which no JSON begins with.
+  // The placeholder of the bare template is a comment, and no JSON starts with one.
   if (text === "" || text.startsWith("/*")) return null;
   return new Report(JSON.parse(text) as ReportData);
 }

@@ -1,9 +1,9 @@
-// Elements in one call, HTML and SVG. Text always goes in as text, never as markup.
+// HTML and SVG elements in one call. Text is always inserted as text, never as markup.
 
 type Child = Node | string | null;
 type Attributes = Record<string, unknown>;
 
-function dress(element: Element, attributes: Attributes, children: Child[]): void {
+function populate(element: Element, attributes: Attributes, children: Child[]): void {
   for (const [name, value] of Object.entries(attributes)) {
     if (value === undefined || value === null || value === false) continue;
     if (typeof value === "function") element.addEventListener(name.slice(2), value as EventListener);
@@ -18,7 +18,7 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   ...children: Child[]
 ): HTMLElementTagNameMap[K] {
   const element = document.createElement(name);
-  dress(element, attributes, children);
+  populate(element, attributes, children);
   return element;
 }
 
@@ -28,13 +28,13 @@ export function s<K extends keyof SVGElementTagNameMap>(
   ...children: Child[]
 ): SVGElementTagNameMap[K] {
   const element = document.createElementNS("http://www.w3.org/2000/svg", name);
-  dress(element, attributes, children);
+  populate(element, attributes, children);
   return element;
 }
 
 let count = 0;
 
-/** An id that no other element of the page has. */
+/** An id that is unique in the page. */
 export function freshId(stem: string): string {
   return `${stem}-${++count}`;
 }

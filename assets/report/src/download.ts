@@ -1,4 +1,4 @@
-// What leaves the page: files and the clipboard.
+// Output of the page: files and the clipboard.
 
 import type { Cell } from "./data";
 
@@ -34,7 +34,7 @@ export async function copy(text: string): Promise<boolean> {
     await navigator.clipboard.writeText(text);
     return true;
   } catch {
-    // Pages from disk have no clipboard in some browsers; a selection can still be copied.
+    // In some browsers, pages from disk have no clipboard, but a selection can be copied.
     const area = document.createElement("textarea");
     area.value = text;
     area.style.position = "fixed";

@@ -8,7 +8,7 @@ function known(value: Maybe | undefined): value is number {
   return typeof value === "number" && Number.isFinite(value);
 }
 
-/** Plain digits where they are readable, else an exponent as the command line prints it. */
+/** Plain digits if they are readable, else an exponent in the format of the command line. */
 export function significant(value: Maybe | undefined, digits = 4): string {
   if (!known(value)) return MISSING;
   if (Number.isInteger(value) && Math.abs(value) < 1e15) return value.toLocaleString("en-US");
@@ -45,15 +45,15 @@ export function day(text: string): string {
   return Number.isNaN(time.getTime()) ? text : time.toLocaleDateString("en-US", { dateStyle: "long", timeZone: "UTC" });
 }
 
-const RAISED: Record<string, string> = {
+const SUPERSCRIPTS: Record<string, string> = {
   "-": "⁻", "0": "⁰", "1": "¹", "2": "²", "3": "³", "4": "⁴", "5": "⁵", "6": "⁶", "7": "⁷", "8": "⁸", "9": "⁹",
 };
 
-/** 2e-3 as 2·10⁻³, and a power of ten without its one. */
+/** 2e-3 as 2·10⁻³, and powers of ten without a mantissa. */
 export function power(value: number): string {
   const [mantissa = "", exponent = "0"] = value.toExponential(2).split("e");
   const e = Number(exponent);
   const m = Number(mantissa);
-  const raised = [...String(e)].map((digit) => RAISED[digit] ?? digit).join("");
+  const raised = [...String(e)].map((digit) => SUPERSCRIPTS[digit] ?? digit).join("");
   return m === 1 ? `10${raised}` : `${m}·10${raised}`;
 }

@@ -1,11 +1,11 @@
-// Sections are built when they come near the window, so that a page of many runs opens at once.
+// Sections are built when they come near the window, so that a page with many runs opens immediately.
 
-export function whenNear(place: HTMLElement, build: () => Node): void {
+export function buildWhenNear(host: HTMLElement, build: () => Node): void {
   const start = () => {
     observer.disconnect();
     window.removeEventListener("beforeprint", start);
-    place.classList.remove("waiting");
-    place.append(build());
+    host.classList.remove("waiting");
+    host.append(build());
   };
   const observer = new IntersectionObserver(
     (entries) => {
@@ -13,7 +13,7 @@ export function whenNear(place: HTMLElement, build: () => Node): void {
     },
     { rootMargin: "500px" },
   );
-  place.classList.add("waiting");
-  observer.observe(place);
+  host.classList.add("waiting");
+  observer.observe(host);
   window.addEventListener("beforeprint", start);
 }

@@ -1,8 +1,8 @@
-// The page: a header, and a section for everything there is data for.
+// The page: a header, and a section for each kind of data that is present.
 
 import { readReport, type Report } from "./data";
 import { h } from "./dom";
-import { whenNear } from "./lazy";
+import { buildWhenNear } from "./lazy";
 import { charts } from "./sections/charts";
 import { figures } from "./sections/figures";
 import { header } from "./sections/header";
@@ -14,21 +14,21 @@ import { viewer } from "./sections/viewer";
 interface Section {
   id: string;
   title: string;
-  any: boolean;
+  present: boolean;
   build: (report: Report) => Node;
 }
 
 function sections({ data }: Report): Section[] {
-  const ran = data.instances.some((instance) => data.runs.some((run) => run.instance === instance.id));
-  const seen = data.instances.some((instance) => instance.scene !== null && data.scenes[instance.scene]);
+  const hasRuns = data.instances.some((instance) => data.runs.some((run) => run.instance === instance.id));
+  const hasScenes = data.instances.some((instance) => instance.scene !== null && data.scenes[instance.scene]);
   return [
-    { id: "summary", title: "Summary", any: ran, build: summary },
-    { id: "curves", title: "Convergence", any: ran, build: charts },
-    { id: "figures", title: "Figures", any: data.figures.length > 0, build: figures },
-    { id: "tables", title: "Tables", any: data.tables.length > 0, build: tables },
-    { id: "viewer", title: "Meshes", any: seen, build: viewer },
-    { id: "runs", title: "Runs", any: data.runs.length > 0, build: runs },
-  ].filter((section) => section.any);
+    { id: "summary", title: "Summary", present: hasRuns, build: summary },
+    { id: "curves", title: "Convergence", present: hasRuns, build: charts },
+    { id: "figures", title: "Figures", present: data.figures.length > 0, build: figures },
+    { id: "tables", title: "Tables", present: data.tables.length > 0, build: tables },
+    { id: "viewer", title: "Meshes", present: hasScenes, build: viewer },
+    { id: "runs", title: "Runs", present: data.runs.length > 0, build: runs },
+  ].filter((section) => section.present);
 }
 
 function show(report: Report): Node[] {
@@ -39,13 +39,13 @@ function show(report: Report): Node[] {
     h("nav", { "aria-label": "Sections" }, ...present.map(({ id, title }) => h("a", { href: `#${id}` }, title))),
     ...present.map(({ id, title, build }) => {
       const section = h("section", { id, "aria-labelledby": `${id}-title` }, h("h2", { id: `${id}-title` }, title));
-      whenNear(section, () => build(report));
+      buildWhenNear(section, () => build(report));
       return section;
     }),
   ];
 }
 
-function alone(title: string, text: string): Node[] {
+function messagePage(title: string, text: string): Node[] {
   return [h("header", {}, h("h1", {}, title), h("p", {}, text))];
 }
 
@@ -53,9 +53,9 @@ function page(): Node[] {
   try {
     const report = readReport();
     if (report) return show(report);
-    return alone("A report without data", "This is the template of a report: the program writes the data of an experiment into it.");
+    return messagePage("A report without data", "This is the template of a report. The program inserts the data of an experiment.");
   } catch (error) {
-    return alone("This report cannot be read", error instanceof Error ? error.message : String(error));
+    return messagePage("This report cannot be read", error instanceof Error ? error.message : String(error));
   }
 }
 

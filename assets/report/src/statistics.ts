@@ -1,8 +1,8 @@
-// What the summary says: when a certified gap was reached, and by whom first.
+// The statistics of the summary: when a certified gap was reached, and which solver reached it first.
 
 import type { Instance, Maybe, Report, Run } from "./data";
 
-/** Middle of the sorted values; a missing value counts as never reached. */
+/** Median of the values; a missing value counts as infinity. */
 export function median(values: Maybe[]): Maybe {
   if (values.length === 0) return null;
   const sorted = values.map((value) => value ?? Infinity).sort((a, b) => a - b);
@@ -19,28 +19,28 @@ export function reached(run: Run, target: number, axis: "seconds" | "iteration")
     const gap = gaps[i];
     if (typeof gap === "number" && gap <= target) return run.trace[axis][i] ?? null;
   }
-  // A trace may be thinner than the run: its end is known all the same.
+  // A trace may omit the end of its run, which is known from the run itself.
   if (run.relative_gap === null || run.relative_gap > target) return null;
   return axis === "seconds" ? run.seconds : run.iterations;
 }
 
-export interface Place {
+export interface Ranked {
   solver: string;
   value: number;
 }
 
-/** Solvers that reach the target in the median of their repetitions, the first one first. */
-export function ranking(report: Report, instance: Instance, target: number, axis: "seconds" | "iteration"): Place[] {
-  const places: Place[] = [];
+/** The solvers that reach the target in the median of their repetitions, fastest first. */
+export function ranking(report: Report, instance: Instance, target: number, axis: "seconds" | "iteration"): Ranked[] {
+  const ranked: Ranked[] = [];
   for (const { id } of report.data.solvers) {
-    const runs = report.runsOf(instance.id, id).filter((run) => axis === "iteration" || report.timed(run));
+    const runs = report.runsOf(instance.id, id).filter((run) => axis === "iteration" || report.hasComparableTime(run));
     const value = median(runs.map((run) => reached(run, target, axis)));
-    if (value !== null) places.push({ solver: id, value });
+    if (value !== null) ranked.push({ solver: id, value });
   }
-  return places.sort((a, b) => a.value - b.value);
+  return ranked.sort((a, b) => a.value - b.value);
 }
 
-/** 1e-1, 1e-2, ... as far as some run of the report certified. */
+/** 1e-1, 1e-2, ... down to the smallest gap that any run certified. */
 export function targets(report: Report): number[] {
   const best = Math.min(...report.data.runs.map((run) => run.relative_gap ?? Infinity));
   const decades: number[] = [];
@@ -48,17 +48,17 @@ export function targets(report: Report): number[] {
   return decades;
 }
 
-/** The tightest target that two solvers reach on an instance; if none is, the tightest that one does. */
+/** The tightest target that two solvers reach on an instance or, failing that, the tightest that one reaches. */
 export function tightest(report: Report, instance: Instance, decades: number[]): number | null {
-  const fromTight = [...decades].reverse();
+  const tightestFirst = [...decades].reverse();
   for (const solvers of [2, 1]) {
-    const found = fromTight.find((target) => ranking(report, instance, target, "seconds").length >= solvers);
+    const found = tightestFirst.find((target) => ranking(report, instance, target, "seconds").length >= solvers);
     if (found !== undefined) return found;
   }
   return null;
 }
 
-/** How often each value occurs, the most frequent first. */
+/** The values with their counts, most frequent first. */
 export function tally(values: string[]): [string, number][] {
   const counts = new Map<string, number>();
   for (const value of values) counts.set(value, (counts.get(value) ?? 0) + 1);

@@ -1,23 +1,23 @@
-// What the ends of runs mean, where they are shown.
+// Explanations of the statuses of runs.
 
 import type { Report } from "./data";
 
-const MEANINGS: Record<string, string> = {
+const STATUS_MEANINGS: Record<string, string> = {
   converged: "its certified gap is within the tolerance.",
-  "iteration-limit": "it made all iterations that it was allowed; what it reached is certified.",
-  "time-limit": "its time was over; what it reached is certified.",
-  stalled: "its labels hardly changed any more, which certifies nothing.",
-  diverged: "it met a number that is none (NaN) or infinite, and was ended; what it reached before counts.",
+  "iteration-limit": "it reached the iteration limit; the gap that it reached is certified.",
+  "time-limit": "it reached the time limit; the gap that it reached is certified.",
+  stalled: "its labels hardly changed anymore, which certifies nothing.",
+  diverged: "it produced NaN or infinity and was stopped; its earlier samples count.",
   failed:
-    "the command of a solver outside the program broke off, was not there, or left nothing that could be read. " +
-    "It counts as never reaching any gap. The reason is its “exit”.",
-  ended: "it ended by itself before any limit, without its certified gap being within the tolerance.",
+    "the command of an external solver failed, was not found, or wrote no readable output. " +
+    "It counts as never reaching any gap. “exit” in its manifest gives the reason.",
+  ended: "it stopped by itself before any limit, without a certified gap within the tolerance.",
 };
 
-/** A sentence for each way in which a run ended without converging. */
-export function meanings(report: Report): string[] {
+/** A sentence for each status of a run that did not converge. */
+export function statusMeanings(report: Report): string[] {
   const statuses = new Set(report.data.runs.map((run) => run.status));
-  return Object.entries(MEANINGS)
+  return Object.entries(STATUS_MEANINGS)
     .filter(([status]) => status !== "converged" && statuses.has(status))
     .map(([status, meaning]) => `“${status}”: ${meaning}`);
 }

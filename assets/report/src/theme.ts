@@ -1,4 +1,4 @@
-// Light or dark, and the color and dash of a solver.
+// The light and dark themes, and the color and dash pattern of each solver.
 
 const preference = window.matchMedia("(prefers-color-scheme: dark)");
 
@@ -21,15 +21,15 @@ export function onThemeChange(listener: () => void): void {
   preference.addEventListener("change", listener);
 }
 
-/** Those of the figures (src/figure/style.rs), so that a solver has one color everywhere: Okabe and Ito, *Color
- * Universal Design*, 2008, with a darker yellow. */
+/** The colors of the figures (src/figure/style.rs), so that a solver has the same color everywhere: Okabe and Ito,
+ * *Color Universal Design*, 2008, with a darker yellow. */
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#000000", "#56b4e9", "#a89b00"];
 
-/** Told apart without color: solid, dashed, dotted, and mixtures. */
+/** Distinguishable without color: solid, dashed, dotted, and mixtures. */
 const DASHES = ["", "8 3", "2 3", "9 3 2 3", "14 4", "5 2", "10 3 2 3 2 3", "1 4"];
 
-/** What a figure drawn for paper has in the dark: its white, its inks, its grid. */
-const IN_THE_DARK: Record<string, string> = {
+/** Replacements in the dark theme for the background, text and grid colors of a figure. */
+const DARK_COLORS: Record<string, string> = {
   "#ffffff": SLATE.background,
   "#222222": SLATE.text,
   "#000000": SLATE.text,
@@ -37,9 +37,9 @@ const IN_THE_DARK: Record<string, string> = {
   "#e2e2e2": SLATE.grid,
 };
 
-/** A color of a figure as it is shown now. */
-export function shownColor(color: string): string {
-  return (preference.matches && IN_THE_DARK[color.toLowerCase()]) || color;
+/** A color of a figure in the current theme. */
+export function themedColor(color: string): string {
+  return (preference.matches && DARK_COLORS[color.toLowerCase()]) || color;
 }
 
 export function color(style: number, dark: boolean): string {
@@ -48,6 +48,6 @@ export function color(style: number, dark: boolean): string {
 }
 
 export function dash(style: number): string {
-  // The second round of colors starts one dash later, so that no two of the first 56 styles are alike.
+  // Each round of colors starts one dash later, so that the first 56 styles are distinct.
   return DASHES[(style + Math.floor(style / COLORS.length)) % DASHES.length] ?? "";
 }

@@ -1,4 +1,4 @@
-// A headless Chromium and what a test needs of it: complaints, downloads, screenshots, pixels.
+// Headless Chromium and utilities for tests: errors, downloads, screenshots, pixels.
 
 import { existsSync } from "node:fs";
 import { mkdir, mkdtemp, readdir, readFile } from "node:fs/promises";
@@ -7,7 +7,7 @@ import { delimiter, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import puppeteer from "puppeteer-core";
 
-/** WebGL without a graphics card, on a machine so loaded that a slow frame is no reason to give drawing up. */
+/** WebGL without a graphics card, and without the watchdog, which would give up drawing on a loaded machine. */
 const FLAGS = [
   "--no-sandbox",
   "--use-gl=angle",
@@ -17,7 +17,7 @@ const FLAGS = [
   "--hide-scrollbars",
 ];
 
-/** The browser of the environment or of the PATH, or null. */
+/** The browser from $CHROMIUM or the PATH, or null. */
 export function chromium() {
   const named = process.env.CHROMIUM;
   if (named) return named;
@@ -29,7 +29,7 @@ export function launch() {
   return puppeteer.launch({ executablePath: chromium(), headless: true, args: FLAGS, protocolTimeout: 60_000 });
 }
 
-/** Opens a file; everything the page complains about or asks the network for is listed in `complaints`. */
+/** Opens a file; `complaints` lists all errors and warnings of the page and its network requests. */
 export async function open(browser, file, { width = 1280, height = 900, scheme = "light", before } = {}) {
   const page = await browser.newPage();
   const complaints = [];
@@ -57,12 +57,12 @@ export async function reveal(page, id) {
   await settle(page);
 }
 
-/** Two frames: what a click asked for has been laid out and painted. */
+/** Waits for two frames, after which the effects of a click have been laid out and painted. */
 export function settle(page) {
   return page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60)))));
 }
 
-/** What `action` downloads: name and text. */
+/** The name and text of the file that `action` downloads. */
 export async function download(page, action) {
   const folder = await mkdtemp(join(tmpdir(), "report-"));
   const session = await page.createCDPSession();
@@ -78,7 +78,7 @@ export async function download(page, action) {
   return { name, text: await readFile(join(folder, name), "utf8") };
 }
 
-/** Into the folder SHOTS, if there is one. The whole page, or an element. */
+/** Saves a screenshot of the whole page or of an element in the folder $SHOTS, if it is set. */
 export async function shot(page, name, selector) {
   const folder = process.env.SHOTS;
   if (!folder) return;
@@ -94,12 +94,12 @@ export async function picture(page, selector) {
 }
 
 /**
- * Share of the pixels of a picture of which `kind`, a function of r, g, b without anything around it, is true. It is
- * decoded as a bitmap in the page in front: neither waits for a frame, which a page behind another may never draw.
+ * The share of the pixels of a picture for which `kind`, a self-contained function of r, g, b, is true. The picture is
+ * decoded as a bitmap in the front page: neither waits for a frame, which a background page may never draw.
  */
 export function share(page, image, kind) {
   const count = async (image, kind) => {
-    const bytes = Uint8Array.from(atob(image), (letter) => letter.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(image), (character) => character.charCodeAt(0));
     const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
     const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
     context.drawImage(bitmap, 0, 0);

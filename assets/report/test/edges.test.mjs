@@ -1,4 +1,4 @@
-// What a report must survive: no data, no scene, no WebGL, very many runs.
+// Edge cases of a report: no data, no scene, no WebGL, very many runs.
 
 import assert from "node:assert/strict";
 import { mkdtemp, writeFile } from "node:fs/promises";
@@ -10,9 +10,9 @@ import { chromium, launch, open, picture, reveal, settle, share } from "./browse
 import { fixture } from "./fixture.mjs";
 import { page as fill } from "./page.mjs";
 
-const missing = chromium() ? false : "there is no chromium on the PATH and CHROMIUM is not set";
+const missing = chromium() ? false : "chromium is not on the PATH and CHROMIUM is not set";
 
-describe("a report at its edges", { skip: missing }, () => {
+describe("edge cases of a report", { skip: missing }, () => {
   let browser, folder;
 
   before(async () => {
@@ -31,20 +31,20 @@ describe("a report at its edges", { skip: missing }, () => {
     for (const id of await sections(page)) await reveal(page, id);
   };
 
-  test("the bare template says what it is", async () => {
+  test("the bare template explains itself", async () => {
     const { page, complaints } = await open(browser, fileURLToPath(new URL("../dist/template.html", import.meta.url)));
     assert.match(await page.$eval("main", (main) => main.textContent), /template of a report/);
     assert.deepEqual(complaints, []);
   });
 
-  test("empty lists leave a header", async () => {
+  test("with empty lists only the header remains", async () => {
     const empty = { machines: [], solvers: [], instances: [], runs: [], tables: [], figures: [], scenes: {} };
     const { page, complaints } = await show("empty", { ...fixture(), ...empty });
     assert.deepEqual(await sections(page), []);
     assert.deepEqual(complaints, []);
   });
 
-  test("nothing reached, nothing recorded, no scene", async () => {
+  test("a report without any recorded value or scene has its other sections", async () => {
     const data = fixture();
     for (const instance of data.instances) Object.assign(instance, { scene: null, best_bound: null, best_energy: null, lambda: null });
     for (const run of data.runs) {
@@ -66,7 +66,7 @@ describe("a report at its edges", { skip: missing }, () => {
     assert.deepEqual(complaints, []);
   });
 
-  test("without WebGL the viewer says so and the rest works", async () => {
+  test("without WebGL the viewer reports it and the rest works", async () => {
     const before = () => {
       const real = HTMLCanvasElement.prototype.getContext;
       HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
@@ -82,7 +82,7 @@ describe("a report at its edges", { skip: missing }, () => {
 
   test("the camera stays when the instance changes", async () => {
     const data = fixture();
-    // The second instance shows the same mesh, ten times as large and elsewhere.
+    // The second instance shows the same mesh, ten times as large and translated.
     const scene = data.scenes.g0;
     const positions = new Float32Array(new Uint8Array(Buffer.from(scene.positions, "base64")).buffer).map((x) => 10 * x + 50);
     data.scenes.g1 = { ...scene, positions: Buffer.from(positions.buffer).toString("base64") };
@@ -103,12 +103,12 @@ describe("a report at its edges", { skip: missing }, () => {
     await page.$eval("#viewer .actions button", (button) => button.click());
     await settle(page);
     const reset = await pink();
-    assert.ok(Math.abs(switched - turned) < 1e-3, `${turned} of the picture, then ${switched}`);
-    assert.ok(Math.abs(reset - turned) > 1e-2, "the turn is too small to tell");
+    assert.ok(Math.abs(switched - turned) < 1e-3, `${turned} of the picture before, ${switched} after`);
+    assert.ok(Math.abs(reset - turned) > 1e-2, "the rotation is too small to detect");
     assert.deepEqual(complaints, []);
   });
 
-  test("two hundred runs of a thousand samples open at once", async () => {
+  test("two hundred runs of a thousand samples open quickly", async () => {
     const data = fixture();
     const model = data.runs[0];
     data.runs = Array.from({ length: 200 }, (_, r) => {
@@ -139,7 +139,7 @@ describe("a report at its edges", { skip: missing }, () => {
     assert.equal((await page.$$("#runs tbody tr")).length, 100);
     await page.click("#runs .table > .plain");
     assert.equal((await page.$$("#runs tbody tr")).length, 200);
-    // Generous: machines that test are busy.
+    // Generous, since test machines are busy.
     assert.ok(opened < 6000, `opened in ${opened} ms`);
     assert.ok(hover < 250, `a pointer move takes ${hover} ms`);
     assert.deepEqual(complaints, []);

@@ -1,5 +1,5 @@
-// A report of invented but plausible numbers, the same at every call: four solvers, three repetitions, two instances,
-// two machines, one of them loaded, missing values, a figure of each kind and a torus to look at.
+// A report with artificial but plausible numbers, the same at every call: four solvers, three repetitions, two
+// instances, two machines, a run on a loaded machine, missing values, two figures and a torus to view.
 
 const SOLVERS = [
   { id: "s0", label: "chambolle-pock", rate: 0.16, step: 1.0e-3 },
@@ -14,7 +14,7 @@ const INSTANCES = [
 const REPETITIONS = 3;
 const LIMIT = 1500;
 
-/** G. Marsaglia, *Xorshift RNGs*, 2003: in [0, 1). */
+/** Random numbers in [0, 1). G. Marsaglia, *Xorshift RNGs*, 2003. */
 function random(seed) {
   let state = seed * 2654435761 >>> 0 || 1;
   return () => {
@@ -67,7 +67,7 @@ function run(instance, i, solver, s, repetition) {
   let gap = 1;
   let iteration = 0;
   for (; iteration <= LIMIT && gap > 1e-5; iteration += iteration < 40 ? 2 : iteration < 300 ? 10 : 50) {
-    // Geometric with a slow tail; the same in every repetition, as a deterministic method has it.
+    // Geometric with a slow tail; the same in every repetition, as for a deterministic method.
     gap = 0.9 * Math.exp(-rate * iteration) + 0.02 / (1 + iteration) ** (1.4 + 4 * rate) * (0.75 + 0.5 * noise());
     const sub = gap * 0.4 - (gap < 1.5e-5 ? 1e-5 : 0);
     trace.iteration.push(iteration);
@@ -119,7 +119,7 @@ function seconds(runs) {
   };
 }
 
-/** Both figures use the same id and class, as figures of one program do. */
+/** Both figures use the same id and class, like figures drawn by the same program. */
 function figure(color) {
   return (
     '<svg xmlns="http://www.w3.org/2000/svg" width="640" height="360" viewBox="0 0 640 360"><style>.line { fill: none; stroke: ' + color +

@@ -1,4 +1,4 @@
-// The template with data in it, escaped as the Rust program does.
+// The template filled with data, escaped as by the Rust program.
 
 import { readFile } from "node:fs/promises";
 

@@ -1,5 +1,5 @@
-// A report in a real browser: the file of REPORT_HTML, or one of invented data. What a section needs is read from the
-// data in the page; a section without data is skipped.
+// A report in a real browser: the file $REPORT_HTML, or one with artificial data. Expected values are read from the
+// data in the page; sections without data are skipped.
 
 import assert from "node:assert/strict";
 import { mkdtemp, writeFile } from "node:fs/promises";
@@ -10,7 +10,7 @@ import { chromium, download, launch, open, picture, reveal, settle, share, shot 
 import { fixture } from "./fixture.mjs";
 import { page as fill } from "./page.mjs";
 
-const missing = chromium() ? false : "there is no chromium on the PATH and CHROMIUM is not set";
+const missing = chromium() ? false : "chromium is not on the PATH and CHROMIUM is not set";
 
 describe("a report", { skip: missing }, () => {
   let browser, page, complaints, data, file;
@@ -36,7 +36,7 @@ describe("a report", { skip: missing }, () => {
   const choose = (label, value) => press(`[role=group][aria-label="${label}"] button[data-value="${value}"]`);
   const lines = () => page.$$eval("#curves .line", (paths) => paths.map((path) => path.getAttribute("d")));
   const groups = () => page.$$eval("#curves .curves > g", (all) => all.map((one) => one.dataset.solver));
-  /** A step on a section, skipped where the report has none. */
+  /** A test of a section, skipped if the report does not have it. */
   const on = (id, name, step) =>
     test(name, async (t) => {
       if (!(await page.$(`#${id}`))) return t.skip(`this report has no section ${id}`);
@@ -58,7 +58,7 @@ describe("a report", { skip: missing }, () => {
     assert.equal(notices.includes("another machine"), elsewhere);
   });
 
-  on("summary", "sums up every instance", async () => {
+  on("summary", "summarizes every instance", async () => {
     assert.equal((await page.$$("#summary .card")).length >= 2, true);
     if (!(await page.$("#target"))) return;
     const rows = () => page.$$eval("#summary tbody tr", (all) => all.map((row) => row.textContent));
@@ -73,7 +73,7 @@ describe("a report", { skip: missing }, () => {
     const drawn = new Set([String(await lines())]);
     const different = async (what) => {
       const now = String(await lines());
-      assert.ok(!drawn.has(now), `${what} leaves the curves as they were`);
+      assert.ok(!drawn.has(now), `${what} does not change the curves`);
       drawn.add(now);
     };
     await choose("x scale", "linear");
@@ -98,7 +98,7 @@ describe("a report", { skip: missing }, () => {
     await choose("y scale", "log");
     await choose("x", "iteration");
     await choose("x scale", "log");
-    assert.ok(drawn.has(String(await lines())), "the way back leads to the first picture");
+    assert.ok(drawn.has(String(await lines())), "the original settings restore the first drawing");
     if (await page.$('[aria-label="repetitions"]')) {
       await choose("repetitions", "every");
       assert.ok((await lines()).length > (await groups()).length);
@@ -131,7 +131,7 @@ describe("a report", { skip: missing }, () => {
     assert.deepEqual(await groups(), all);
   });
 
-  /** The middle of a curve in the window. */
+  /** The position of the midpoint of a curve in the window. */
   const onCurve = () =>
     page.$eval("#curves .line", (path) => {
       const point = path.getPointAtLength(path.getTotalLength() / 2);
@@ -174,7 +174,7 @@ describe("a report", { skip: missing }, () => {
     assert.equal(String(await lines()), whole);
   });
 
-  on("curves", "saves the chart as vectors", async () => {
+  on("curves", "saves the chart as SVG", async () => {
     const { name, text: svg } = await download(page, () => press('[data-action="save-chart"]'));
     assert.match(name, /\.svg$/);
     assert.match(svg, /^<svg xmlns="http:\/\/www.w3.org\/2000\/svg"/);
@@ -186,7 +186,7 @@ describe("a report", { skip: missing }, () => {
     }
   });
 
-  on("curves", "finds an instance by its words", async () => {
+  on("curves", "finds an instance by its label", async () => {
     const input = "#curves [role=combobox]";
     const target = data.instances.at(-1);
     await page.click(input);
@@ -207,7 +207,7 @@ describe("a report", { skip: missing }, () => {
     assert.deepEqual(saved, { name: `${data.figures[0].stem}.svg`, text: data.figures[0].svg });
   });
 
-  on("tables", "sorts: numbers, then texts, then nothing", async () => {
+  on("tables", "sorts numbers first, then texts, then missing cells", async () => {
     for (const [t, { columns, rows }] of data.tables.entries()) {
       const section = `#tables .sub:nth-child(${t + 1})`;
       const shownOrder = async () => {
@@ -247,7 +247,7 @@ describe("a report", { skip: missing }, () => {
     for (const mode of ["data", "labels", "uncertainty", "difference"]) {
       await choose("Show", mode);
       const image = await look();
-      assert.ok(!seen.has(image), `${mode} looks like another mode`);
+      assert.ok(!seen.has(image), `${mode} looks the same as another mode`);
       seen.add(image);
       await shot(page, `viewer-${mode}`, "#viewer .viewer");
     }
@@ -305,7 +305,7 @@ describe("a report", { skip: missing }, () => {
     assert.equal((await page.$$("#runs tbody tr")).length, Math.min(100, data.runs.length));
     const repetitions = await page.$$eval("#runs tbody tr td:nth-child(4)", (all) => all.map((one) => Number(one.textContent)));
     assert.equal(Math.min(...repetitions), 1);
-    // What an end means is said where it is shown.
+    // Statuses are explained where they are shown.
     const meanings = await text("#runs");
     for (const status of new Set(data.runs.map((run) => run.status))) {
       if (status !== "converged") assert.ok(meanings.includes(`“${status}”: `), status);
@@ -314,7 +314,7 @@ describe("a report", { skip: missing }, () => {
     const opened = await text("#runs .manifest");
     for (const [key, value] of Object.entries(data.runs[0].manifest)) {
       assert.ok(opened.includes(key));
-      if (typeof value === "string") assert.ok(opened.includes(value), `${key} is not shown as it is`);
+      if (typeof value === "string") assert.ok(opened.includes(value), `${key} is not shown unchanged`);
     }
     await shot(page, "manifest", "#runs");
     await page.focus("#runs .opener");
@@ -328,7 +328,7 @@ describe("a report", { skip: missing }, () => {
       for (const id of await other.page.$$eval("main > section", (all) => all.map((one) => one.id))) await reveal(other.page, id);
       const { scroll, window: wide } = await other.page.evaluate(() => ({ scroll: document.documentElement.scrollWidth, window: innerWidth }));
       assert.ok(scroll <= wide, `${name}: ${scroll} pixels in a window of ${wide}`);
-      // White paper has no place in the dark, and no legend is longer than its chart.
+      // Figures have no white background in the dark theme, and no legend is longer than its chart.
       const papers = await other.page.$$eval(".paper", (all) =>
         all.flatMap((one) => [...one.shadowRoot.querySelectorAll("[fill]")].map((part) => part.getAttribute("fill").toLowerCase())));
       if (scheme === "dark") assert.ok(!papers.includes("#ffffff") && !papers.includes("#222222"), `${name}: ${papers}`);
@@ -341,7 +341,7 @@ describe("a report", { skip: missing }, () => {
     }
   });
 
-  test("complained of nothing and asked the network for nothing", () => {
+  test("causes no errors and no network requests", () => {
     assert.deepEqual(complaints, []);
   });
 });

@@ -1,4 +1,4 @@
-// The template as a file, for which no browser is needed.
+// The template as a file, without a browser.
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
@@ -9,28 +9,28 @@ import { page } from "./page.mjs";
 
 const html = await readFile(new URL("../dist/template.html", import.meta.url), "utf8");
 
-test("the data have one place", () => {
+test("the placeholder occurs exactly once", () => {
   assert.equal(html.split("/*REPORT_DATA*/").length, 2);
   assert.ok(html.includes('<script id="report-data" type="application/json">/*REPORT_DATA*/</script>'));
 });
 
-test("the template is small and names no address to load from", () => {
+test("the template is small and loads nothing from the network", () => {
   assert.ok(html.length < 1 << 20, `${html.length} bytes`);
   assert.doesNotMatch(html, /(?:src|href)="?https?:|@import|url\(["']?https?:/);
 });
 
-test("the policy allows the one script there is", () => {
+test("the policy allows only the script of the page", () => {
   const script = html.match(/<script>([\s\S]*)<\/script>/)[1];
   const hash = createHash("sha256").update(script).digest("base64");
   assert.ok(html.includes(`script-src 'sha256-${hash}'`));
 });
 
-test("the licenses in the page are those beside it", async () => {
+test("the page contains the licenses of LICENSES.txt", async () => {
   const licenses = await readFile(new URL("../LICENSES.txt", import.meta.url), "utf8");
   assert.ok(html.includes(licenses.replaceAll("&", "&amp;").replaceAll("<", "&lt;")));
 });
 
-test("data survive the way into the page, and the invented ones are the same every time", async () => {
+test("data in the page are unchanged, and the artificial data are reproducible", async () => {
   const filled = await page(fixture());
   assert.deepEqual(JSON.parse(filled.match(/type="application\/json">([\s\S]*?)<\/script>/)[1]), fixture());
 });

@@ -2,8 +2,8 @@
                                [--threads=N] [--key=value ...]
 python -m meshseg_reference check PROBLEM.npz FOLDER
 
-SOLVER: jaxopt, nlopt, scipy, numba. OUT is an existing folder. An unknown key is refused with the list
-of the known ones. Threads are limited before any numerical library is loaded.
+SOLVER: jaxopt, nlopt, scipy, numba. OUT is an existing folder. An unknown key is an error that lists the
+known keys. The number of threads is limited before any numerical library is loaded.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class UsageError(Exception):
 def limit_threads(count: int) -> None:
     allowed = sorted(os.sched_getaffinity(0))
     if not 1 <= count <= len(allowed):
-        raise UsageError(f"--threads={count}: this process may use 1 to {len(allowed)}")
+        raise UsageError(f"--threads={count}: expected 1 to {len(allowed)}, the number of cores available to this process")
     os.sched_setaffinity(0, allowed[:count])
     for variable in THREAD_VARIABLES:
         os.environ[variable] = str(count)
@@ -41,8 +41,8 @@ def limit_threads(count: int) -> None:
         os.environ["XLA_FLAGS"] = f"{flags} --xla_cpu_multi_thread_eigen=false".strip()
 
 
-def read(kind: Any, key: str, text: str) -> Any:
-    """The text as a value of the type; the types are those of the option classes."""
+def parse_value(kind: Any, key: str, text: str) -> Any:
+    """Parses an option value as `kind`, a type annotation of an option class."""
     choices = ("true", "false") if kind is bool else get_args(kind) if get_origin(kind) is Literal else ()
     if choices:
         if text not in choices:
@@ -54,17 +54,17 @@ def read(kind: Any, key: str, text: str) -> Any:
         raise UsageError(f"--{key}={text}: expected a number ({kind.__name__})") from None
 
 
-def build(owner: type[Any], given: dict[str, str]) -> Any:
-    """An instance of the dataclass; takes its keys out of `given`."""
+def build_options(owner: type[Any], given: dict[str, str]) -> Any:
+    """Builds the dataclass `owner` from its keys in `given`, and removes these keys."""
     values = {}
     for name, kind in get_type_hints(owner).items():
         key = name.replace("_", "-")
         if key in given:
-            values[name] = read(kind, key, given.pop(key))
+            values[name] = parse_value(kind, key, given.pop(key))
     return owner(**values)
 
 
-def keys(*owners: type[Any]) -> str:
+def option_names(*owners: type[Any]) -> str:
     return ", ".join(f"--{field.name.replace('_', '-')}" for owner in owners for field in dataclasses.fields(owner))
 
 
@@ -73,21 +73,21 @@ def solve(name: str, problem_path: Path, folder: Path, arguments: list[str]) -> 
     for argument in arguments:
         key, equals, value = argument.removeprefix("--").partition("=")
         if not (argument.startswith("--") and equals):
-            raise UsageError(f"`{argument}`: options are written --key=value")
+            raise UsageError(f"`{argument}`: expected an option of the form --key=value")
         given[key] = value
     if "threads" in given:
-        limit_threads(read(int, "threads", given.pop("threads")))
+        limit_threads(parse_value(int, "threads", given.pop("threads")))
 
     from meshseg_reference.problem import load
     from meshseg_reference.trace import Limits, Trace
 
     module = importlib.import_module(f"meshseg_reference.{MODULES[name]}")
-    limits = build(Limits, given)
-    options = build(module.Options, given)
+    limits = build_options(Limits, given)
+    options = build_options(module.Options, given)
     if given:
-        raise UsageError(f"{name} has no option --{next(iter(given))}; it has --threads, {keys(Limits, module.Options)}")
+        raise UsageError(f"{name} has no option --{next(iter(given))}; its options are --threads, {option_names(Limits, module.Options)}")
     if not folder.is_dir():
-        raise UsageError(f"{folder}: not an existing folder")
+        raise UsageError(f"{folder}: not an existing folder; create it first")
     module.solve(load(problem_path), Trace(folder, limits), options)
 
 
@@ -108,7 +108,7 @@ def main(arguments: list[str]) -> int:
         if command != "check":
             solve(command, Path(problem_path), Path(folder), rest)
         elif rest:
-            raise UsageError(f"check takes no option `{rest[0]}`")
+            raise UsageError(f"`{rest[0]}`: check takes no options")
         else:
             check(Path(problem_path), Path(folder))
     except UsageError as error:

@@ -1,10 +1,10 @@
-"""Compares what meshseg computed with other people's code, and prints the differences as JSON.
+"""Compares results of meshseg with independent code, and prints the differences as JSON.
 
     FOLDER: u.npy, epsilon_paper.npy, epsilon_intrinsic.npy, gradient_paper.npy, gradient_intrinsic.npy,
-            energies.json, q.npy, project_in.npy, project_out.npy (each comparison needs its own files only)
+            energies.json, q.npy, project_in.npy, project_out.npy (each comparison needs only its own files)
 
-Gradients are jax.grad of the energy in float64, energies are products with the exported matrices, and
-the projection is jaxopt's.
+Gradients are computed by jax.grad of the energy in float64, energies with the exported matrices, and
+projections by jaxopt.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def compare(problem: Problem, folder: Path) -> dict[str, float]:
         values: Floats = np.load(folder / name, allow_pickle=False)
         return values
 
-    theirs = json.loads((folder / "energies.json").read_text(encoding="utf-8")) if has("energies.json") else {}
+    given = json.loads((folder / "energies.json").read_text(encoding="utf-8")) if has("energies.json") else {}
     for mode in EPSILON_MODES:
         if not has("u.npy", f"epsilon_{mode}.npy"):
             continue
@@ -59,16 +59,16 @@ def compare(problem: Problem, folder: Path) -> dict[str, float]:
             reference = autodiff_gradient(problem, array("u.npy"), epsilon, mode)
             worst = np.abs(array(f"gradient_{mode}.npy") - reference).max()
             differences[f"gradient_{mode}"] = float(worst / np.abs(reference).max())
-        if f"smoothed_{mode}" in theirs:
-            ours = smoothed_energy(problem, array("u.npy"), epsilon, mode)
-            differences[f"smoothed_{mode}"] = relative(theirs[f"smoothed_{mode}"], ours)
-    if has("u.npy") and "energy" in theirs:
-        differences["energy"] = relative(theirs["energy"], energy(problem, array("u.npy")))
-    if has("q.npy") and "dual_bound" in theirs:
+        if f"smoothed_{mode}" in given:
+            expected = smoothed_energy(problem, array("u.npy"), epsilon, mode)
+            differences[f"smoothed_{mode}"] = relative(given[f"smoothed_{mode}"], expected)
+    if has("u.npy") and "energy" in given:
+        differences["energy"] = relative(given["energy"], energy(problem, array("u.npy")))
+    if has("q.npy") and "dual_bound" in given:
         q = array("q.npy")
         if face_norms(q).max() > problem.lam * (1 + 1e-12):
-            raise InputError(f"{folder / 'q.npy'}: a block is longer than lambda")
-        differences["dual_bound"] = relative(theirs["dual_bound"], dual_bound(problem, q))
+            raise InputError(f"{folder / 'q.npy'}: the norm of a block exceeds lambda")
+        differences["dual_bound"] = relative(given["dual_bound"], dual_bound(problem, q))
     if has("project_in.npy", "project_out.npy"):
         reference = np.asarray(jax.vmap(projection_simplex)(jnp.asarray(array("project_in.npy"))))
         differences["projection"] = float(np.abs(array("project_out.npy") - reference).max())

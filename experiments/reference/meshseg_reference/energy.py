@@ -1,4 +1,4 @@
-"""Energies, gradient, dual bound and projections, as they stand in the books, in NumPy.
+"""Textbook implementations of energies, gradient, dual bound and projections in NumPy.
 
     E(U)     = <U, f> + lambda sum_j |(K U)_j|
     E_eps(U) = <U, f> + lambda sum_j r_j,  r_j = sqrt(|(K U)_j|^2 + delta_j),  delta_j = eps/4 (paper)
@@ -43,7 +43,7 @@ def smoothed_energy(problem: Problem, u: Floats, epsilon: float, mode: EpsilonMo
 
 
 def smoothed_dual(problem: Problem, u: Floats, epsilon: float, mode: EpsilonMode) -> Floats:
-    """q of a smoothed method: feasible, and the gradient is f + K^T q."""
+    """The feasible q with which the gradient of the smoothed energy is f + K^T q."""
     gradients = problem.K @ u
     radius = np.sqrt(face_norms(gradients) ** 2 + delta(problem, epsilon, mode))
     dual: Floats = problem.lam * gradients / np.repeat(radius, 2)[:, None]
@@ -60,14 +60,14 @@ def dual_bound(problem: Problem, q: Floats) -> float:
 
 
 def project_balls(q: Floats, radius: float) -> Floats:
-    """Each block q_j to the nearest block with |q_j| <= radius."""
+    """Projects each block q_j onto the ball |q_j| <= radius."""
     scale = np.maximum(1.0, face_norms(q) / radius)
     projected: Floats = q / np.repeat(scale, 2)[:, None]
     return projected
 
 
 def project_simplex(u: Floats) -> Floats:
-    """Each row to the nearest point of the unit simplex (sort, then threshold)."""
+    """Projects each row onto the unit simplex (sort, then threshold)."""
     descending = -np.sort(-u, axis=1)
     thresholds = (np.cumsum(descending, axis=1) - 1) / np.arange(1, u.shape[1] + 1)
     projected: Floats = np.maximum(u - thresholds.max(axis=1, keepdims=True), 0.0)

@@ -1,21 +1,20 @@
-"""Projected gradient on the smoothed energy, by jaxopt.ProjectedGradient in float64.
+"""Projected gradient on the smoothed energy, with jaxopt.ProjectedGradient in float64.
 
-    v <- P( v - t grad E_eps(v) ),  P = projection onto the simplex row by row, t = stepsize / L
+    v <- P( v - t grad E_eps(v) ),  P = row-wise projection onto the simplex, t = stepsize / L
 
 With acceleration=true this is FISTA (Beck and Teboulle, SIAM J. Imaging Sciences 2, 2009). With
-epsilon-start the smoothing fades (Bot and Hendrich, J. Global Optimization 63, 2015):
+epsilon-start the smoothing decreases (Bot and Hendrich, J. Global Optimization 63, 2015):
 
     eps_i = max( epsilon, epsilon_start / i^2 ),  t_i = stepsize / L_i,  L_i ~ eps_i^(-1/2)
 
-The unknown
-is v_k = w_k^(1/2) u_k with w_k = sum_j lambda delta_j^(-1/2) b_j |K_jk|^2 (see `curvature`), for which
-the gradient has Lipschitz constant L <= 1; precondition=false takes w_k = max w instead, which is plain
-projected gradient. stepsize=0 is jaxopt's line search.
+The variable is v_k = w_k^(1/2) u_k with w_k = sum_j lambda delta_j^(-1/2) b_j |K_jk|^2 (see `curvature`), for
+which the gradient has Lipschitz constant L <= 1; precondition=false uses w_k = max w instead, which is plain
+projected gradient. stepsize=0 selects jaxopt's line search.
 
 jaxopt: Blondel et al., Efficient and Modular Implicit Differentiation, NeurIPS 2022. It is no longer
-developed. The gradient is f + K^T q by gathers over the faces of each vertex: XLA's scatter-add, which
-autodiff makes of a gather, takes three times as long. The sum over those faces is a scan: unrolled,
-XLA fuses it into its consumers and computes it several times.
+developed. The gradient f + K^T q is computed by gathers over the faces of each vertex: XLA's scatter-add,
+which autodiff generates for a gather, takes three times as long. The sum over these faces is a scan:
+unrolled, XLA fuses it into its consumers and computes it several times.
 """
 
 from __future__ import annotations
@@ -94,7 +93,7 @@ def value_and_gradient(problem: Problem, scale: Floats, spread: Floats) -> Calla
 
 
 def simplex_network(v: Any, size: Any) -> Any:
-    """Rows onto simplices of the given sizes: sorting network, then the threshold max_k (S_k - size) / k."""
+    """Projects rows onto simplices of the given sizes: sorting network, then the threshold max_k (S_k - size) / k."""
     columns = [v[:, p] for p in range(v.shape[1])]
     for end in range(len(columns) - 1, 0, -1):
         for i in range(end):
@@ -136,7 +135,7 @@ class ProjectedGradient:
         jax.block_until_ready(self._iterate(self.v, self.state, 1))
 
     def fade(self, iteration: Any) -> Any:
-        """eps_i / epsilon; the count starts at zero."""
+        """eps_i / epsilon, with iterations counted from zero."""
         return jnp.maximum(1.0, self.options.epsilon_start / self.options.epsilon / (iteration + 1.0) ** 2)
 
     def advance(self, iterations: int) -> None:

@@ -1,11 +1,11 @@
-"""Small instances by NLopt: general nonlinear programming on the smoothed energy.
+"""Small instances with NLopt: general nonlinear programming on the smoothed energy.
 
-    minimize E_eps(x),  x = the first m - 1 regions,  0 <= x_kp <= 1,  sum_p x_kp <= 1 for each vertex k
+    minimize E_eps(x),  x = the first m - 1 columns of U,  0 <= x_kp <= 1,  sum_p x_kp <= 1 for each vertex k
 
-The last region is one minus the others. slsqp and mma take the V inequalities as they are; auglag moves
-them into an augmented Lagrangian, which L-BFGS minimizes within the bounds. NLopt passes constraints as
-a dense Jacobian and slsqp keeps dense quadratic programs, so memory is estimated before anything is
-allocated. An iteration is one evaluation of E_eps; the point of a sample is projected onto the simplex,
+The last column is one minus the others. slsqp and mma handle the V inequalities directly; auglag moves
+them into an augmented Lagrangian, which L-BFGS minimizes within the bounds. NLopt represents constraints by
+a dense Jacobian and slsqp stores dense quadratic programs, so memory is estimated before anything is
+allocated. An iteration is one evaluation of E_eps; samples are projected onto the simplex,
 because the constraints hold only at the end.
 
 slsqp: Kraft, ACM TOMS 20, 1994. mma: Svanberg, SIAM J. Optimization 12, 2002. auglag: Birgin and
@@ -37,9 +37,9 @@ class Options:
 
 
 def memory_estimate(algorithm: Algorithm, n: int, constraints: int) -> tuple[float, str]:
-    """Gigabytes, and what they are for."""
+    """Gigabytes, and an additional reason for them."""
     if algorithm == "slsqp":
-        return 8e-9 * n * (8.5 * n + 5 * constraints), "dense n x n least squares problems and"
+        return 8e-9 * n * (8.5 * n + 5 * constraints), "dense n x n least-squares problems and"
     return 8e-9 * n * 2 * constraints, ""
 
 
@@ -55,9 +55,9 @@ class Minimization:
         gigabytes, what = memory_estimate(options.algorithm, vertices * free, vertices)
         if gigabytes > options.memory:
             raise InputError(
-                f"{options.algorithm} keeps {what or ''} a dense Jacobian of constraints: "
+                f"{options.algorithm} stores {what or ''} a dense Jacobian of the constraints: "
                 f"n = {vertices * free} unknowns and {vertices} constraints need {gigabytes:.1f} GB, "
-                f"more than --memory={options.memory:g}".replace("  ", " ")
+                f"more than the limit --memory={options.memory:g}".replace("  ", " ")
             )
 
     def labels(self, x: Floats) -> Floats:

@@ -3,7 +3,7 @@
     x = Proj_simplex( u - tau (f + K^T q) )                u <- u + rho (x - u)
     y = Proj_{|q_j| <= lambda}( q + sigma K (2x - u) )     q <- q + rho (y - q)
 
-The iterates are (x, y). Steps, with s = balance:
+The iterates are (x, y). Step sizes, with s = balance:
 
     plain      sigma = s lambda / |K|                       tau = 1 / (s lambda |K|)
     diagonal   sigma_j = s lambda / max_i sum_k |K_ik|      tau_k = 1 / (s lambda sum_i |K_ik|),  i in {2j, 2j+1}
@@ -44,7 +44,7 @@ class Options:
 
 
 def step_sizes(problem: Problem, rule: str, balance: float) -> tuple[Floats, Floats]:
-    """sigma (F) and tau (V). A vertex without faces gets tau = 1 and is solved by its f alone."""
+    """sigma (F) and tau (V). At a vertex without faces, tau = 1 and only f matters."""
     corners, weights = problem.stencil()
     vertices = len(problem.f)
     if rule == "plain":
@@ -63,9 +63,9 @@ def step_sizes(problem: Problem, rule: str, balance: float) -> tuple[Floats, Flo
 
 
 def compile_iterations(regions: int, real: type[np.floating[Any]]) -> Callable[..., None]:
-    """The loops for one number of regions and one precision; both are constants of the machine code.
+    """Compiles the loops for one number of regions and one precision, both of which are compile-time constants.
 
-    Indices are unsigned: for signed ones numba tests each access for a negative index.
+    Indices are unsigned, because numba checks each access with a signed index for a negative value.
     """
     zero, one = real(0), real(1)
 
@@ -165,7 +165,7 @@ class ChambollePock:
         self._iterate(iterations, self.u, self.q, u_next, q_next, *self.constants, rho, *self.geometry)
 
     def advance(self, iterations: int) -> None:
-        """The last iteration leaves (x, y); `sample` relaxes it, as the loops do between samples."""
+        """Leaves the last iterate (x, y) unrelaxed; `sample` relaxes it, as the loops do in all other iterations."""
         self.run(iterations - 1, self.u, self.q, self.rho)
         self.run(1, self.x, self.y, self.one)
 

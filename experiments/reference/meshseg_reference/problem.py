@@ -24,7 +24,7 @@ VERSION = 1
 
 
 class InputError(Exception):
-    """What the user can mend; its text is the one line that he sees."""
+    """An error that the user can correct; only its message is printed."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Problem:
         face, row = np.divmod(entries.row, 2)
         is_corner = self.faces[face] == entries.col[:, None]
         if not is_corner.any(axis=1).all():
-            raise InputError("K has an entry outside the corners of its face")
+            raise InputError("K has an entry at a vertex that is not a corner of its face")
         weights = np.zeros((len(self.faces), 2, 3))
         np.add.at(weights, (face, row, is_corner.argmax(axis=1)), entries.data)
         return self.faces, weights
@@ -58,7 +58,10 @@ class Problem:
 
 def load(path: Path) -> Problem:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise ValueError("a single array")
+        with archive:
             data = dict(archive)
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a readable .npz file") from error
@@ -66,7 +69,7 @@ def load(path: Path) -> Problem:
     if form != FORMAT:
         raise InputError(f"{path}: `format` is {form!r}, expected {FORMAT!r}; write the file with `meshseg problem export`")
     if int(data.get("version", np.int64(0))) != VERSION:
-        raise InputError(f"{path}: format version {data.get('version')}, this package reads version {VERSION}")
+        raise InputError(f"{path}: format version {data.get('version')}, but this package reads version {VERSION}")
 
     def csr(name: str) -> Any:
         parts = (data[f"{name}_data"], data[f"{name}_indices"], data[f"{name}_indptr"])
@@ -88,5 +91,5 @@ def load(path: Path) -> Problem:
     except KeyError as error:
         raise InputError(f"{path}: the array `{error.args[0]}` is missing") from error
     if problem.K.shape != (2 * len(problem.faces), len(problem.f)):
-        raise InputError(f"{path}: K is {problem.K.shape}, expected two rows a face and a column a vertex")
+        raise InputError(f"{path}: K has shape {problem.K.shape}, expected two rows per face and one column per vertex")
     return problem

@@ -1,10 +1,11 @@
-"""Chambolle-Pock with sparse products, as most people would write it.
+"""A straightforward implementation of Chambolle-Pock with sparse products.
 
     u' = Proj_simplex( u - tau (f + K^T q) )
     q' = Proj_{|q_j| <= 1}( q + sigma K (2 u' - u) ),   tau = sigma = 1 / |K|
 
-Here K stands for lambda K: with lambda in the radius instead, equal steps fit the two unknowns so
-badly that it takes a hundred times the iterations. |K| is by power iteration, before the clock starts.
+Here K stands for lambda K: with lambda in the radius instead, equal step sizes fit the two variables so
+badly that the method takes a hundred times as many iterations. |K| is estimated by power iteration before
+the clock starts.
 
 Chambolle, Pock: A First-Order Primal-Dual Algorithm for Convex Problems with Applications to Imaging,
 JMIV 40, 2011.
@@ -30,7 +31,7 @@ class Options:
 
 
 def norm(K: Any, iterations: int) -> float:
-    """Largest singular value, from below, plus one percent."""
+    """Estimate of the largest singular value from below, plus one percent."""
     x = np.random.default_rng(0).standard_normal(K.shape[1])
     for _ in range(iterations):
         x = K.T @ (K @ x)

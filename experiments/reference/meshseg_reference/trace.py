@@ -1,6 +1,6 @@
-"""What a solver leaves: iterates at geometrically spaced iterations, and trace.csv.
+"""The output of a solver: iterates at geometrically spaced iterations, and trace.csv.
 
-The clock counts the iterations of the method alone. It stands still while a sample is written.
+The clock measures only the iterations of the method. It is paused while a sample is written.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class Sample(NamedTuple):
 
 class Method(Protocol):
     def advance(self, iterations: int) -> None:
-        """On the clock."""
+        """Makes iterations, on the clock."""
 
     def sample(self) -> Sample:
-        """Once after each advance; off the clock."""
+        """The current iterate; called once after each advance, off the clock."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Clock:
 
     @contextmanager
     def paused(self) -> Iterator[float]:
-        """Gives the reading at which it stopped."""
+        """Pauses the clock; yields its reading."""
         self._counted = self.seconds()
         try:
             yield self._counted
@@ -81,7 +81,7 @@ class Trace:
         return self.last >= self.limits.max_iterations or self.clock.seconds() >= self.limits.time_limit
 
     def write(self, iteration: int, seconds: float, sample: Sample) -> None:
-        """Arrays first, the line last: a line is a promise that its arrays are whole."""
+        """Writes the arrays before the line: a line guarantees that its arrays are complete."""
         self._save(f"u_{iteration:08}.npy", sample.u)
         if sample.q is not None:
             self._save(f"q_{iteration:08}.npy", sample.q)

@@ -192,7 +192,7 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     let data: Vec<u8> = colors.iter().flatten().map(|c| (255.0 * c).round() as u8).collect();
     let palette: Vec<[f64; 3]> =
         (0..run.summary.regions).map(crate::colormap::categorical).collect();
-    let [towards, up] = crate::render::standing(&mesh);
+    let [towards, up] = crate::render::default_view(&mesh);
     Ok(Some(json!({
         "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),
         "palette": palette, "solutions": solutions, "view": { "towards": towards, "up": up },

@@ -1,4 +1,4 @@
-// From the traces of an instance to curves: one strand a run, and a median with quartiles a solver.
+// From the traces of an instance to curves: one strand per run, and a median with quartiles per solver.
 
 import type { Instance, Report, Run, Solver } from "../data";
 import { middleOf, type Middle } from "./middle";
@@ -6,28 +6,28 @@ import type { Sample, View } from "./samples";
 
 export interface Curve {
   solver: Solver;
-  /** Samples of each repetition, in the order of the iterations. */
+  /** The samples of each repetition, by iteration. */
   strands: Sample[][];
   middle: Middle;
 }
 
 export interface Curves {
   curves: Curve[];
-  /** Solvers that ran on the instance but have nothing on these axes. */
+  /** Solvers that ran on the instance but have no values on these axes. */
   absent: Solver[];
-  /** Samples at or below zero, which a logarithmic axis has no place for. */
-  lost: number;
-  /** Runs left out because their seconds are of another machine. */
-  elsewhere: number;
+  /** The number of samples at or below zero, which a logarithmic axis cannot show. */
+  nonPositive: number;
+  /** The number of runs left out because their times are from another machine. */
+  otherMachine: number;
 }
 
 export function curvesOf(report: Report, instance: Instance, view: View): Curves {
-  const result: Curves = { curves: [], absent: [], lost: 0, elsewhere: 0 };
+  const result: Curves = { curves: [], absent: [], nonPositive: 0, otherMachine: 0 };
   for (const solver of report.data.solvers) {
     const all = report.runsOf(instance.id, solver.id);
     if (all.length === 0) continue;
-    const runs = view.axis === "seconds" ? all.filter((run) => report.timed(run)) : all;
-    result.elsewhere += all.length - runs.length;
+    const runs = view.axis === "seconds" ? all.filter((run) => report.hasComparableTime(run)) : all;
+    result.otherMachine += all.length - runs.length;
     const strands: Sample[][] = [];
     for (const run of runs) {
       const samples = strandOf(run, view, result);
@@ -47,7 +47,7 @@ function strandOf(run: Run, view: View, result: Curves): Sample[] {
     const x = xs[index];
     const y = ys[index];
     if (typeof x !== "number" || typeof y !== "number") continue;
-    if (view.logY && y <= 0) result.lost++;
+    if (view.logY && y <= 0) result.nonPositive++;
     else if (!view.logX || x > 0) samples.push({ run, index, x, y });
   }
   return samples;

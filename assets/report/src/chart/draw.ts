@@ -1,4 +1,4 @@
-// A chart as one SVG element that needs no style sheet: the same drawing is shown and saved.
+// A chart as one SVG element without a style sheet: the same drawing is shown and saved.
 
 import { line } from "d3-shape";
 import { s } from "../dom";
@@ -11,7 +11,7 @@ import { scaleOf, ticksOf, type Domain, type Scale } from "./scale";
 export interface Drawing {
   curves: Curve[];
   view: View;
-  /** Every repetition as a thin line instead of the median. */
+  /** Whether to draw each repetition as a thin line instead of the median. */
   every: boolean;
   x: Domain;
   y: Domain;
@@ -20,9 +20,9 @@ export interface Drawing {
   xLabel: string;
   yLabel: string;
   ink: Ink;
-  /** A level worth knowing, with its name. */
+  /** A horizontal reference line, with its label. */
   level: { value: number; label: string } | null;
-  /** Only in a saved chart: on the page both stand beside it. */
+  /** In a saved chart only: on the page, title and legend are next to the chart. */
   title: string | null;
   legend: boolean;
 }
@@ -38,8 +38,8 @@ export interface Frame {
 }
 
 const FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-serif";
-/** Mean width of a letter at 13 pixels: enough to place a legend without measuring it. */
-const LETTER = 6.9;
+/** Mean width of a letter at 13 pixels, accurate enough for the layout of a legend. */
+const LETTER_WIDTH = 6.9;
 
 export function draw(drawing: Drawing): Frame {
   const { curves, view, width, height, ink } = drawing;
@@ -121,11 +121,11 @@ function level({ value, label }: { value: number; label: string }, y: Scale, lef
   );
 }
 
-type Place = [number, number];
+type Position = [number, number];
 
-/** Points that moved by less than a pixel are not seen: long traces stay light. */
-function seen(points: Place[]): Place[] {
-  const kept: Place[] = [];
+/** Drops points that moved by less than a pixel, so that long traces stay small. */
+function thinned(points: Position[]): Position[] {
+  const kept: Position[] = [];
   points.forEach((point, index) => {
     const last = kept[kept.length - 1];
     const moved = !last || Math.abs(point[0] - last[0]) + Math.abs(point[1] - last[1]) >= 0.8;
@@ -134,7 +134,7 @@ function seen(points: Place[]): Place[] {
   return kept;
 }
 
-const path = (points: Point[], x: Scale, y: Scale) => line()(seen(points.map((point) => [x(point.x), y(point.y)]))) ?? "";
+const path = (points: Point[], x: Scale, y: Scale) => line()(thinned(points.map((point) => [x(point.x), y(point.y)]))) ?? "";
 
 function median({ solver, middle }: Curve, x: Scale, y: Scale, ink: Ink): SVGGElement {
   const stroke = color(solver.style, ink.dark);
@@ -175,7 +175,7 @@ function strands({ solver, strands }: Curve, x: Scale, y: Scale, ink: Ink): SVGG
   );
 }
 
-/** A short piece of a solver's line. */
+/** A sample of a solver's line. */
 export function swatch(style: number, ink: Ink, x = 0, y = 6): SVGLineElement {
   return s("line", {
     x1: x,
@@ -193,7 +193,7 @@ function legendOf(drawing: Drawing, left: number, right: number, top: number) {
   let x = left;
   let row = 0;
   for (const { solver } of drawing.curves) {
-    const needed = 38 + solver.label.length * LETTER + 22;
+    const needed = 38 + solver.label.length * LETTER_WIDTH + 22;
     if (x + needed > right && x > left) {
       x = left;
       row++;

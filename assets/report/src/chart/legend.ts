@@ -1,4 +1,4 @@
-// The legend: click hides a solver, double click or Alt with a click shows it alone.
+// The legend: a click hides a solver; a double-click or Alt-click shows it alone.
 
 import type { Solver } from "../data";
 import { h, s } from "../dom";
@@ -7,7 +7,7 @@ import { swatch } from "./draw";
 
 export interface Legend {
   element: HTMLElement;
-  /** The solvers drawn now, and those with nothing to draw. */
+  /** Sets the solvers that are drawn, and those without values to draw. */
   offer(present: Solver[], absent: Solver[]): void;
 }
 
@@ -19,7 +19,7 @@ export function legend(hidden: Set<string>, changed: () => void): Legend {
     { class: "legend", role: "group", "aria-label": "Solvers in the chart" },
     list,
     all,
-    h("p", { class: "hint" }, "Click to hide, double-click (or Alt-click) to see one alone."),
+    h("p", { class: "hint" }, "Click a solver to hide it; double-click (or Alt-click) to show it alone."),
   );
   let buttons: { id: string; button: HTMLButtonElement }[] = [];
   let offered: { present: Solver[]; absent: Solver[] } = { present: [], absent: [] };
@@ -30,10 +30,10 @@ export function legend(hidden: Set<string>, changed: () => void): Legend {
     changed();
   }
 
-  function alone(id: string): void {
-    const already = buttons.every((entry) => hidden.has(entry.id) === (entry.id !== id));
+  function isolate(id: string): void {
+    const isolated = buttons.every((entry) => hidden.has(entry.id) === (entry.id !== id));
     hidden.clear();
-    if (!already) for (const entry of buttons) if (entry.id !== id) hidden.add(entry.id);
+    if (!isolated) for (const entry of buttons) if (entry.id !== id) hidden.add(entry.id);
     update();
   }
 
@@ -49,11 +49,11 @@ export function legend(hidden: Set<string>, changed: () => void): Legend {
         title: absent ? "no value on these axes" : null,
         "data-solver": solver.id,
         onclick: (event: MouseEvent) => {
-          if (event.altKey) return alone(solver.id);
+          if (event.altKey) return isolate(solver.id);
           if (!hidden.delete(solver.id)) hidden.add(solver.id);
           update();
         },
-        ondblclick: () => alone(solver.id),
+        ondblclick: () => isolate(solver.id),
       },
       line,
       h("span", {}, solver.label),

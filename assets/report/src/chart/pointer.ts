@@ -1,4 +1,4 @@
-// Reading and zooming a chart: the sample nearest to the pointer, samples by arrow keys, a rectangle by drag.
+// Interaction with a chart: the sample nearest to the pointer, samples by arrow keys, zoom by drag.
 
 import { h, s } from "../dom";
 import { gap, seconds, significant } from "../format";
@@ -8,22 +8,22 @@ import type { Frame } from "./draw";
 import type { Quantity, Sample } from "./samples";
 import type { Domain } from "./scale";
 
-export interface Shown {
+export interface Drawn {
   frame: Frame;
   curves: Curve[];
 }
 
 export interface Listener {
-  /** What is drawn now. */
-  shown(): Shown;
+  /** The current drawing. */
+  current(): Drawn;
   zoom(x: Domain, y: Domain): void;
   reset(): void;
 }
 
-/** The pointer takes a sample from this far. */
-const REACH = 60;
-/** A drag shorter than this is a click; one this thin is meant along one axis only. */
-const DRAG = 8;
+/** The maximum distance between the pointer and the sample that it reads. */
+const REACH_PIXELS = 60;
+/** A shorter drag is a click; a drag that is narrower than this along one axis zooms the other axis only. */
+const MIN_DRAG_PIXELS = 8;
 
 const VALUE_NAMES: Record<Quantity, string> = {
   relative_gap: "relative gap",
@@ -31,7 +31,7 @@ const VALUE_NAMES: Record<Quantity, string> = {
   energy: "energy",
 };
 
-export function follow(host: HTMLElement, listener: Listener, quantity: () => Quantity): { clear(): void } {
+export function trackPointer(host: HTMLElement, listener: Listener, quantity: () => Quantity): { clear(): void } {
   const tip = h("div", { class: "tip", role: "status", hidden: true });
   host.append(tip);
   let mark: SVGElement | null = null;
@@ -46,7 +46,7 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
 
   function read(curve: Curve, sample: Sample): void {
     clear();
-    const { frame } = listener.shown();
+    const { frame } = listener.current();
     const { run, index } = sample;
     const x = frame.x(sample.x);
     const y = frame.y(sample.y);
@@ -80,9 +80,9 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
       h("dl", {}, ...rows.flatMap(([term, text]) => [h("dt", {}, term), h("dd", {}, text)])),
     );
     tip.hidden = false;
-    // Beside the sample, on the side with more room.
-    const beside = x > (frame.left + frame.right) / 2 ? x - tip.offsetWidth - 14 : x + 14;
-    tip.style.left = `${Math.max(0, beside)}px`;
+    // Next to the sample, on the side with more room.
+    const next = x > (frame.left + frame.right) / 2 ? x - tip.offsetWidth - 14 : x + 14;
+    tip.style.left = `${Math.max(0, next)}px`;
     tip.style.top = `${Math.max(frame.top, Math.min(frame.bottom - tip.offsetHeight, y - tip.offsetHeight / 2))}px`;
   }
 
@@ -94,8 +94,8 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
   }
 
   function nearest(px: number, py: number): void {
-    const { frame, curves } = listener.shown();
-    let best = REACH ** 2;
+    const { frame, curves } = listener.current();
+    let best = REACH_PIXELS ** 2;
     at = null;
     curves.forEach((curve, c) =>
       curve.strands.forEach((strand, t) =>
@@ -114,27 +114,27 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
   }
 
   function show(): void {
-    const curve = at && listener.shown().curves[at.curve];
+    const curve = at && listener.current().curves[at.curve];
     const sample = at && curve?.strands[at.strand]?.[at.sample];
     if (curve && sample) read(curve, sample);
     else clear();
   }
 
-  function place(event: PointerEvent): { x: number; y: number } {
+  function position(event: PointerEvent): { x: number; y: number } {
     const box = host.getBoundingClientRect();
-    const { left, right, top, bottom } = listener.shown().frame;
+    const { left, right, top, bottom } = listener.current().frame;
     return {
       x: Math.min(right, Math.max(left, event.clientX - box.left)),
       y: Math.min(bottom, Math.max(top, event.clientY - box.top)),
     };
   }
 
-  /** The dragged rectangle, whole along an axis that the drag hardly moved on. */
+  /** The dragged rectangle, which spans the whole of an axis along which the drag hardly moved. */
   function rectangle(to: { x: number; y: number }) {
     if (!from) return null;
-    const { left, right, top, bottom } = listener.shown().frame;
-    const wide = Math.abs(to.x - from.x) >= DRAG;
-    const high = Math.abs(to.y - from.y) >= DRAG;
+    const { left, right, top, bottom } = listener.current().frame;
+    const wide = Math.abs(to.x - from.x) >= MIN_DRAG_PIXELS;
+    const high = Math.abs(to.y - from.y) >= MIN_DRAG_PIXELS;
     if (!wide && !high) return null;
     const [x1, x2] = wide ? [Math.min(from.x, to.x), Math.max(from.x, to.x)] : [left, right];
     const [y1, y2] = high ? [Math.min(from.y, to.y), Math.max(from.y, to.y)] : [top, bottom];
@@ -143,11 +143,11 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
 
   host.addEventListener("pointerdown", (event) => {
     if (event.button !== 0 || event.pointerType === "touch") return;
-    from = place(event);
+    from = position(event);
     host.setPointerCapture(event.pointerId);
   });
   host.addEventListener("pointermove", (event) => {
-    const to = place(event);
+    const to = position(event);
     if (!from) return nearest(to.x, to.y);
     clear();
     const box = rectangle(to);
@@ -156,14 +156,14 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
       class: "zoom", x: box.x1, y: box.y1, width: box.x2 - box.x1, height: box.y2 - box.y1,
       fill: ink().text, "fill-opacity": 0.07, stroke: ink().muted, "stroke-dasharray": "3 3",
     });
-    listener.shown().frame.svg.append(mark);
+    listener.current().frame.svg.append(mark);
   });
   host.addEventListener("pointerup", (event) => {
-    const box = from && rectangle(place(event));
+    const box = from && rectangle(position(event));
     from = null;
     clear();
     if (!box) return;
-    const { x, y } = listener.shown().frame;
+    const { x, y } = listener.current().frame;
     listener.zoom([x.invert(box.x1), x.invert(box.x2)], [y.invert(box.y2), y.invert(box.y1)]);
   });
   host.addEventListener("pointercancel", () => {
@@ -183,7 +183,7 @@ export function follow(host: HTMLElement, listener: Listener, quantity: () => Qu
     }
     const along = { ArrowLeft: -1, ArrowRight: 1 }[event.key] ?? 0;
     const across = { ArrowUp: -1, ArrowDown: 1 }[event.key] ?? 0;
-    const { curves } = listener.shown();
+    const { curves } = listener.current();
     if ((along === 0 && across === 0) || curves.length === 0) return;
     event.preventDefault();
     if (!at) at = { curve: 0, strand: 0, sample: 0 };

@@ -1,4 +1,4 @@
-// What a chart shows of runs: samples of their traces, on the axes of a view.
+// The samples of traces on the axes of a view.
 
 import type { Run } from "../data";
 

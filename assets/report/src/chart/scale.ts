@@ -11,7 +11,7 @@ export interface Tick {
   label: string;
 }
 
-/** The domain of the values with some air around them. */
+/** The domain of the values, with some padding. */
 export function domainOf(values: Iterable<number>, log: boolean): Domain {
   let low = Infinity;
   let high = -Infinity;
@@ -21,12 +21,12 @@ export function domainOf(values: Iterable<number>, log: boolean): Domain {
   }
   if (low > high) return log ? [0.1, 1] : [0, 1];
   if (log) {
-    const air = low === high ? 2 : (high / low) ** 0.03;
-    return [low / air, high * air];
+    const padding = low === high ? 2 : (high / low) ** 0.03;
+    return [low / padding, high * padding];
   }
-  const air = low === high ? Math.abs(low) * 0.1 || 1 : (high - low) * 0.03;
-  // Counts and times begin at zero: air below it would show what cannot be.
-  return [low >= 0 && low - air < 0 ? 0 : low - air, high + air];
+  const padding = low === high ? Math.abs(low) * 0.1 || 1 : (high - low) * 0.03;
+  // Counts and times start at zero, so there is no padding below it.
+  return [low >= 0 && low - padding < 0 ? 0 : low - padding, high + padding];
 }
 
 export function scaleOf(domain: Domain, log: boolean, range: [number, number]): Scale {
@@ -44,7 +44,7 @@ export function ticksOf(scale: Scale, log: boolean, spacing: number): Tick[] {
   const [low = 1, high = 1] = scale.domain();
   const from = Math.ceil(Math.log10(low) - 1e-9);
   const to = Math.floor(Math.log10(high) + 1e-9);
-  // One notation an axis: digits where all are short.
+  // One notation per axis: plain digits if all labels are short.
   const label = (value: number) => (from >= -2 && to <= 4 ? value.toLocaleString("en-US") : power(value));
   if (to - from >= 2) {
     const step = Math.ceil((to - from + 1) / room);
@@ -52,9 +52,9 @@ export function ticksOf(scale: Scale, log: boolean, spacing: number): Tick[] {
     for (let e = from; e <= to; e += step) ticks.push({ value: Number(`1e${e}`), label: label(Number(`1e${e}`)) });
     return ticks;
   }
-  // So far into a curve that a logarithmic axis is nearly straight.
-  if (high / low < 5) return scaleLinear().domain([low, high]).ticks(room).map((value) => ({ value, label: near(value, high - low) }));
-  // Within two decades: 1, 2, 5 and what lies between when there is room for it.
+  // The domain is so small that a logarithmic axis is nearly linear.
+  if (high / low < 5) return scaleLinear().domain([low, high]).ticks(room).map((value) => ({ value, label: labelWithin(value, high - low) }));
+  // Less than two decades: all digits if there is room, else 1, 2, 5 or fewer.
   for (const digits of [[1, 2, 3, 4, 5, 6, 7, 8, 9], [1, 2, 5], [1, 3], [1]]) {
     const ticks: Tick[] = [];
     for (let e = from - 1; e <= to + 1; e++) {
@@ -68,8 +68,8 @@ export function ticksOf(scale: Scale, log: boolean, spacing: number): Tick[] {
   return [];
 }
 
-/** As many digits as tell neighbors apart. */
-function near(value: number, span: number): string {
+/** A label with enough digits to distinguish neighboring ticks. */
+function labelWithin(value: number, span: number): string {
   const digits = Math.min(12, Math.max(2, Math.ceil(Math.log10(Math.abs(value) / span)) + 2));
   const plain = Math.abs(value) >= 1e-3 && Math.abs(value) < 1e5;
   return plain ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1);

@@ -1,4 +1,4 @@
-// What stands around a chart: names of axes, facts of an instance, notes on what is and is not drawn.
+// The text around a chart: axis labels, facts about an instance, notes on what is and is not drawn.
 
 import type { Instance } from "../data";
 import { counted, significant } from "../format";
@@ -29,8 +29,8 @@ export function factsOf(instance: Instance): string {
 
 export function emptyText(view: View): string {
   const what = Y_LABELS[view.quantity];
-  const why = view.logY || view.logX ? " that a logarithmic axis has a place for" : "";
-  return `No run of this instance recorded a ${what}${why}.`;
+  const why = view.logY || view.logX ? " that a logarithmic axis can show" : "";
+  return `No run of this instance recorded any ${what}${why}.`;
 }
 
 export function notesOf(data: Curves, view: View, every: boolean): string {
@@ -39,15 +39,15 @@ export function notesOf(data: Curves, view: View, every: boolean): string {
   if (repeated) {
     notes.push(
       every
-        ? "One line a repetition."
-        : "Lines are medians over the repetitions, bands span the quartiles.",
+        ? "One line per repetition."
+        : "Lines are medians over the repetitions; bands span the quartiles.",
     );
   }
-  if (data.lost > 0) {
-    notes.push(`${counted(data.lost, "sample")} at or below zero ${data.lost === 1 ? "has" : "have"} no place on a logarithmic axis.`);
+  if (data.nonPositive > 0) {
+    notes.push(`${counted(data.nonPositive, "sample")} at or below zero ${data.nonPositive === 1 ? "is" : "are"} not shown on a logarithmic axis.`);
   }
-  if (data.elsewhere > 0) {
-    notes.push(`${counted(data.elsewhere, "run")} of another machine left out: seconds of different machines do not compare.`);
+  if (data.otherMachine > 0) {
+    notes.push(`${counted(data.otherMachine, "run")} on another machine left out: times from different machines are not comparable.`);
   }
   const drawn = data.curves.flatMap((curve) => curve.strands.flatMap((strand) => strand[0]?.run ?? []));
   const loaded = drawn.filter((run) => run.loaded).length;

@@ -1,9 +1,9 @@
-// Section: the curves of one instance, on the axes of choice.
+// Section: the curves of one instance, on selectable axes.
 
 import { curvesOf, type Curve, type Curves } from "../chart/curves";
 import { draw, type Drawing, type Frame } from "../chart/draw";
 import { legend } from "../chart/legend";
-import { follow } from "../chart/pointer";
+import { trackPointer } from "../chart/pointer";
 import type { Axis, Quantity, View } from "../chart/samples";
 import { domainOf, type Domain } from "../chart/scale";
 import { emptyText, factsOf, notesOf, X_LABELS, Y_LABELS } from "../chart/words";
@@ -14,7 +14,7 @@ import { ink, onThemeChange, PAPER } from "../theme";
 import { choice } from "../widgets/choice";
 import { combobox } from "../widgets/combobox";
 
-/** Of a saved chart: the shape of a slide's half. */
+/** The size of a saved chart, about half a slide. */
 const SAVED = { width: 900, height: 540 };
 
 export function charts(report: Report): Node {
@@ -43,7 +43,7 @@ export function charts(report: Report): Node {
     redraw();
   }
 
-  /** Domains of all curves, the hidden ones too: hiding one must not move the others. */
+  /** Domains of all curves, including hidden ones, so that hiding one does not move the others. */
   function domains(): { x: Domain; y: Domain } {
     const samples = data.curves.flatMap((curve) => curve.strands.flat());
     const ys = samples.map((sample) => sample.y);
@@ -75,7 +75,7 @@ export function charts(report: Report): Node {
     };
   }
 
-  /** The axes or the instance changed. */
+  /** Updates the data after a change of the axes or the instance. */
   function recompute(): void {
     zoom = null;
     data = curvesOf(report, instance, view);
@@ -105,10 +105,10 @@ export function charts(report: Report): Node {
     save(`${stem}.svg`, svgBlob(new XMLSerializer().serializeToString(svg)));
   }
 
-  const pointer = follow(
+  const pointer = trackPointer(
     plot,
     {
-      shown: () => ({ frame, curves: visible() }),
+      current: () => ({ frame, curves: visible() }),
       zoom: (x, y) => zoomTo({ x, y }),
       reset: () => zoomTo(null),
     },
@@ -180,10 +180,10 @@ export function charts(report: Report): Node {
       unzoom,
       h("button", { type: "button", "data-action": "save-chart", onclick: saveSvg }, "Download SVG"),
     ),
-    h("p", { class: "hint" }, "Drag in the chart to zoom; double-click there to see all of it again."),
+    h("p", { class: "hint" }, "Drag in the chart to zoom; double-click it to reset the zoom."),
   );
 
-  // The first size reported is also the first drawing.
+  // The first reported size triggers the first drawing.
   let width = 0;
   new ResizeObserver(() => {
     if (plot.clientWidth === width) return;

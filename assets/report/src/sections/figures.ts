@@ -1,9 +1,9 @@
-// Section: the figures that the program drew.
+// Section: the figures drawn by the program.
 
 import type { FigureData, Report } from "../data";
 import { h } from "../dom";
 import { save, svgBlob } from "../download";
-import { onThemeChange, shownColor } from "../theme";
+import { onThemeChange, themedColor } from "../theme";
 
 export function figures(report: Report): Node {
   return h("div", { class: "figures" }, ...report.data.figures.map(figure));
@@ -11,7 +11,7 @@ export function figures(report: Report): Node {
 
 function figure({ title, svg, stem }: FigureData): HTMLElement {
   const paper = h("div", { class: "paper", role: "img", "aria-label": title });
-  // Of its own shadow tree, so that the ids and styles of one figure cannot reach another.
+  // In its own shadow tree, so that the ids and styles of one figure cannot affect another.
   const shadow = paper.attachShadow({ mode: "open" });
   const show = () => shadow.replaceChildren(picture(svg));
   show();
@@ -37,10 +37,10 @@ function picture(text: string): Node {
   for (const element of [svg, ...svg.querySelectorAll("*")]) {
     for (const name of ["fill", "stroke"]) {
       const color = element.getAttribute(name);
-      if (color) element.setAttribute(name, shownColor(color));
+      if (color) element.setAttribute(name, themedColor(color));
     }
   }
-  // As wide as its place, by its view box.
+  // The view box scales the figure to the width of its container.
   svg.removeAttribute("width");
   svg.removeAttribute("height");
   svg.setAttribute("style", "display: block; width: 100%; height: auto");

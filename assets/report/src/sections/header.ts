@@ -1,4 +1,4 @@
-// The head of the page: the question, where the numbers come from, and what to beware of.
+// The header of the page: the question, the origin of the numbers, and warnings.
 
 import type { Report, Run } from "../data";
 import { h } from "../dom";
@@ -26,7 +26,7 @@ export function header(report: Report): HTMLElement {
   );
 }
 
-/** The days from the first run to the last. */
+/** The dates of the first and the last run. */
 function madeBetween(runs: Run[]): string {
   const starts = runs.flatMap(({ manifest: { start } }) => (typeof start === "string" ? start : [])).sort();
   const [first, last] = [starts[0], starts[starts.length - 1]].map((start) => (start ? day(start) : null));
@@ -40,17 +40,17 @@ function notices(report: Report): string[] {
   const loaded = runs.filter((run) => run.loaded).length;
   if (loaded > 0) {
     found.push(
-      `Loaded machine: other work was running during ${loaded} of ${counted(runs.length, "run")}. Their seconds may be too long.`,
+      `Loaded machine: other work was running during ${loaded} of ${counted(runs.length, "run")}. The times of these runs may be too long.`,
     );
   }
-  const elsewhere = runs.filter((run) => !report.timed(run));
+  const elsewhere = runs.filter((run) => !report.hasComparableTime(run));
   if (elsewhere.length > 0) {
     const names = machines.filter((machine) => elsewhere.some((run) => run.machine === machine.id));
     const cpus = names.map((machine) => `${machine.id} (${machine.cpu})`).join(", ");
     found.push(
-      `${counted(elsewhere.length, "run")} of another machine${cpus ? `, ${cpus},` : ""} ` +
-        `${elsewhere.length === 1 ? "is" : "are"} left out of every time axis and of every time in the summary: ` +
-        "seconds of different machines do not compare.",
+      `${counted(elsewhere.length, "run")} on another machine${cpus ? `, ${cpus},` : ""} ` +
+        `${elsewhere.length === 1 ? "is" : "are"} left out of every time axis and of the times in the summary: ` +
+        "times from different machines are not comparable.",
     );
   }
   return found;

@@ -1,9 +1,9 @@
-// Section: every run, and the manifest of each.
+// Section: all runs, each with its manifest.
 
 import type { Cell, Report, Run } from "../data";
 import { h } from "../dom";
 import { gap, MISSING, significant } from "../format";
-import { meanings } from "../statuses";
+import { statusMeanings } from "../statuses";
 import { table, type Column } from "../widgets/table";
 
 export function runs(report: Report): Node {
@@ -38,14 +38,14 @@ export function runs(report: Report): Node {
     "div",
     {},
     table({ label: "Runs", columns, rows, detail: (row) => manifest(runs[row] as Run) }),
-    h("p", { class: "hint" }, "A row opens to the manifest of its run, with the reason why it ended."),
-    ...meanings(report).map((text) => h("p", { class: "hint" }, text)),
+    h("p", { class: "hint" }, "Click a row to open the manifest of its run, with the reason why it ended."),
+    ...statusMeanings(report).map((text) => h("p", { class: "hint" }, text)),
   );
 }
 
 function manifest(run: Run): Node {
   const { energy, dual_bound } = run;
-  // The manifest may name them as well.
+  // The manifest may contain these keys too.
   const entries = Object.entries({ energy, dual_bound, ...run.manifest, repetition: run.repetition + 1 });
   const text = (value: unknown) => {
     if (value === null || value === undefined) return MISSING;

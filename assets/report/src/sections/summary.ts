@@ -1,13 +1,13 @@
-// Section: what the runs say, computed from their traces and from nothing else.
+// Section: a summary of the runs, computed from their traces only.
 
 import type { Cell, Instance, Report } from "../data";
 import { h } from "../dom";
 import { counted, gap, seconds, significant } from "../format";
 import { median, ranking, tally, targets, tightest } from "../statistics";
-import { meanings } from "../statuses";
+import { statusMeanings } from "../statuses";
 import { table } from "../widgets/table";
 
-/** One instance at one target. */
+/** The result for one instance at one target. */
 interface Verdict {
   instance: Instance;
   target: number | null;
@@ -18,7 +18,7 @@ interface Verdict {
 export function summary(report: Report): Node {
   const { instances } = report.data;
   const decades = targets(report);
-  const place = h("div");
+  const container = h("div");
   const cards = h("div", { class: "cards" });
 
   const select = h(
@@ -31,9 +31,9 @@ export function summary(report: Report): Node {
   function show(target: number | null): void {
     const verdicts = instances.map((instance) => verdict(report, instance, target ?? tightest(report, instance, decades)));
     cards.replaceChildren(...cardsOf(report, verdicts, target));
-    place.replaceChildren(
+    container.replaceChildren(
       table({
-        label: "Fastest solver of every instance",
+        label: "Fastest solver on each instance",
         columns: [
           { label: "instance", numeric: false },
           { label: "gap", numeric: true, format: (cell) => (typeof cell === "number" ? cell.toExponential() : "") },
@@ -54,19 +54,19 @@ export function summary(report: Report): Node {
     "div",
     {},
     cards,
-    ...meanings(report).map((text) => h("p", { class: "hint" }, text)),
+    ...statusMeanings(report).map((text) => h("p", { class: "hint" }, text)),
     decades.length === 0
       ? h("p", { class: "empty" }, "No run certified a relative gap of 1e-1 or less.")
       : h(
           "div",
           {},
           h("div", { class: "field" }, h("label", { class: "field-label", for: "target" }, "Time to a certified relative gap of"), select),
-          place,
+          container,
           h(
             "p",
             { class: "hint" },
             "Seconds and iterations at the first sample whose certified relative gap is at most the target: median over " +
-              "the repetitions, of which at least half must reach it. “Takes” is the next solver's time in units of the fastest's.",
+              "the repetitions, of which at least half must reach it. “takes” is the time of the next solver relative to that of the fastest.",
           ),
         ),
   );
@@ -76,7 +76,7 @@ function verdict(report: Report, instance: Instance, target: number | null): Ver
   if (target === null) return { instance, target, fastest: null, row: [instance.label, ...Array<null>(7).fill(null)] };
   const [first, second] = ranking(report, instance, target, "seconds");
   const [fewest] = ranking(report, instance, target, "iteration");
-  const label = (place: { solver: string } | undefined) => (place ? report.solverLabel(place.solver) : null);
+  const label = (ranked: { solver: string } | undefined) => (ranked ? report.solverLabel(ranked.solver) : null);
   const factor = first && second && first.value > 0 ? second.value / first.value : null;
   return {
     instance,
@@ -119,7 +119,7 @@ function cardsOf(report: Report, verdicts: Verdict[], target: number | null): HT
 
   const certified = runs.filter((run) => run.relative_gap !== null);
   const best = certified.reduce<(typeof runs)[number] | null>(
-    (least, run) => (least === null || Number(run.relative_gap) < Number(least.relative_gap) ? run : least),
+    (smallest, run) => (smallest === null || Number(run.relative_gap) < Number(smallest.relative_gap) ? run : smallest),
     null,
   );
   if (best) {

@@ -1,4 +1,4 @@
-// Section: the tables that the program computed.
+// Section: the tables computed by the program.
 
 import type { Report } from "../data";
 import { h } from "../dom";

@@ -1,4 +1,4 @@
-// Section: meshes in three dimensions, with the labels that each solver found.
+// Section: the meshes in 3-D, with the labels of each solver.
 
 import type { Report } from "../data";
 import { h } from "../dom";
@@ -21,9 +21,9 @@ export function viewer(report: Report): Node {
     message.textContent = text;
     message.hidden = false;
   };
-  const view = stage(() => fail("The browser took the 3-D view away (its graphics context was lost). Reload the page to see it again."));
+  const view = stage(() => fail("The browser closed the 3-D view (its graphics context was lost). Reload the page to restore it."));
   if (!view) {
-    fail("This browser offers no WebGL, so the meshes cannot be shown in 3-D. Everything else on this page works without it.");
+    fail("This browser has no WebGL, so the meshes cannot be shown in 3-D. The rest of this page works without it.");
     return message;
   }
 
@@ -35,8 +35,8 @@ export function viewer(report: Report): Node {
   let other = "";
 
   const key = h("div", { class: "viewer-key", role: "status" });
-  const solverPlace = h("div");
-  const otherPlace = h("div");
+  const solverSlot = h("div");
+  const otherSlot = h("div");
   let solverChoice: Choice<string>;
 
   const modes = choice<Mode>(
@@ -54,7 +54,7 @@ export function viewer(report: Report): Node {
     },
   );
 
-  /** The instance changed: its surface, and the solvers that have labels on it. */
+  /** Loads the surface of the current instance, and the solvers that have labels on it. */
   function load(): void {
     const id = instance?.scene ?? "";
     const scene = scenes[id];
@@ -71,7 +71,7 @@ export function viewer(report: Report): Node {
     const options = solved.map(({ id, label }) => ({ value: id, label }));
     solverChoice = choice("Solver", options, solver, (chosen) => {
       solver = chosen;
-      // A solver was asked for, and data have none.
+      // Choosing a solver leaves the data mode, which does not depend on one.
       if (mode === "data") mode = "labels";
       paint();
     }, "stacked");
@@ -79,30 +79,30 @@ export function viewer(report: Report): Node {
       other = chosen;
       paint();
     }, "stacked");
-    solverPlace.replaceChildren(solverChoice.element);
-    otherPlace.replaceChildren(otherChoice.element);
+    solverSlot.replaceChildren(solverChoice.element);
+    otherSlot.replaceChildren(otherChoice.element);
     paint();
   }
 
   function paint(): void {
     modes.set(mode);
     solverChoice.set(mode === "data" ? null : solver);
-    otherPlace.hidden = mode !== "difference";
+    otherSlot.hidden = mode !== "difference";
     const a = surface.answer(solver);
     const b = surface.answer(other);
     if (mode === "labels" && a) {
-      look(labelColors(surface, a), a.labels, labelKey(surface, a));
+      display(labelColors(surface, a), a.labels, labelKey(surface, a));
     } else if (mode === "uncertainty" && a) {
-      look(uncertaintyColors(surface, a), null, uncertaintyKey(surface, a));
+      display(uncertaintyColors(surface, a), null, uncertaintyKey(surface, a));
     } else if (mode === "difference" && a && b) {
       const differs = differences(a, b);
-      look(differenceColors(surface, differs), differs, differenceKey(surface, differs));
+      display(differenceColors(surface, differs), differs, differenceKey(surface, differs));
     } else {
-      look(surface.data, null, dataKey(surface));
+      display(surface.data, null, dataKey(surface));
     }
   }
 
-  function look(colors: Uint8Array, classes: Uint8Array | null, meaning: Node): void {
+  function display(colors: Uint8Array, classes: Uint8Array | null, meaning: Node): void {
     view?.paint(colors, classes);
     key.replaceChildren(meaning);
   }
@@ -135,8 +135,8 @@ export function viewer(report: Report): Node {
       h(
         "div",
         { class: "side" },
-        solverPlace,
-        otherPlace,
+        solverSlot,
+        otherSlot,
         key,
         h(
           "div",
@@ -145,7 +145,7 @@ export function viewer(report: Report): Node {
           h("button", { type: "button", onclick: () => void box.requestFullscreen() }, "Full screen"),
           h("button", { type: "button", onclick: () => void savePicture() }, "Save PNG"),
         ),
-        h("p", { class: "hint" }, "Drag to turn, right-drag to move; click the mesh, then the wheel zooms. The camera stays when you switch."),
+        h("p", { class: "hint" }, "Drag to rotate, right-drag to pan; click the mesh, then scroll to zoom. Switching keeps the camera."),
       ),
     ),
   );

@@ -1,4 +1,4 @@
-// A color for every vertex, by what is looked at.
+// A color for every vertex, for each mode of the viewer.
 
 import type { Answer, Surface } from "./surface";
 
@@ -12,8 +12,8 @@ const RAMP: Rgb[] = [
   [197, 82, 34],
   [104, 24, 32],
 ];
-const SAME: Rgb = [222, 222, 218];
-const DIFFERENT: Rgb = [208, 30, 36];
+const SAME_COLOR: Rgb = [222, 222, 218];
+const DIFFERENT_COLOR: Rgb = [208, 30, 36];
 
 export function css([r, g, b]: Rgb): string {
   return `rgb(${r} ${g} ${b})`;
@@ -26,10 +26,10 @@ export function regionColor(surface: Surface, region: number): Rgb {
 
 /** Color of an uncertainty in [0, 1]. */
 export function rampColor(t: number): Rgb {
-  const place = Math.min(1, Math.max(0, t)) * (RAMP.length - 1);
-  const before = Math.min(RAMP.length - 2, Math.floor(place));
+  const position = Math.min(1, Math.max(0, t)) * (RAMP.length - 1);
+  const before = Math.min(RAMP.length - 2, Math.floor(position));
   const [a, b] = [RAMP[before], RAMP[before + 1]] as [Rgb, Rgb];
-  return a.map((value, i) => Math.round(value + (place - before) * ((b[i] ?? 0) - value))) as Rgb;
+  return a.map((value, i) => Math.round(value + (position - before) * ((b[i] ?? 0) - value))) as Rgb;
 }
 
 function fill(count: number, colorOf: (vertex: number) => Rgb): Uint8Array {
@@ -40,18 +40,18 @@ function fill(count: number, colorOf: (vertex: number) => Rgb): Uint8Array {
 
 export function labelColors(surface: Surface, { labels }: Answer): Uint8Array {
   const regions = surface.palette.map((_, region) => regionColor(surface, region));
-  return fill(surface.vertices, (v) => regions[labels[v] ?? 0] ?? SAME);
+  return fill(surface.vertices, (v) => regions[labels[v] ?? 0] ?? SAME_COLOR);
 }
 
-/** The largest uncertainty there is: that of the uniform row. */
-export function worst(surface: Surface): number {
+/** The largest possible uncertainty, that of the uniform row. */
+export function maxUncertainty(surface: Surface): number {
   return 1 - 1 / Math.max(2, surface.palette.length);
 }
 
 export function uncertaintyColors(surface: Surface, { certainty }: Answer): Uint8Array {
-  const most = worst(surface);
-  const ramp = Array.from({ length: 256 }, (_, value) => rampColor((1 - value / 255) / most));
-  return fill(surface.vertices, (v) => ramp[certainty[v] ?? 255] ?? SAME);
+  const max = maxUncertainty(surface);
+  const ramp = Array.from({ length: 256 }, (_, value) => rampColor((1 - value / 255) / max));
+  return fill(surface.vertices, (v) => ramp[certainty[v] ?? 255] ?? SAME_COLOR);
 }
 
 /** 1 where two answers differ, else 0. */
@@ -60,7 +60,7 @@ export function differences(a: Answer, b: Answer): Uint8Array {
 }
 
 export function differenceColors(surface: Surface, differs: Uint8Array): Uint8Array {
-  return fill(surface.vertices, (v) => (differs[v] ? DIFFERENT : SAME));
+  return fill(surface.vertices, (v) => (differs[v] ? DIFFERENT_COLOR : SAME_COLOR));
 }
 
-export { DIFFERENT, SAME };
+export { DIFFERENT_COLOR, SAME_COLOR };

@@ -1,10 +1,10 @@
-// Surfaces with sharp cuts: a face whose corners are of different classes is split at the middles of its edges, since
-// colors blended across it would be of no region.
+// Surfaces with sharp cuts: a face with corners of different classes is split at the midpoints of its edges, since
+// colors blended across it would not be those of any region.
 
 export interface Painted {
   positions: Float32Array;
   normals: Float32Array;
-  /** Bytes, as the input. */
+  /** Bytes, like the input. */
   colors: Uint8Array;
   index: Uint32Array;
 }
@@ -15,9 +15,9 @@ export interface Smooth {
   faces: Uint32Array;
 }
 
-/** New corners of a face of three classes, of which there are the most. */
-const MOST_CORNERS = 9;
-const MOST_FACES = 6;
+/** The numbers of new corners and of faces for a face with three classes, which needs the most. */
+const MAX_NEW_CORNERS = 9;
+const MAX_FACES = 6;
 
 export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, classes: Uint8Array): Painted {
   const corner = (at: number) => faces[at] ?? 0;
@@ -27,12 +27,12 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
     if (classAt(f) !== classAt(f + 1) || classAt(f) !== classAt(f + 2)) mixed++;
   }
   const vertices = positions.length / 3;
-  const room = 3 * (vertices + MOST_CORNERS * mixed);
+  const room = 3 * (vertices + MAX_NEW_CORNERS * mixed);
   const out = {
     positions: new Float32Array(room),
     normals: new Float32Array(room),
     colors: new Uint8Array(room),
-    index: new Uint32Array(faces.length + 3 * (MOST_FACES - 1) * mixed),
+    index: new Uint32Array(faces.length + 3 * (MAX_FACES - 1) * mixed),
   };
   out.positions.set(positions);
   out.normals.set(normals);
@@ -45,7 +45,7 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
     out.index[used++] = b;
     out.index[used++] = c;
   };
-  /** A new corner in the middle of some vertices, of the color of another. */
+  /** A new corner at the centroid of the given vertices, with the color of vertex `colorOf`. */
   const middle = (of: number[], colorOf: number) => {
     for (let axis = 0; axis < 3; axis++) {
       const mean = (values: Float32Array) => of.reduce((sum, v) => sum + (values[3 * v + axis] ?? 0), 0) / of.length;
@@ -58,7 +58,7 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
 
   for (let f = 0; f < faces.length; f += 3) {
     const labels = [classAt(f), classAt(f + 1), classAt(f + 2)];
-    // The corner whose two neighbors are of one class; -1 where there is none.
+    // The corner whose two neighbors have the same class, or -1.
     const odd = [0, 1, 2].find((c) => labels[(c + 1) % 3] === labels[(c + 2) % 3]) ?? -1;
     const [k, i, j] = [0, 1, 2].map((c) => corner(f + ((Math.max(0, odd) + c) % 3))) as [number, number, number];
     if (odd >= 0 && classes[k] === classes[i]) {

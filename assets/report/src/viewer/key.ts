@@ -1,8 +1,8 @@
-// What the colors of the viewer mean, and the numbers that go with them.
+// The color keys of the viewer, with the corresponding numbers.
 
 import { h } from "../dom";
 import { counted, percent } from "../format";
-import { css, DIFFERENT, rampColor, regionColor, SAME, worst, type Rgb } from "./colors";
+import { css, DIFFERENT_COLOR, rampColor, regionColor, SAME_COLOR, maxUncertainty, type Rgb } from "./colors";
 import type { Answer, Surface } from "./surface";
 
 function line(color: Rgb, text: string, value: string): HTMLElement {
@@ -10,7 +10,7 @@ function line(color: Rgb, text: string, value: string): HTMLElement {
 }
 
 export function dataKey(surface: Surface): Node {
-  return h("p", {}, `The data of ${counted(surface.vertices, "vertex", "vertices")}, as colors.`);
+  return h("p", {}, `The data at ${counted(surface.vertices, "vertex", "vertices")}, as colors.`);
 }
 
 export function labelKey(surface: Surface, { labels }: Answer): Node {
@@ -19,7 +19,7 @@ export function labelKey(surface: Surface, { labels }: Answer): Node {
   return h(
     "div",
     {},
-    h("p", {}, "Largest entry of each row, and its share of the vertices."),
+    h("p", {}, "The label of a vertex is the largest entry of its row. Percentages are shares of the vertices."),
     h("ul", { class: "key" }, ...counts.map((count, p) => line(regionColor(surface, p), `region ${p}`, percent(count, labels.length)))),
   );
 }
@@ -31,10 +31,10 @@ export function uncertaintyKey(surface: Surface, { certainty }: Answer): Node {
   return h(
     "div",
     {},
-    h("p", {}, "One minus the largest entry of each row: zero where the relaxation decided."),
+    h("p", {}, "One minus the largest entry of each row: zero where the relaxed solution is a label."),
     h("div", { class: "ramp", style: `background: linear-gradient(to right, ${stops})` }),
-    h("div", { class: "ramp-ends" }, h("span", {}, "0"), h("span", {}, worst(surface).toFixed(2))),
-    h("p", {}, `${percent(undecided, certainty.length)} of the vertices above 0.02.`),
+    h("div", { class: "ramp-ends" }, h("span", {}, "0"), h("span", {}, maxUncertainty(surface).toFixed(2))),
+    h("p", {}, `${percent(undecided, certainty.length)} of the vertices are above 0.02.`),
   );
 }
 
@@ -44,6 +44,6 @@ export function differenceKey(surface: Surface, differs: Uint8Array): Node {
     "div",
     {},
     h("p", { class: "difference" }, `${counted(count, "vertex", "vertices")} (${percent(count, surface.vertices)}) with different labels.`),
-    h("ul", { class: "key" }, line(DIFFERENT, "different", ""), line(SAME, "the same", "")),
+    h("ul", { class: "key" }, line(DIFFERENT_COLOR, "different", ""), line(SAME_COLOR, "same", "")),
   );
 }

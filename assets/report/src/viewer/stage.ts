@@ -1,4 +1,4 @@
-// The stage: one surface, a camera with a headlight, drawn only when something changed.
+// The stage: one surface and a camera with a headlight, redrawn only after changes.
 
 import {
   AmbientLight, BufferAttribute, BufferGeometry, DirectionalLight, DoubleSide, Mesh, MeshLambertMaterial,
@@ -9,15 +9,15 @@ import { h } from "../dom";
 import { cut, type Smooth } from "./cut";
 import type { Surface } from "./surface";
 
-/** Vertical, in degrees; small, so that shapes are hardly distorted. */
+/** The vertical field of view in degrees; small, so that shapes are hardly distorted. */
 const FIELD_OF_VIEW = 30;
-/** At which the unit ball fills the view. */
+/** The camera distance at which the unit ball fills the view. */
 const DISTANCE = 3.9;
 const UP = new Vector3(0, 1, 0);
-const TURN = Math.PI / 24;
+const TURN_ANGLE = Math.PI / 24;
 
-/** sRGB bytes to the linear light that the renderer reckons with. */
-const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => {
+/** From sRGB bytes to linear light, which the renderer uses. */
+const LINEAR_FROM_SRGB = Float32Array.from({ length: 256 }, (_, byte) => {
   const value = byte / 255;
   return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
 });
@@ -25,28 +25,28 @@ const LINEAR = Float32Array.from({ length: 256 }, (_, byte) => {
 export interface Stage {
   element: HTMLCanvasElement;
   show(surface: Surface): void;
-  /** A color a vertex: blended over faces, or, where classes are given, cut between vertices of different ones. */
+  /** Paints vertex colors, blended over faces or, if classes are given, cut between vertices of different classes. */
   paint(colors: Uint8Array, classes: Uint8Array | null): void;
   reset(): void;
-  /** The picture as PNG. */
+  /** The current view as a PNG file. */
   picture(): Promise<Blob | null>;
 }
 
-/** A stage, or null where the browser has no WebGL; `lost` is told when it takes it away later. */
+/** A stage, or null if the browser has no WebGL; `lost` is called if the browser closes the context later. */
 export function stage(lost: () => void): Stage | null {
   const canvas = h("canvas", {
     tabindex: "0",
     role: "img",
-    "aria-label": "3-D view of the mesh: arrow keys turn it, plus and minus zoom",
+    "aria-label": "3-D view of the mesh: arrow keys rotate it, plus and minus zoom",
   });
-  // Asked before three.js does, which would log its disappointment.
+  // Requested before three.js does, which would log an error.
   const context = canvas.getContext("webgl2", { antialias: true, alpha: true });
   if (!context) return null;
   const renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
   canvas.addEventListener("webglcontextlost", lost);
 
   const geometry = new BufferGeometry();
-  // Both sides: scanned surfaces have holes to look through.
+  // Both sides, since the inside of a scanned surface can be visible through holes.
   const mesh = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide }));
   mesh.visible = false;
   const camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.01, 100);
@@ -71,7 +71,7 @@ export function stage(lost: () => void): Stage | null {
   const controls = new OrbitControls(camera, canvas);
   controls.minDistance = 0.2;
   controls.maxDistance = 20;
-  // The wheel scrolls the page until the view is taken in hand.
+  // The wheel scrolls the page until the view has the focus.
   controls.enableZoom = false;
   canvas.addEventListener("focus", () => { controls.enableZoom = true; });
   canvas.addEventListener("blur", () => { controls.enableZoom = false; });
@@ -80,10 +80,10 @@ export function stage(lost: () => void): Stage | null {
 
   canvas.addEventListener("keydown", (event) => {
     const actions: Record<string, () => void> = {
-      ArrowLeft: () => controls.rotateLeft(TURN),
-      ArrowRight: () => controls.rotateLeft(-TURN),
-      ArrowUp: () => controls.rotateUp(TURN),
-      ArrowDown: () => controls.rotateUp(-TURN),
+      ArrowLeft: () => controls.rotateLeft(TURN_ANGLE),
+      ArrowRight: () => controls.rotateLeft(-TURN_ANGLE),
+      ArrowUp: () => controls.rotateUp(TURN_ANGLE),
+      ArrowDown: () => controls.rotateUp(-TURN_ANGLE),
       "+": () => controls.dollyIn(0.85),
       "=": () => controls.dollyIn(0.85),
       "-": () => controls.dollyOut(0.85),
@@ -108,11 +108,11 @@ export function stage(lost: () => void): Stage | null {
   let smooth: Smooth;
   let placed = false;
   const put = (positions: Float32Array, normals: Float32Array, index: Uint32Array, colors: Uint8Array) => {
-    // The renderer keeps the buffers of a geometry until told that they are no longer needed.
+    // The renderer keeps the buffers of a geometry until it is disposed.
     geometry.dispose();
     geometry.setAttribute("position", new BufferAttribute(positions, 3));
     geometry.setAttribute("normal", new BufferAttribute(normals, 3));
-    geometry.setAttribute("color", new BufferAttribute(Float32Array.from(colors, (byte) => LINEAR[byte] ?? 0), 3));
+    geometry.setAttribute("color", new BufferAttribute(Float32Array.from(colors, (byte) => LINEAR_FROM_SRGB[byte] ?? 0), 3));
     geometry.setIndex(new BufferAttribute(index, 1));
     request();
   };
@@ -127,7 +127,7 @@ export function stage(lost: () => void): Stage | null {
       geometry.computeVertexNormals();
       geometry.computeBoundingSphere();
       smooth = { positions, faces, normals: geometry.getAttribute("normal").array as Float32Array };
-      // Every surface fills the unit ball and stands upright, so that the camera can stay where it is.
+      // Every surface is scaled to the unit ball and upright, so that the camera can keep its position.
       const sphere = geometry.boundingSphere;
       const scale = sphere && sphere.radius > 0 ? 1 / sphere.radius : 1;
       const upright = new Quaternion().setFromUnitVectors(new Vector3(...surface.view.up).normalize(), UP);
@@ -151,7 +151,7 @@ export function stage(lost: () => void): Stage | null {
       request();
     },
     picture() {
-      // Drawn now: the browser forgets a drawing once it has shown it.
+      // Rendered now, since the browser discards a drawing after showing it.
       render();
       return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
     },

@@ -1,11 +1,11 @@
-// A scene as arrays: decoded once, when it is first looked at.
+// A scene as arrays, decoded when it is first shown.
 
 import type { SceneData, ViewData } from "../data";
 
 export interface Answer {
-  /** Region of each vertex. */
+  /** The region of each vertex. */
   labels: Uint8Array;
-  /** Largest entry of each row of U; 255 is 1. */
+  /** The largest entry of each row of U; 255 is 1. */
   certainty: Uint8Array;
 }
 
@@ -20,8 +20,8 @@ export interface Surface {
   answer(solver: string): Answer | null;
 }
 
-/** From the front and a little above, for meshes that stand along y. */
-const VIEW: ViewData = { towards: [0.45, 0.5, 1], up: [0, 1, 0] };
+/** From the front and a little above, for meshes with y up. */
+const DEFAULT_VIEW: ViewData = { towards: [0.45, 0.5, 1], up: [0, 1, 0] };
 
 function bytes(text: string): Uint8Array<ArrayBuffer> {
   const binary = atob(text);
@@ -40,7 +40,7 @@ export function surfaceOf(scene: SceneData, scenes: Record<string, SceneData>): 
     data: bytes(scene.data),
     palette: scene.palette,
     vertices: positions.length / 3,
-    view: scene.view ?? VIEW,
+    view: scene.view ?? DEFAULT_VIEW,
     answer(solver) {
       const known = answers.get(solver);
       if (known) return known;

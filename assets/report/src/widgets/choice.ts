@@ -1,11 +1,11 @@
-// One of a few, as a row of buttons.
+// A choice between a few options, as a row of buttons.
 
 import { h } from "../dom";
 
 export interface Option<T extends string> {
   value: T;
   label: string;
-  /** Drawn before the label. */
+  /** Shown before the label. */
   mark?: Node;
   disabled?: boolean;
   hint?: string;
@@ -13,7 +13,7 @@ export interface Option<T extends string> {
 
 export interface Choice<T extends string> {
   element: HTMLElement;
-  /** Shows a value as chosen, or none; does not report it. */
+  /** Shows a value, or none, as chosen, without calling back. */
   set(value: T | null): void;
 }
 

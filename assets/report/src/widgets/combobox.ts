@@ -1,4 +1,4 @@
-// One of many, with search: a text field and a list (the ARIA combobox pattern).
+// A choice between many options, with search: a text field and a list (the ARIA combobox pattern).
 
 import { freshId, h } from "../dom";
 
@@ -44,7 +44,7 @@ export function combobox(label: string, items: Item[], start: string, chosen: (v
             id: `${listId}-${index}`,
             role: "option",
             "aria-selected": String(item === current),
-            // Before the field loses its focus, which closes the list.
+            // This event precedes the loss of focus that closes the list.
             onpointerdown: (event: PointerEvent) => {
               event.preventDefault();
               pick(item);
@@ -54,7 +54,7 @@ export function combobox(label: string, items: Item[], start: string, chosen: (v
         ),
       ),
     );
-    if (shown.length === 0) list.append(h("li", { class: "nothing" }, "No instance has these words"));
+    if (shown.length === 0) list.append(h("li", { class: "nothing" }, "No instance matches"));
     list.hidden = false;
     input.setAttribute("aria-expanded", "true");
     point();

@@ -1,4 +1,4 @@
-// A table that sorts, filters, copies itself as CSV and can open a row.
+// A table with sorting, filtering, copying as CSV and rows that open.
 
 import type { Cell } from "../data";
 import { h } from "../dom";
@@ -15,25 +15,25 @@ export interface TableOptions {
   label: string;
   columns: Column[];
   rows: Cell[][];
-  /** What a row opens to; given its place in `rows`. */
+  /** The content that a row opens, by its index in `rows`. */
   detail?: (row: number) => Node;
 }
 
-/** Rows drawn at once; the rest on request, since few ever look at them. */
-const PAGE = 100;
+/** The number of rows shown initially; the others are shown on request. */
+const PAGE_ROWS = 100;
 
-/** Texts of more letters than this may wrap where there is no room for them. */
-const LONG = 26;
+/** Longer texts may wrap if there is no room for them. */
+const LONG_TEXT_LENGTH = 26;
 
-/** More rows than this are worth a filter. */
-const FEW = 12;
+/** Tables with at most this many rows have no filter. */
+const UNFILTERED_ROWS = 12;
 
 function rank(cell: Cell): number {
   if (cell === null || (typeof cell === "number" && Number.isNaN(cell))) return 2;
   return typeof cell === "number" ? 0 : 1;
 }
 
-/** Numbers, then texts, then nothing; only within a kind does the direction count. */
+/** Numbers first, then texts, then missing cells; the direction applies only within each kind. */
 export function compare(a: Cell, b: Cell, direction: 1 | -1): number {
   const kinds = rank(a) - rank(b);
   if (kinds !== 0) return kinds;
@@ -51,7 +51,7 @@ export function table(options: TableOptions): HTMLElement {
   const { columns, rows, detail } = options;
   let sorted: { column: number; direction: 1 | -1 } | null = null;
   let search = "";
-  let limit = PAGE;
+  let limit = PAGE_ROWS;
   let order: number[] = [];
   const opened = new Set<number>();
 
@@ -84,7 +84,7 @@ export function table(options: TableOptions): HTMLElement {
 
   async function copyRows(): Promise<void> {
     const done = await copy(csv([columns.map((column) => column.label), ...order.map((row) => rows[row] ?? [])]));
-    copier.textContent = done ? "Copied" : "This browser refused";
+    copier.textContent = done ? "Copied" : "Copying failed";
     setTimeout(() => { copier.textContent = "Copy as CSV"; }, 1600);
   }
 
@@ -96,7 +96,7 @@ export function table(options: TableOptions): HTMLElement {
       const content = first
         ? h("button", { type: "button", class: "opener", "aria-expanded": String(opened.has(row)) }, shown)
         : shown;
-      const kind = column.numeric ? "number" : shown.length > LONG ? "long" : null;
+      const kind = column.numeric ? "number" : shown.length > LONG_TEXT_LENGTH ? "long" : null;
       return h("td", { class: kind, title: cell === null ? "no value" : null }, content);
     });
     if (!detail) return [h("tr", {}, ...cells)];
@@ -134,7 +134,7 @@ export function table(options: TableOptions): HTMLElement {
   return h(
     "div",
     { class: "table" },
-    h("div", { class: "table-tools" }, rows.length > FEW ? filter : null, copier),
+    h("div", { class: "table-tools" }, rows.length > UNFILTERED_ROWS ? filter : null, copier),
     h(
       "div",
       { class: "table-scroll", tabindex: "0", role: "region", "aria-label": options.label },
