@@ -47,7 +47,7 @@ pub enum View {
     /// One or two views, chosen to show the regions.
     #[default]
     Auto,
-    /// Degrees to the right of the front, and degrees above the horizon.
+    /// By two angles.
     Around {
         /// Degrees to the right of the front.
         azimuth: f64,
