@@ -118,9 +118,9 @@ fn costs_that_do_not_fit() {
         (npy(Array2::<f64>::zeros((3, 2))), "3 rows, the mesh 4 vertices"),
         (npy(Array2::<f64>::zeros((2, 4))), "2 rows, the mesh 4 vertices"),
         (npy(Array2::<f64>::zeros((0, 2))), "0 rows"),
-        (npy(Array2::<f64>::zeros((4, 0))), "0 regions: must be 2 to 64"),
-        (npy(Array2::<f64>::zeros((4, 1))), "1 regions: must be 2 to 64"),
-        (npy(Array2::<f64>::zeros((4, 65))), "65 regions: must be 2 to 64"),
+        (npy(Array2::<f64>::zeros((4, 0))), "0 regions: must be from 2 to 64"),
+        (npy(Array2::<f64>::zeros((4, 1))), "1 regions: must be from 2 to 64"),
+        (npy(Array2::<f64>::zeros((4, 65))), "65 regions: must be from 2 to 64"),
         (npy(with(2, 1, f64::NAN)), "NaN in row 2, column 1"),
         (npy(with(3, 0, f64::NEG_INFINITY)), "-inf in row 3, column 0"),
     ] {
