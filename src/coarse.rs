@@ -2,7 +2,8 @@
 //! finer one.
 //!
 //! `transfer.rs` restricts the costs and prolongs U and q. Each mesh has its own gradient K; lambda is the same on all
-//! of them. Only the solve on the finest mesh certifies.
+//! of them. Only the solve on the finest mesh certifies. Nested iteration: W. L. Briggs, V. E. Henson, S. F. McCormick,
+//! *A Multigrid Tutorial*, 2000, chapter 3.
 
 use std::time::{Duration, Instant};
 

@@ -106,7 +106,7 @@ pub fn evaluate(
     regions::check(s.ncols())?;
     if u.dim() != s.dim() {
         return Err(Error::unsuitable(format!(
-            "U has {} x {} entries, the costs {} x {}",
+            "U has {} x {} entries, but the costs have {} x {}; both must be V x m",
             u.nrows(),
             u.ncols(),
             s.nrows(),
@@ -138,7 +138,7 @@ fn of_model<'a>(
 ) -> Result<Cow<'a, Array2<f64>>> {
     if q.dim() != (2 * mesh.faces.len(), m) {
         return Err(Error::unsuitable(format!(
-            "q has {} x {} entries, not two rows for each of the {} faces and {m} columns",
+            "q has {} x {} entries; two rows for each of the {} faces and {m} columns are needed",
             q.nrows(),
             q.ncols(),
             mesh.faces.len()
@@ -259,8 +259,9 @@ fn without_forbidden<const M: usize>(
 /// are negative.
 fn mask_forbidden<const M: usize>(problem: &Problem<Stencil, M>, u: &[Row<M>]) -> Vec<Row<M>> {
     let f = &problem.f;
-    let open = |v: usize, p: usize| f[v].0[p] != FORBIDDEN_COST;
-    let row = |v: usize| Row::from_fn(|p| if open(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
+    let allowed = |v: usize, p: usize| f[v].0[p] != FORBIDDEN_COST;
+    let row =
+        |v: usize| Row::from_fn(|p| if allowed(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
     (0..u.len()).map(row).collect()
 }
 

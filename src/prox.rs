@@ -157,8 +157,8 @@ mod tests {
         for p in 0..M {
             assert!((v - u).dot(Row::one_hot(p) - u) <= 1e-13 * scale, "{v:?} {u:?}");
         }
-        let twin = project_by_bisection(v);
-        assert!((u - twin).norm_squared().sqrt() <= 1e-13 * scale, "{v:?}: {u:?} {twin:?}");
+        let expected = project_by_bisection(v);
+        assert!((u - expected).norm_squared().sqrt() <= 1e-13 * scale, "{v:?}: {u:?} {expected:?}");
     }
 
     fn entries<const M: usize>() -> impl Strategy<Value = [f64; M]> {

@@ -136,7 +136,7 @@ fn segment_compiled<const M: usize, D: DataModel>(
         Status::Interrupted => None,
         _ if empty.is_empty() => None,
         Status::IterationLimit | Status::TimeLimit => Some(format!(
-            "{} so far, but the run ended before the gap was reached",
+            "{} so far: the run ended before the gap was reached; raise its limit",
             empty_regions::sentence(empty)
         )),
         _ => empty_warning(&joint, empty, &active, observe)?,

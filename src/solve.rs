@@ -139,7 +139,7 @@ fn empty_warning<const M: usize>(
     }
     if !lost.is_empty() && !done {
         sentences.push(format!(
-            "{} so far, but the run ended before the gap was reached",
+            "{} so far: the run ended before the gap was reached; raise its limit",
             empty_regions::sentence(&lost)
         ));
     } else if !lost.is_empty() {

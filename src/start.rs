@@ -79,7 +79,8 @@ impl Start {
                 let rows = f
                     .iter()
                     .map(|_| {
-                        // Exponential variables over their sum are uniform on the simplex.
+                        // Exponential variables divided by their sum are uniform on the simplex: L. Devroye,
+                        // *Non-Uniform Random Variate Generation*, 1986, chapter V.
                         let mut row = Row::ZERO;
                         for entry in &mut row.0[..m] {
                             *entry = -(1.0 - rng.random::<f64>()).ln();

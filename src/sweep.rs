@@ -3,6 +3,7 @@
 //! Results are bitwise the same with any number of threads: a sweep writes each element from its own index alone, and a
 //! sum is a binary tree whose shape depends only on the length. They do not depend on the instruction set that is
 //! chosen at run time (AVX2 or the baseline) either: neither fuses or reorders the operations in the code.
+//! Pairwise summation: N. J. Higham, *The Accuracy of Floating Point Summation*, SIAM J. Sci. Comput. 14, 1993.
 
 mod columns;
 

@@ -52,11 +52,11 @@ mod tests {
         assert_eq!(warning(&two, |_| true), None);
         // A single known vertex is enough.
         assert_eq!(warning(&two, |v| v == 0 || v == n), None);
-        let said = warning(&two, |v| v < n).unwrap();
-        assert!(said.contains(&format!("{n} vertices (90.00 % of the area)")), "{said}");
+        let message = warning(&two, |v| v < n).unwrap();
+        assert!(message.contains(&format!("{n} vertices (90.00 % of the area)")), "{message}");
         // A vertex without faces is a component, too.
         two.vertices.push(two.vertices[0]);
-        let said = warning(&two, |v| v < 2 * n).unwrap();
-        assert!(said.contains("1 vertices (0.00 % of the area)"), "{said}");
+        let message = warning(&two, |v| v < 2 * n).unwrap();
+        assert!(message.contains("1 vertices (0.00 % of the area)"), "{message}");
     }
 }

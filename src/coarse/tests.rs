@@ -409,12 +409,12 @@ fn a_level_without_a_result_ends_the_climb() {
     let hierarchy = Hierarchy::new(&mesh);
     assert!(hierarchy.levels.len() >= 2);
     let mut calls = Vec::new();
-    let none = hierarchy.climb::<2>(1.0, |l, pair| {
+    let result = hierarchy.climb::<2>(1.0, |l, pair| {
         calls.push(l);
         assert!(pair.is_none());
         Ok(None)
     });
-    assert!(none.unwrap().is_none());
+    assert!(result.unwrap().is_none());
     assert_eq!(calls, [hierarchy.levels.len() - 1]);
 }
 
@@ -436,12 +436,13 @@ fn a_hierarchy_ends_at_the_given_size_or_where_most_vertices_stay() {
 #[test]
 fn trials_do_not_depend_on_the_requested_solver() {
     let (mesh, s) = caps(0.0);
-    let ours = request(2.0, 1e-3, Method::default());
+    let default = request(2.0, 1e-3, Method::default());
     let settings = fista::Settings { epsilon: Some(0.01), ..Default::default() };
-    let theirs = request(2.0, 1e-3, settings.into());
-    theirs.check().unwrap();
-    let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &ours).unwrap();
+    let smoothed = request(2.0, 1e-3, settings.into());
+    smoothed.check().unwrap();
+    let problem =
+        crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &default).unwrap();
     let keeping = |request| separating_lambda(&mesh, &problem, &[1], request, &mut go).unwrap();
-    assert!(keeping(&ours).is_some());
-    assert_eq!(keeping(&theirs), keeping(&ours));
+    assert!(keeping(&default).is_some());
+    assert_eq!(keeping(&smoothed), keeping(&default));
 }

@@ -156,7 +156,7 @@ fn forbidden_labels_are_rounded_away_or_refused() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn invalid_inputs_are_refused() {
     let (mesh, s, u) = example(950);
     let refused = |s: &Array2<f64>, u: &Array2<f64>, question: Question<'_>, word: &str| {
         let error = evaluate(&mesh, s, u, question, &mut go).unwrap_err().to_string();
@@ -167,7 +167,7 @@ fn what_does_not_fit_is_refused() {
     }
     refused(&s, &u, Question { lambda: 1e300, ..question() }, "range of double precision");
     let short = |array: &Array2<f64>| array.slice(ndarray::s![1.., ..]).to_owned();
-    refused(&s, &short(&u), question(), "U has 95 x 3 entries, the costs 96 x 3");
+    refused(&s, &short(&u), question(), "U has 95 x 3 entries, but the costs have 96 x 3");
     refused(&short(&s), &short(&u), question(), "vertices");
     let narrow = |array: &Array2<f64>| array.slice(ndarray::s![.., ..1]).to_owned();
     refused(&narrow(&s), &narrow(&u), question(), "regions");

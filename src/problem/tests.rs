@@ -184,7 +184,7 @@ fn an_epsilon_must_be_a_positive_number() {
 
 /// Two regions: U = (u, 1 - u) has E(U) = sum f_2 + sum (f_1 - f_2) u + sqrt(2) lambda sum A_j |grad u|.
 #[test]
-fn two_regions_are_chan_vese_with_root_two_lambda() {
+fn two_regions_give_chan_vese_with_root_two_lambda() {
     let mut rng = rng(52);
     for (_, mesh) in zoo() {
         let lambda = 0.4 * mesh.area().sqrt();
@@ -201,7 +201,7 @@ fn two_regions_are_chan_vese_with_root_two_lambda() {
 
 /// Scaling the mesh by c, with the same pointwise costs, equals lambda -> lambda / c: E_c = c^2 E.
 #[test]
-fn scaling_the_mesh_is_scaling_lambda() {
+fn scaling_the_mesh_is_equivalent_to_scaling_lambda() {
     let mesh = bumpy(8);
     let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(54));
     let s = random_rows::<3>(mesh.vertices.len(), &mut rng(55));
@@ -271,7 +271,7 @@ fn constants_change_only_the_baseline() {
 }
 
 #[test]
-fn gaps_are_shares_of_what_lies_above_the_baseline() {
+fn gaps_are_relative_to_the_baseline() {
     assert_eq!(relative_gap(2.0, 1.0), 0.5);
     assert_eq!(relative_gap(2.0, 0.0), 1.0);
     assert_eq!(relative_gap(0.0, 0.0), 0.0);

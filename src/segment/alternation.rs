@@ -78,6 +78,7 @@ impl<D: DataModel, const M: usize> JointProblem<'_, D, M> {
         collect(f.len(), |v| row(&f[v]))
     }
 
+    /// The convex problem in U for fixed parameters.
     pub fn problem(&self, mu: &[D::Parameters]) -> Result<Problem<Stencil, M>> {
         let f = self.costs(mu, &vec![true; mu.len()]);
         let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);

@@ -130,9 +130,9 @@ fn find_separating_compiled<const M: usize, D: DataModel>(
     };
     let explained = |labels: &[Row<M>]| Explained::of(labels, model, &mu, &known, scale);
     let clusters = explained(&labels_without_cuts(model, &mu))?;
-    let none = Separation { regions: clusters.regions, lambda: None };
+    let not_found = Separation { regions: clusters.regions, lambda: None };
     if clusters.costs <= 0.0 {
-        return Ok(none);
+        return Ok(not_found);
     }
     for i in 0..MAX_TRIALS {
         let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
@@ -154,15 +154,15 @@ fn find_separating_compiled<const M: usize, D: DataModel>(
         let spent = begin.elapsed();
         let found = joint.alternate(problem, mu.clone(), None, spent, &stop, &mut observe)?;
         if flow.is_break() {
-            return Ok(none);
+            return Ok(not_found);
         }
         let reached = explained(&rounded(found.run.best_u()))?;
         if reached.regions >= clusters.regions && reached.costs >= EXPLAINED_SHARE * clusters.costs
         {
-            return Ok(Separation { lambda: Some(request.lambda), ..none });
+            return Ok(Separation { lambda: Some(request.lambda), ..not_found });
         }
     }
-    Ok(none)
+    Ok(not_found)
 }
 
 /// The labels of minimum cost at each vertex, ignoring cuts.
@@ -368,8 +368,8 @@ mod tests {
     #[test]
     fn means_are_distinct_beyond_a_quarter_of_the_deviation() {
         // Two halves at 0 and 1, each of two regions: the deviation is 1/2, and a quarter of it 1/8.
-        for (apart, regions) in [(0.11, 2), (0.15, 4)] {
-            let values = [0.0, apart, 1.0, 1.0 + apart].map(|x| vec![x; 100]).concat();
+        for (distance, regions) in [(0.11, 2), (0.15, 4)] {
+            let values = [0.0, distance, 1.0, 1.0 + distance].map(|x| vec![x; 100]).concat();
             let labels: Vec<Row<4>> = (0..400).map(|k| Row::one_hot(k / 100)).collect();
             let data = Data::new(1, values).unwrap();
             assert_eq!(explained(&labels, &data, &[1.0; 400]).regions, regions);

@@ -19,7 +19,7 @@ pub struct Merger {
     /// For pairs a < b, at b m + a: whether their parameters were ever distinct, unlike those of a random start, and
     /// for how many re-estimations they have been the same since.
     were_distinct: Vec<bool>,
-    same_since: Vec<usize>,
+    same_for: Vec<usize>,
     /// Parameters within this distance are the same.
     same_within: f64,
 }
@@ -27,11 +27,11 @@ pub struct Merger {
 impl Merger {
     /// For m active regions and the scale of their distances.
     pub fn new(m: usize, scale: f64) -> Self {
-        let (were_distinct, same_since) = (vec![false; m * m], vec![0; m * m]);
+        let (were_distinct, same_for) = (vec![false; m * m], vec![0; m * m]);
         Merger {
             active: vec![true; m],
             were_distinct,
-            same_since,
+            same_for,
             same_within: SAME_DISTANCE * scale,
         }
     }
@@ -51,18 +51,18 @@ impl Merger {
             for a in 0..b {
                 let pair = b * m + a;
                 if distance(a, b) > self.same_within {
-                    (self.were_distinct[pair], self.same_since[pair]) = (true, 0);
+                    (self.were_distinct[pair], self.same_for[pair]) = (true, 0);
                     continue;
                 }
-                self.same_since[pair] += 1;
+                self.same_for[pair] += 1;
                 let lasting =
-                    self.were_distinct[pair] && self.same_since[pair] >= ESTIMATES_BEFORE_MERGE;
+                    self.were_distinct[pair] && self.same_for[pair] >= ESTIMATES_BEFORE_MERGE;
                 let used = |p: usize| self.active[p] && mass[p] > 0.0;
                 if used(a) && used(b) && (settled || lasting) {
-                    let [kept, left] = if mass[a] < mass[b] { [b, a] } else { [a, b] };
-                    self.active[left] = false;
-                    mass[kept] += mass[left];
-                    pairs.push([kept, left]);
+                    let [kept, absorbed] = if mass[a] < mass[b] { [b, a] } else { [a, b] };
+                    self.active[absorbed] = false;
+                    mass[kept] += mass[absorbed];
+                    pairs.push([kept, absorbed]);
                 }
             }
         }
@@ -75,10 +75,10 @@ pub fn are_distinct(m: usize, distance: impl Fn(usize, usize) -> f64, scale: f64
     (0..m).all(|b| (0..b).all(|a| distance(a, b) > SAME_DISTANCE * scale))
 }
 
-/// The row with the mass of region `left` moved to region `kept`.
-pub fn merged<const M: usize>(mut u: Row<M>, [kept, left]: [usize; 2]) -> Row<M> {
-    u.0[kept] += u.0[left];
-    zeroed(u, left)
+/// The row with the mass of region `absorbed` moved to region `kept`.
+pub fn merged<const M: usize>(mut u: Row<M>, [kept, absorbed]: [usize; 2]) -> Row<M> {
+    u.0[kept] += u.0[absorbed];
+    zeroed(u, absorbed)
 }
 
 /// The row with a zero for region p.

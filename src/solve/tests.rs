@@ -48,8 +48,8 @@ fn a_shuffled_mesh_gives_the_same_solution_in_its_own_order() {
     for (start, tidy_start) in starts {
         let expected = solved(&tidy, &s, &tidy_start);
         let solution = solved(&mesh, &moved(&s, &before), &start);
-        let apart = (&solution.u - &moved(&expected.u, &before)).mapv(f64::abs);
-        assert!(apart.iter().all(|&x| x <= 1e-11), "{start:?}");
+        let difference = (&solution.u - &moved(&expected.u, &before)).mapv(f64::abs);
+        assert!(difference.iter().all(|&x| x <= 1e-11), "{start:?}");
         for (k, &label) in solution.labels.iter().enumerate() {
             let row = solution.u.row(k);
             assert!(row.iter().all(|&u| u <= row[label as usize]));
@@ -177,15 +177,15 @@ fn a_summary_follows_from_u_and_q() {
     assert!(0.0 < excess && excess <= bias, "{excess} {bias}");
     let wrong = q.as_ref().map(|q| q * -1.0);
     let question = crate::evaluate::Question { q: wrong.as_ref(), smoothing: None, ..question };
-    let none = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
-    assert_eq!(none.dual_bound, none.baseline);
+    let useless = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
+    assert_eq!(useless.dual_bound, useless.baseline);
     // A U with a negative entry is infeasible and has no gap, even if its rows sum to one.
     let mut outside = u.clone();
     outside[[7, 0]] += 1e-3 + outside[[7, 1]];
     outside[[7, 1]] = -1e-3;
-    let none = crate::evaluate::evaluate(&mesh, &s, &outside, question, &mut go).unwrap();
-    assert!(!none.feasible && none.gap.is_none() && none.relative_gap.is_none());
-    assert!(none.largest_row_sum_error <= 1e-12 && none.smallest_entry == -1e-3);
+    let infeasible = crate::evaluate::evaluate(&mesh, &s, &outside, question, &mut go).unwrap();
+    assert!(!infeasible.feasible && infeasible.gap.is_none() && infeasible.relative_gap.is_none());
+    assert!(infeasible.largest_row_sum_error <= 1e-12 && infeasible.smallest_entry == -1e-3);
     near(found.rounded_relative_gap, summary.rounded_relative_gap);
     let largest = |row: ndarray::ArrayView1<'_, f64>| row.iter().fold(0.0, |a, &b| f64::max(a, b));
     assert!(u.outer_iter().zip(&labels).all(|(row, &label)| row[label as usize] == largest(row)));

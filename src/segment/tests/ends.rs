@@ -47,8 +47,8 @@ fn the_iteration_limit_counts_all_steps() {
             .unwrap();
         let summary = found.solution.summary;
         assert!(summary.iterations <= most, "{} of {most}", summary.iterations);
-        let said = summary.warnings.iter().any(|warning| warning.contains("still changed"));
-        assert!(said || most > 5, "{:?}", summary.warnings);
+        let reported = summary.warnings.iter().any(|w| w.contains("still changed"));
+        assert!(reported || most > 5, "{:?}", summary.warnings);
     }
 }
 
@@ -64,8 +64,8 @@ fn advice_names_the_limit_that_ended_the_run() {
         let found = segment(&mesh, &PiecewiseConstant::new(&data), &alternation, &request, observe)
             .unwrap();
         let warnings = found.solution.summary.warnings;
-        let said = warnings.into_iter().find(|warning| warning.contains("still changed")).unwrap();
-        said.split_once("raise ").map(|(_, advice)| advice.to_owned())
+        let warning = warnings.into_iter().find(|w| w.contains("still changed")).unwrap();
+        warning.split_once("raise ").map(|(_, advice)| advice.to_owned())
     };
     let few = Stop { iterations: Some(5), ..Stop::default() };
     assert_eq!(advice(few, &mut go).as_deref(), Some("--max-iterations"));
@@ -136,7 +136,7 @@ fn empty_warning_of(
         .solution
         .summary;
     assert!(!summary.empty_regions.is_empty());
-    summary.warnings.into_iter().find(|warning| warning.contains("empty")).unwrap_or_default()
+    summary.warnings.into_iter().find(|w| w.contains("empty")).unwrap_or_default()
 }
 
 /// For data of fewer values than regions, the warning names the number of values if the run converged, says that the
@@ -147,13 +147,16 @@ fn empty_regions_are_explained_by_few_values() {
     let values = mesh.vertices.iter().map(|x| f64::from(u8::from(x.z > 0.1)));
     let data = Data::new(1, values.collect()).unwrap();
     let mut request = request(0.02, Mass::Barycentric);
-    let said = empty_warning_of(&data, 4, &request, &mut go);
+    let warning = empty_warning_of(&data, 4, &request, &mut go);
     let few = "the data have only 2 different values; use --regions 2";
-    assert!(said.contains(few), "{said}");
+    assert!(warning.contains(few), "{warning}");
     assert_eq!(empty_warning_of(&data, 4, &request, &mut |_| ControlFlow::Break(())), "");
     request.stop = Stop { iterations: Some(5), relative_gap: Some(0.0), ..Stop::default() };
-    let said = empty_warning_of(&data, 4, &request, &mut go);
-    assert!(said.ends_with("so far, but the run ended before the gap was reached"), "{said}");
+    let warning = empty_warning_of(&data, 4, &request, &mut go);
+    assert!(
+        warning.ends_with("so far: the run ended before the gap was reached; raise its limit"),
+        "{warning}"
+    );
 }
 
 /// If lambda is too large, the advice is half of the first lambda that keeps all regions, and it does keep them; if
@@ -168,9 +171,9 @@ fn the_advice_about_empty_regions_helps() {
     let model = PiecewiseConstant::new(&data);
     let found = lambda::find_separating(&mesh, &model, &alternation, &half, &mut go).unwrap();
     let advised = 0.5 * found.lambda.unwrap();
-    let said = empty_warning_of(&data, 3, &large, &mut go);
+    let warning = empty_warning_of(&data, 3, &large, &mut go);
     let end = format!(": lambda is too large for these data; try --lambda {advised:.1e}");
-    assert!(said.ends_with(&end) && !said.contains("merged"), "{said}");
+    assert!(warning.ends_with(&end) && !warning.contains("merged"), "{warning}");
     let smaller = Request { lambda: advised, ..large };
     let solution = segment(&mesh, &PiecewiseConstant::new(&data), &alternation, &smaller, &mut go)
         .unwrap()
@@ -178,8 +181,8 @@ fn the_advice_about_empty_regions_helps() {
     assert!(solution.summary.empty_regions.is_empty());
 
     let (data, _) = painted(&mesh, 1e-3);
-    let said = empty_warning_of(&data, 4, &request(0.02, Mass::Barycentric), &mut go);
+    let warning = empty_warning_of(&data, 4, &request(0.02, Mass::Barycentric), &mut go);
     let end = ", since regions with the same mean were merged: the data do not separate into 4 regions; \
                use --regions 3";
-    assert!(said.ends_with(end), "{said}");
+    assert!(warning.ends_with(end), "{warning}");
 }
