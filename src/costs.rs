@@ -53,7 +53,7 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     }
     if forbidden > 0 {
         warnings.push(format!(
-            "{forbidden} costs are +inf, which forbids these labels at their vertices"
+            "{forbidden} costs are +inf: these labels are forbidden at their vertices"
         ));
     }
     let known = s.mapv(|x| if x.is_nan() { 0.0 } else { x });

@@ -141,7 +141,7 @@ fn u_that_does_not_fit() {
     let start = "solve square.obj --costs S.npy --init a.npy --lambda 1 --out out";
     for u in [Array2::<f64>::zeros((4, 3)), Array2::zeros((3, 2)), Array2::zeros((4, 0))] {
         folder.write("a.npy", npy(u));
-        refuse(&folder, start, &["a.npy", "entries, the costs"]);
+        refuse(&folder, start, &["a.npy", "entries, but the costs"]);
         refuse(
             &folder,
             "evaluate square.obj --costs S.npy --u a.npy --lambda 1",
