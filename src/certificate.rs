@@ -1,12 +1,12 @@
-//! A true lower bound of all energies, for a U that somebody else computed: from the best dual field at hand.
+//! A true lower bound on all energies, for a U that was computed elsewhere: from the best dual field available.
 //!
 //! ```text
-//! offered    a given q, each q_j cut off at |q_j| = lambda
+//! offered    a given q, each q_j projected onto |q_j| <= lambda
 //! smoothed   q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 )
-//! steps      D after a number of our own steps from (U, 0), that of `constant.rs` included; their U does not count
+//! steps      D after a number of our own steps from (U, 0), including the bound of `constant.rs`; their U is discarded
 //! ```
 //!
-//! Bounds are D - B, as all bounds of a problem.
+//! Bounds are D - B, like all bounds of a problem.
 
 use crate::error::Result;
 use crate::field::{Row, Tangent};
@@ -19,10 +19,10 @@ use crate::run::{Run, Stop};
 use crate::solver::{Method, Setup};
 use crate::sweep::sweep;
 
-/// Steps of our own, where nothing else is at hand.
+/// Number of our own steps by which a bound is found if no dual field is given.
 pub const DUAL_STEPS: u64 = 100;
 
-/// D of a given field, one tangent per face, each q_j cut off at |q_j| = lambda first.
+/// D of a given field, one tangent per face, after each q_j is projected onto |q_j| <= lambda.
 pub fn offered<const M: usize>(problem: &Problem<Stencil, M>, mut q: Vec<Tangent<M>>) -> f64 {
     sweep(&mut q[..], |_, q| *q = project_ball(*q, problem.lambda));
     problem.dual_bound(&q)
@@ -40,8 +40,8 @@ pub fn smoothed<const M: usize>(
     problem.dual_bound(&q)
 }
 
-/// D after that many steps of the default solver from V rows of the simplex. `observe` is called without samples and
-/// may end the steps early.
+/// D after the given number of steps of the default solver from V rows of the simplex. `observe` is called without
+/// samples and may end the steps early.
 ///
 /// Fails if the solver cannot be built, which its default settings do not cause.
 pub fn steps<const M: usize>(
@@ -70,9 +70,9 @@ mod tests {
     };
     use std::ops::ControlFlow;
 
-    /// Where the least energy is known: no field says more, however long its vectors are, and the optimal one says it.
+    /// No offered field exceeds a known minimum, however long its vectors are, and the optimal field attains it.
     #[test]
-    fn what_is_offered_is_cut_off() {
+    fn offered_fields_are_projected_onto_the_ball() {
         let mut rng = rng(821);
         for (name, mesh) in zoo() {
             let known = known_optimum::<3>(&mesh, 3, 0.1 * mesh.area().sqrt(), 1.0, 822);
@@ -90,7 +90,7 @@ mod tests {
 
     /// The bound of q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ), eps_j = A_j sqrt(eps) or sqrt(eps) / 2.
     #[test]
-    fn the_smoothed_field_is_the_gradient_of_that_smoothing() {
+    fn the_smoothed_field_is_the_gradient_of_the_smoothed_variation() {
         let mut rng = rng(823);
         for (name, mesh) in zoo() {
             let known = known_optimum::<3>(&mesh, 3, 0.1 * mesh.area().sqrt(), 1.0, 824);
@@ -116,9 +116,9 @@ mod tests {
         }
     }
 
-    /// More steps say more, and never more than is true; none say B.
+    /// Bounds increase with the number of steps and never exceed the minimum; zero steps give B.
     #[test]
-    fn steps_climb_from_below() {
+    fn steps_improve_the_bound_from_below() {
         for (name, mesh) in zoo() {
             let known = known_optimum::<3>(&mesh, 3, 0.1 * mesh.area().sqrt(), 1.0, 825);
             let start = vec![Row([1.0 / 3.0; 3]); mesh.vertices.len()];
@@ -135,10 +135,10 @@ mod tests {
         }
     }
 
-    /// The bound is that of as many steps of the default solver from this U, no more and no fewer, of whose samples nobody
-    /// hears, and which end when told to.
+    /// The bound is that of exactly the given number of steps of the default solver from this U. The observer gets no
+    /// samples and can end the steps.
     #[test]
-    fn steps_are_those_of_the_default_solver_from_there() {
+    fn steps_are_those_of_the_default_solver_from_the_given_u() {
         let mesh = bumpy(9);
         let problem = random_problem::<3>(&mesh, 0.05, 826);
         let start = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(827));
@@ -152,21 +152,21 @@ mod tests {
             run.bound()
         };
         for n in [3, 20, 70] {
-            let (mut told, mut samples) = (0, 0);
+            let (mut calls, mut samples) = (0, 0);
             let mut observe = |sample: Option<&_>| {
-                told += 1;
+                calls += 1;
                 samples += u32::from(sample.is_some());
                 ControlFlow::Continue(())
             };
             assert_eq!(steps(&mesh, &problem, &start, n, &mut observe).unwrap(), of_run(n));
-            assert!((told > 0 || n < FIRST_INTERVAL) && samples == 0, "{told} {samples}");
+            assert!((calls > 0 || n < FIRST_INTERVAL) && samples == 0, "{calls} {samples}");
         }
-        let mut told = 0;
+        let mut calls = 0;
         let mut observe = |_: Option<&_>| {
-            told += 1;
+            calls += 1;
             ControlFlow::Break(())
         };
-        let broken = steps(&mesh, &problem, &start, 70, &mut observe).unwrap();
-        assert_eq!((broken, told), (of_run(FIRST_INTERVAL), 1));
+        let interrupted = steps(&mesh, &problem, &start, 70, &mut observe).unwrap();
+        assert_eq!((interrupted, calls), (of_run(FIRST_INTERVAL), 1));
     }
 }

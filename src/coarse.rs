@@ -1,7 +1,9 @@
-//! Coarse to fine: the same model on coarser and coarser meshes, whose solutions start each other.
+//! Coarse to fine: the same model on a hierarchy of coarser meshes. The solution on each level initializes the next
+//! finer one.
 //!
-//! Costs go down and U and q go up as `transfer.rs` says. K, the gradient, is that of each mesh; lambda is the same. Only
-//! the finest solve certifies.
+//! `transfer.rs` restricts the costs and prolongs U and q. Each mesh has its own gradient K; lambda is the same on all
+//! of them. Only the solve on the finest mesh certifies. Nested iteration: W. L. Briggs, V. E. Henson, S. F. McCormick,
+//! *A Multigrid Tutorial*, 2000, chapter 3.
 
 use std::time::{Duration, Instant};
 
@@ -16,36 +18,36 @@ use crate::problem::{Problem, relative_gap};
 use crate::request::{Observer, Request};
 use crate::run::{Run, Status, Stop};
 use crate::solver::{Iterate, Method, Setup};
-use crate::start::{allowed, cheapest};
+use crate::start::{cheapest_labels, without_forbidden};
 use crate::sweep::{self, sweep};
 use crate::transfer::{prolong, prolong_dual, restrict};
 
-/// Meshes of so few vertices are not coarsened: solving them costs next to nothing.
-const COARSEST: usize = 1000;
+/// Meshes of at most this many vertices are not coarsened: solving them costs next to nothing.
+const COARSEST_VERTICES: usize = 1000;
 
-/// A level that keeps a larger share of the vertices than this does not pay.
-const LARGEST_SHARE: f64 = 0.7;
+/// A level that keeps a larger fraction of the vertices does not pay off.
+const MAX_KEPT_SHARE: f64 = 0.7;
 
-/// Coarse meshes, the finest of them first, each a coarsening of the one before.
+/// Coarse meshes from the finest to the coarsest, each a coarsening of the previous one.
 pub(crate) struct Hierarchy<'a> {
     finest: &'a Mesh,
     pub(crate) levels: Vec<Coarsening>,
 }
 
-/// Where the finest solve starts, and what that took.
-pub(crate) struct Beginning<const M: usize> {
-    /// Nothing, if there is no hierarchy or a coarse solve diverges.
+/// The initial pair of the finest solve, and the work it took.
+pub(crate) struct CoarseStart<const M: usize> {
+    /// `None` if there is no hierarchy or a coarse solve diverges.
     pub(crate) pair: Option<Pair<M>>,
     pub(crate) record: Record,
 }
 
-/// What `summary.json` says of the coarse levels.
+/// The coarse levels, as reported in `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Record {
-    /// Wall time of all that happens before the finest solve: meshes, problems, steps and samples.
+    /// Wall time of everything before the finest solve: meshes, problems, steps and samples.
     #[serde(rename = "seconds", serialize_with = "as_seconds")]
     pub spent: Duration,
-    /// The coarsest first, in the order of the work.
+    /// From the coarsest to the finest, the order in which they are solved.
     pub levels: Vec<LevelRecord>,
 }
 
@@ -56,7 +58,7 @@ fn as_seconds<S: serde::Serializer>(
     to.serialize_f64(spent.as_secs_f64())
 }
 
-/// The size of one coarse mesh and the work that it took.
+/// The size of one coarse mesh and the number of steps on it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct LevelRecord {
     /// V of the coarse mesh.
@@ -73,29 +75,29 @@ impl LevelRecord {
     }
 }
 
-/// U and the dual field that belongs to it.
+/// U and its dual field.
 pub(crate) struct Pair<const M: usize> {
     pub(crate) u: Vec<Row<M>>,
     pub(crate) q: Vec<Tangent<M>>,
 }
 
 impl<'a> Hierarchy<'a> {
-    /// Without levels where the mesh is small, or where nothing can be made coarser.
+    /// Without levels if the mesh is small or cannot be coarsened.
     pub(crate) fn new(finest: &'a Mesh) -> Self {
-        Hierarchy::down_to(finest, COARSEST)
+        Hierarchy::down_to(finest, COARSEST_VERTICES)
     }
 
-    /// The same, ending with the first level of at most so many vertices.
+    /// The same, ending with the first level of at most `vertices` vertices.
     pub(crate) fn down_to(finest: &'a Mesh, vertices: usize) -> Self {
         let mut levels: Vec<Coarsening> = Vec::new();
         loop {
             let fine = levels.last().map_or(finest, |level| &level.mesh);
-            let most = (LARGEST_SHARE * fine.vertices.len() as f64) as usize;
+            let max_vertices = (MAX_KEPT_SHARE * fine.vertices.len() as f64) as usize;
             if fine.vertices.len() <= vertices {
                 break;
             }
             let coarsening = fine.coarsened();
-            if coarsening.mesh.vertices.len() > most || coarsening.mesh.faces.is_empty() {
+            if coarsening.mesh.vertices.len() > max_vertices || coarsening.mesh.faces.is_empty() {
                 break;
             }
             levels.push(coarsening);
@@ -103,8 +105,8 @@ impl<'a> Hierarchy<'a> {
         Hierarchy { finest, levels }
     }
 
-    /// Calls `solve` with the number of each level, the coarsest first, and what the one before it led to;
-    /// returns what the last leads to on the finest mesh. Nothing, if there are no levels or `solve` gives up.
+    /// Calls `solve` with the index of each level, the coarsest first, and the prolonged result of the previous level.
+    /// Returns the last result, prolonged to the finest mesh; `None` if there are no levels or `solve` returns `None`.
     pub(crate) fn climb<const M: usize>(
         &self,
         lambda: f64,
@@ -123,42 +125,42 @@ impl<'a> Hierarchy<'a> {
     }
 }
 
-/// A level is not solved beyond what its own coarseness is worth, nor the last digit that is asked for:
-/// 10 times the gap, but between these.
-const GAPS: [f64; 2] = [2.5e-4, 5e-3];
+/// A level is solved to 10 times the requested gap, clamped to this interval: neither beyond its discretization error
+/// nor to the last requested digit.
+const LEVEL_GAPS: [f64; 2] = [2.5e-4, 5e-3];
 
-/// Steps on a level at the most; on a quarter of the vertices they cost a quarter.
-const MOST_STEPS: u64 = 500;
+/// Maximum number of steps on a level; with a quarter of the vertices, a step costs a quarter.
+const MAX_LEVEL_STEPS: u64 = 500;
 
-/// When a coarse level is done, which begins after all that took `spent`.
-pub(crate) fn stop(request: &Request, spent: Duration) -> Stop {
+/// When a coarse level ends that begins after `spent` time.
+pub(crate) fn level_stop(request: &Request, spent: Duration) -> Stop {
     let gap = 10.0 * request.stop.relative_gap.unwrap_or(0.0);
     Stop {
-        relative_gap: Some(gap.clamp(GAPS[0], GAPS[1])),
-        iterations: Some(MOST_STEPS),
+        relative_gap: Some(gap.clamp(LEVEL_GAPS[0], LEVEL_GAPS[1])),
+        iterations: Some(MAX_LEVEL_STEPS),
         time: request.stop.after(spent).time,
         ..Stop::default()
     }
 }
 
-/// Whether the cheapest region everywhere, with q = 0, is already as good as what is asked for. What comes up
-/// from coarse levels could then only be worse: where all costs are zero, by rounding.
+/// Whether the cheapest region at every vertex, with q = 0, already reaches the requested gap. Prolonged labels could
+/// then only be worse: by rounding, where all costs are zero.
 pub(crate) fn is_certified<const M: usize>(
     problem: &Problem<Stencil, M>,
     request: &Request,
 ) -> bool {
-    let energy = problem.energy(&cheapest(&problem.f));
+    let energy = problem.energy(&cheapest_labels(&problem.f));
     let gap = relative_gap(energy, 0.0);
     request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance)
 }
 
-/// Solves each level, with the solver that is asked for.
+/// Solves each level with the requested solver.
 pub(crate) fn start<const M: usize>(
     finest: &Mesh,
     problem: &Problem<Stencil, M>,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<Beginning<M>> {
+) -> Result<CoarseStart<M>> {
     let begin = Instant::now();
     let hierarchy = Hierarchy::new(finest);
     let mut costs: Vec<Vec<Row<M>>> = Vec::new();
@@ -172,69 +174,73 @@ pub(crate) fn start<const M: usize>(
         let problem = Problem::new(Stencil::new(mesh), f, request.lambda);
         let (start, dual_start) = match pair {
             Some(Pair { mut u, q }) => {
-                without_forbidden(&mut u, &problem.f);
+                remove_forbidden(&mut u, &problem.f);
                 (u, Some(q))
             }
-            None => (cheapest(&problem.f), None),
+            None => (cheapest_labels(&problem.f), None),
         };
         let mut run = Run::new(&start);
         let setup = Setup { mesh, problem: &problem, start, dual_start };
         let mut solver = request.method.build(setup)?;
-        let stop = stop(request, begin.elapsed());
+        let stop = level_stop(request, begin.elapsed());
         let status = run.advance(&mut *solver, &problem, &stop, &mut |_| observe(None));
         levels.push(LevelRecord::of(mesh, run.iterations()));
-        Ok(reached(solver.iterate(), status))
+        Ok(final_pair(solver.iterate(), status))
     })?;
     let pair = pair.map(|Pair { mut u, q }| {
-        without_forbidden(&mut u, &problem.f);
+        remove_forbidden(&mut u, &problem.f);
         Pair { u, q }
     });
     let record = Record { spent: begin.elapsed(), levels };
-    Ok(Beginning { pair, record })
+    Ok(CoarseStart { pair, record })
 }
 
-/// P u may give to labels that a finer vertex forbids.
-fn without_forbidden<const M: usize>(u: &mut [Row<M>], f: &[Row<M>]) {
-    sweep((u, f), |_, (u, f)| *u = allowed(*u, f));
+/// Removes the mass that P u may give to labels which a finer vertex forbids.
+fn remove_forbidden<const M: usize>(u: &mut [Row<M>], f: &[Row<M>]) {
+    sweep((u, f), |_, (u, f)| *u = without_forbidden(*u, f));
 }
 
-/// Of the mesh on which [`separating`] looks.
-const MOST_VERTICES: usize = 4000;
+/// Maximum number of vertices of the mesh on which [`separating_lambda`] tries lambdas.
+const MAX_TRIAL_VERTICES: usize = 4000;
 
-/// Lambdas that are tried at the most.
-const TRIED: i32 = 14;
+/// Maximum number of lambdas that are tried.
+const MAX_TRIALS: i32 = 14;
 
-/// The first of lambda / 2, lambda / 4, ... for which regions that should be used are, on a coarse mesh; none if all of
-/// them fail.
-pub(crate) fn separating<const M: usize>(
+/// The first of lambda / 2, lambda / 4, ... for which all `wanted` regions are used on a coarse mesh; `None` if there
+/// is none among those tried.
+pub(crate) fn separating_lambda<const M: usize>(
     finest: &Mesh,
     problem: &Problem<Stencil, M>,
     wanted: &[usize],
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Option<f64>> {
-    let hierarchy = Hierarchy::down_to(finest, MOST_VERTICES);
+    let hierarchy = Hierarchy::down_to(finest, MAX_TRIAL_VERTICES);
     let mut f = sweep::copy(&problem.f);
     for level in &hierarchy.levels {
         f = restrict(level, &f);
     }
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
     let mut coarse = Problem::new(Stencil::new(mesh), f, problem.lambda);
-    for i in 1..=TRIED {
+    for i in 1..=MAX_TRIALS {
         coarse.lambda = problem.lambda * 0.5_f64.powi(i);
-        let start = cheapest(&coarse.f);
+        let start = cheapest_labels(&coarse.f);
         let mut run = Run::new(&start);
         let setup = Setup { mesh, problem: &coarse, start, dual_start: None };
         let mut solver = Method::default().build(setup)?;
-        // As exact as was asked: where cuts are dear, a small gap leaves room for regions that go in the end.
-        let gap = request.stop.relative_gap.unwrap_or(0.0).clamp(GAPS[0], GAPS[1]);
-        let stop =
-            Stop { relative_gap: Some(gap), iterations: Some(MOST_STEPS), ..request.stop.clone() };
+        // To the requested gap: where cuts are expensive, even a small gap leaves room for regions that vanish in the
+        // end.
+        let gap = request.stop.relative_gap.unwrap_or(0.0).clamp(LEVEL_GAPS[0], LEVEL_GAPS[1]);
+        let stop = Stop {
+            relative_gap: Some(gap),
+            iterations: Some(MAX_LEVEL_STEPS),
+            ..request.stop.clone()
+        };
         let status = run.advance(&mut *solver, &coarse, &stop, &mut |_| observe(None));
         if status == Status::Interrupted {
             return Ok(None);
         }
-        // On the way a region may still have what it loses in the end.
+        // Before convergence a region may still own vertices that it loses in the end.
         let u = run.best_u();
         if status == Status::Converged && wanted.iter().all(|&p| u.iter().any(|u| u.argmax() == p))
         {
@@ -244,8 +250,11 @@ pub(crate) fn separating<const M: usize>(
     Ok(None)
 }
 
-/// What a level ends with, if that is made of numbers.
-pub(crate) fn reached<const M: usize>(iterate: Iterate<'_, M>, status: Status) -> Option<Pair<M>> {
+/// The final pair of a level, unless it diverged.
+pub(crate) fn final_pair<const M: usize>(
+    iterate: Iterate<'_, M>,
+    status: Status,
+) -> Option<Pair<M>> {
     (status != Status::Diverged).then(|| Pair { u: iterate.u.to_vec(), q: iterate.q.to_vec() })
 }
 

@@ -1,38 +1,38 @@
-//! Labels that are constant on every component, and the field that certifies them where lambda is so large that
-//! they are optimal.
+//! The best labels that are constant on every component, and the dual field that certifies them where lambda is so
+//! large that they are optimal.
 //!
 //! ```text
 //! u_v = e_p,  p = argmin_p F_p,   F = sum_v f_v                          over the component of v
 //! K^T q = -(f_v - (a_v / a) F),   q_j = (K phi)_j / A_j,   K^T A^-1 K phi = K^T q
 //! ```
 //!
-//! For a label that some vertices of the component forbid, K^T q makes f_v as dear as the best label wherever it is
-//! allowed, and what is missing to a sum of zero goes to the vertices that forbid it, whose cost is infinite anyway.
+//! For a label that some vertices of the component forbid, K^T q raises f_v to the cost of the best label wherever it
+//! is allowed. The remainder to a sum of zero goes to the vertices that forbid it, whose cost is infinite anyway.
 //!
-//! f + K^T q has the same minimizer p everywhere, so that D(q) = sum min_p F_p = E(U): a pair of equal energies, if
-//! |q_j| <= lambda. Among all fields with this divergence q has the least mean square, as gradients have. Where
-//! some |q_j| is larger, it is cut off, and the bound is true but not sharp. First-order methods come near such a
-//! q slowly, most of all on long thin surfaces: it is one Poisson problem.
+//! f + K^T q has the same minimizer p everywhere, so D(q) = sum min_p F_p = E(U): the gap is zero if |q_j| <= lambda.
+//! Being a gradient, q has the smallest mean square among all fields with this divergence. Where some |q_j| is larger,
+//! it is projected onto the ball, and the bound is true but not sharp. First-order methods approach such a q slowly,
+//! especially on long thin surfaces; here it takes one Poisson problem.
 
 use crate::field::{Row, Tangent};
 use crate::mesh::partition::Partition;
 use crate::operator::{Adjoint, Cholesky, Operator, normal_matrix};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::prox::project_ball;
 use crate::sweep::sweep;
 
-/// Of the factor: 400 MB. A surface of 200,000 vertices has a tenth of it.
-const MOST_ENTRIES: usize = 50_000_000;
+/// Maximum number of entries of the Cholesky factor: 400 MB. A surface of 200,000 vertices needs a tenth of it.
+const MAX_FACTOR_ENTRIES: usize = 50_000_000;
 
-/// The best labels among those.
-pub struct Constant<const M: usize> {
-    /// The component of each vertex, by its smallest vertex.
+/// The best labels that are constant on every component.
+pub struct ConstantLabels<const M: usize> {
+    /// The component of each vertex, named by the smallest vertex in it.
     component: Vec<u32>,
-    /// F of each component, at its smallest vertex.
+    /// F of each component, at the index of its smallest vertex.
     total: Vec<Row<M>>,
 }
 
-impl<const M: usize> Constant<M> {
+impl<const M: usize> ConstantLabels<M> {
     pub fn new<K: Operator>(problem: &Problem<K, M>) -> Self {
         let n = problem.k.vertices();
         let mut partition = Partition::new(n);
@@ -44,15 +44,18 @@ impl<const M: usize> Constant<M> {
         let component: Vec<u32> = (0..n as u32).map(|v| partition.root(v)).collect();
         let mut total = vec![Row::ZERO; n];
         for (f, &c) in problem.f.iter().zip(&component) {
-            total[c as usize] += Row::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { f.0[p] });
+            total[c as usize] +=
+                Row::from_fn(|p| if f.0[p] == FORBIDDEN_COST { 0.0 } else { f.0[p] });
         }
-        // What one vertex forbids, its component cannot have. The sum of all that is closed would leave the range of
-        // numbers.
+        // A label that one vertex forbids is forbidden in its component. Summing FORBIDDEN_COST would overflow.
         for (f, &c) in problem.f.iter().zip(&component) {
             let total = &mut total[c as usize];
-            *total = Row::from_fn(|p| if f.0[p] == NEVER { NEVER } else { total.0[p] });
+            *total =
+                Row::from_fn(
+                    |p| if f.0[p] == FORBIDDEN_COST { FORBIDDEN_COST } else { total.0[p] },
+                );
         }
-        Constant { component, total }
+        ConstantLabels { component, total }
     }
 
     pub fn labels(&self) -> Vec<Row<M>> {
@@ -60,7 +63,7 @@ impl<const M: usize> Constant<M> {
         self.component.iter().map(best).collect()
     }
 
-    /// The field described above; none where rounding spoils the factorization, or it would take too much memory, as
+    /// The field described above; `None` if the factorization breaks down by rounding or would need too much memory, as
     /// on faces that join vertices at random.
     pub fn field<K: Operator>(&self, problem: &Problem<K, M>) -> Option<Vec<Tangent<M>>> {
         let Problem { k, f, lambda, .. } = problem;
@@ -79,29 +82,33 @@ impl<const M: usize> Constant<M> {
             .map(|v| {
                 let total = &self.total[self.component[v] as usize];
                 let best = total.min();
-                let cost = |p: usize| if total.0[p] == NEVER { best } else { total.0[p] };
+                let cost = |p: usize| if total.0[p] == FORBIDDEN_COST { best } else { total.0[p] };
                 let f = f[v];
-                Row::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { cost(p) * part(v) - f.0[p] })
+                Row::from_fn(|p| {
+                    if f.0[p] == FORBIDDEN_COST { 0.0 } else { cost(p) * part(v) - f.0[p] }
+                })
             })
             .collect();
-        // What is missing, and by how many it is shared.
-        let mut missing = vec![(Row::<M>::ZERO, Row::<M>::ZERO); n];
+        // The remainder to a sum of zero, and the number of vertices that share it.
+        let mut remainder = vec![(Row::<M>::ZERO, Row::<M>::ZERO); n];
         for (v, divergence) in divergence.iter().enumerate() {
-            let (sum, count) = &mut missing[self.component[v] as usize];
+            let (sum, count) = &mut remainder[self.component[v] as usize];
             *sum += *divergence;
-            *count += Row::from_fn(|p| f64::from(f[v].0[p] == NEVER));
+            *count += Row::from_fn(|p| f64::from(f[v].0[p] == FORBIDDEN_COST));
         }
         for (v, divergence) in divergence.iter_mut().enumerate() {
-            let (sum, count) = &missing[self.component[v] as usize];
-            let rest = |p: usize| -sum.0[p] / count.0[p];
+            let (sum, count) = &remainder[self.component[v] as usize];
+            let shared = |p: usize| -sum.0[p] / count.0[p];
             *divergence =
-                Row::from_fn(|p| if f[v].0[p] == NEVER { rest(p) } else { divergence.0[p] });
+                Row::from_fn(
+                    |p| if f[v].0[p] == FORBIDDEN_COST { shared(p) } else { divergence.0[p] },
+                );
         }
-        // The sums over a component vanish, and so does phi at its smallest vertex, where 1 is added.
+        // The sums over a component vanish, and so does phi at its smallest vertex, where 1 is added to the diagonal.
         let grounded: Vec<f64> =
             (0..n).map(|v| f64::from(self.component[v] as usize == v)).collect();
         let weights: Vec<f64> = (0..k.faces()).map(|j| 1.0 / k.area(j)).collect();
-        let factor = Cholesky::within(&normal_matrix(k, &grounded, &weights), MOST_ENTRIES)?;
+        let factor = Cholesky::within(&normal_matrix(k, &grounded, &weights), MAX_FACTOR_ENTRIES)?;
         let gradient = |phi: &[Row<M>]| {
             let mut q = vec![Tangent::ZERO; k.faces()];
             sweep(&mut q[..], |j, q| *q = k.at(phi, j) * weights[j]);
@@ -109,13 +116,13 @@ impl<const M: usize> Constant<M> {
         };
         let mut phi = divergence.clone();
         factor.solve(&mut phi);
-        // What rounding left over, once more.
-        let mut rest = divergence;
+        // One step of iterative refinement.
+        let mut residual = divergence;
         let q = gradient(&phi);
         let kt = k.adjoint();
-        sweep(&mut rest[..], |v, rest| *rest = *rest - kt.at(&q, v));
-        factor.solve(&mut rest);
-        phi.iter_mut().zip(&rest).for_each(|(phi, &rest)| *phi += rest);
+        sweep(&mut residual[..], |v, r| *r = *r - kt.at(&q, v));
+        factor.solve(&mut residual);
+        phi.iter_mut().zip(&residual).for_each(|(phi, &correction)| *phi += correction);
         let mut q = gradient(&phi);
         sweep(&mut q[..], |_, q| *q = project_ball(*q, *lambda));
         Some(q)
@@ -127,13 +134,13 @@ mod tests {
     use super::*;
     use crate::samples::{disjoint, random_problem, shape, with_isolated_vertices, zoo};
 
-    /// For a lambda above all |q_j| both formulas give the optimum; a smaller one keeps the bound true.
+    /// For a lambda above all |q_j| the labels and the field are optimal; for a smaller one the bound stays true.
     #[test]
     fn large_lambdas_are_certified_in_closed_form() {
         for (name, mesh) in zoo() {
             let mut problem = random_problem::<4>(&mesh, 1e6 * mesh.area().sqrt(), 811);
-            problem.f.iter_mut().for_each(|f| f.0[3] = NEVER);
-            let constant = Constant::new(&problem);
+            problem.f.iter_mut().for_each(|f| f.0[3] = FORBIDDEN_COST);
+            let constant = ConstantLabels::new(&problem);
             let (energy, spread) = (problem.energy(&constant.labels()), problem.spread());
             let bound = problem.dual_bound(&constant.field(&problem).unwrap());
             assert!((energy - bound).abs() <= 1e-9 * spread, "{name}: {energy} {bound}");
@@ -146,13 +153,13 @@ mod tests {
         }
     }
 
-    /// Every component, and every vertex that belongs to none, decides for itself.
+    /// Every component, and every isolated vertex, has its own best label.
     #[test]
-    fn components_decide_alone() {
+    fn components_are_labeled_separately() {
         let parts = disjoint([shape("sphere:1"), shape("torus:5x4")]);
         let mesh = with_isolated_vertices(parts);
         let problem = random_problem::<3>(&mesh, 1e3, 812);
-        let constant = Constant::new(&problem);
+        let constant = ConstantLabels::new(&problem);
         let labels = constant.labels();
         let split = 1 + shape("sphere:1").vertices.len();
         let last = labels.len() - 1;
@@ -165,15 +172,15 @@ mod tests {
         assert!(problem.total_variation(&labels) == 0.0);
     }
 
-    /// A label that one vertex forbids is not that of its component, and the bound stays exact.
+    /// A component never gets a label that one of its vertices forbids, and the bound stays exact.
     #[test]
-    fn what_a_vertex_forbids_its_component_cannot_have() {
+    fn a_label_forbidden_at_a_vertex_is_forbidden_in_its_component() {
         let mesh = disjoint([shape("sphere:1"), shape("torus:5x4")]);
         let mut problem = random_problem::<3>(&mesh, 1e6, 813);
-        let best = |problem: &Problem<_, 3>| Constant::new(problem).labels()[0].argmax();
+        let best = |problem: &Problem<_, 3>| ConstantLabels::new(problem).labels()[0].argmax();
         let before = best(&problem);
-        problem.f[7].0[before] = NEVER;
-        let constant = Constant::new(&problem);
+        problem.f[7].0[before] = FORBIDDEN_COST;
+        let constant = ConstantLabels::new(&problem);
         let labels = constant.labels();
         assert_ne!(labels[0].argmax(), before);
         let bound = problem.dual_bound(&constant.field(&problem).unwrap());

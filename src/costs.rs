@@ -1,8 +1,8 @@
-//! Pointwise costs as people give them: numbers, labels that are forbidden, and vertices of which nothing is known.
+//! Pointwise costs as users supply them: numbers, forbidden labels, and unknown vertices.
 //!
 //! ```text
 //! s_kp = +inf            region p is forbidden at vertex k
-//! s_k  = NaN ... NaN     nothing is known of vertex k: it costs nothing and takes the label of its neighbors
+//! s_k  = NaN ... NaN     vertex k is unknown: it costs nothing and takes the label of its neighbors
 //! ```
 
 use std::borrow::Cow;
@@ -14,11 +14,11 @@ use crate::operator::Mass;
 use crate::sweep;
 use crate::unreached::INHERIT;
 
-/// The same costs with zeros where nothing is known, and what must be said about them.
+/// The same costs with zeros at unknown vertices, and warnings about unknown vertices and forbidden labels.
 ///
 /// # Errors
 /// A row with NaN and numbers; -inf; a row that forbids every label; forbidden labels with the consistent mass, which
-/// would spread them to the neighbors; nothing known of any vertex.
+/// would spread them to the neighbors; costs that are NaN at every vertex.
 pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec<String>)> {
     if let Some(numbers) = s.as_slice()
         && sweep::all(
@@ -37,7 +37,7 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     }
     if unknown == s.nrows() {
         return Err(Error::unsuitable(
-            "the costs are NaN at every vertex: nothing is known of any",
+            "the costs are NaN at every vertex: at least one vertex needs known costs",
         ));
     }
     if forbidden > 0 && mass == Mass::Consistent {
@@ -48,7 +48,7 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     let mut warnings = Vec::new();
     if unknown > 0 {
         warnings.push(format!(
-            "the costs of {unknown} vertices are NaN: nothing is known of these; {INHERIT}"
+            "the costs of {unknown} vertices are NaN, which marks them as unknown; {INHERIT}"
         ));
     }
     if forbidden > 0 {
@@ -65,16 +65,17 @@ fn check(k: usize, row: ArrayView1<'_, f64>) -> Result<()> {
     let message = if nan > 0 && nan < row.len() {
         let p = row.iter().position(|x| x.is_nan()).expect("one is NaN");
         format!(
-            "the costs have NaN in row {k}, column {p}; a whole row of NaN is a vertex of which nothing is known, +inf \
-             forbids a label"
+            "the costs have NaN in row {k}, column {p} but numbers elsewhere in the row; use +inf to forbid a label, \
+             or fill the row with NaN if the vertex is unknown"
         )
     } else if let Some(p) = row.iter().position(|&x| x == f64::NEG_INFINITY) {
         format!(
-            "the costs have -inf in row {k}, column {p}; to force a label, forbid the others by +inf"
+            "the costs have -inf in row {k}, column {p}; to force a label, forbid the others with +inf"
         )
     } else if row.iter().all(|&x| x == f64::INFINITY) {
         format!(
-            "the costs forbid every label in row {k}; one must be left, or NaN where nothing is known"
+            "the costs forbid every label in row {k}; allow at least one, or fill the row with NaN if the vertex is \
+             unknown"
         )
     } else {
         return Ok(());
@@ -104,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_means_nothing_is_refused_with_its_place() {
+    fn invalid_rows_are_refused_with_their_position() {
         let message = |s: Array2<f64>, mass| checked(&s, mass).unwrap_err().to_string();
         let lumped = Mass::Barycentric;
         assert!(message(array![[1.0, 2.0], [NAN, 1.0]], lumped).contains("row 1, column 0"));

@@ -1,8 +1,8 @@
-//! What can be wrong with the outside world: files, their contents, and requests that do not fit them.
+//! Errors of outside input: files, their contents, and requests that do not fit them.
 //!
-//! A caller's mistake is an `assert!`; what the mathematics did is a [`Status`](crate::run::Status);
-//! only outside input that is wrong is an [`Error`]. Each prints as one line that names the file, the
-//! place in it and, where there is one, the way out.
+//! A caller's mistake is an `assert!`, a failure of the mathematics is a [`Status`](crate::run::Status), and only bad
+//! outside input is an [`Error`]. Each prints as one line that names the file, the position in it and, if there is one,
+//! the remedy.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,15 +12,15 @@ use crate::misfit::Misfit;
 /// A result whose error is an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What is wrong with a file or a request. Its text is one line for the user.
+/// What is wrong with a file or a request. It prints as one line for the user.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("{}: {source}", on_one_line(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// The file can be read, but not as what it claims to be.
@@ -41,21 +41,21 @@ pub enum Error {
         /// What is wrong with the line and what to do.
         message: String,
     },
-    /// Well-formed input that does not fit what was asked.
+    /// Well-formed input that does not fit the request.
     #[error("{0}")]
     Unsuitable(String),
-    /// An experiment file that asks for what is not there.
+    /// An experiment file with a wrong key or value.
     #[error(transparent)]
     Misfit(#[from] Box<Misfit>),
 }
 
 impl Error {
-    /// The system refused to read or write `path`.
+    /// The system failed to read or write `path`.
     pub fn io(path: &Path, source: io::Error) -> Self {
         Error::Io { path: path.to_owned(), source }
     }
 
-    /// `path` can be read, but not as what it should be; `message` goes on after its name.
+    /// `path` can be read, but not as what it should be; `message` follows its name.
     pub fn malformed(path: &Path, message: impl Into<String>) -> Self {
         Error::Malformed { path: path.to_owned(), message: message.into() }
     }
@@ -65,12 +65,12 @@ impl Error {
         Error::MalformedLine { path: path.to_owned(), line, message: message.into() }
     }
 
-    /// Input that does not fit the request; `message` stands for itself.
+    /// Input that does not fit the request; `message` is the whole line.
     pub fn unsuitable(message: impl Into<String>) -> Self {
         Error::Unsuitable(message.into())
     }
 
-    /// Puts the name of the file in front of what is wrong with its content.
+    /// Prefixes a message about the content of a file with its name.
     pub fn of_file(self, path: &Path) -> Self {
         match self {
             Error::Unsuitable(message) => Error::malformed(path, message),
@@ -79,7 +79,7 @@ impl Error {
     }
 }
 
-/// A path for a message: its control characters, which may be line ends, are escaped.
+/// A path for a message, its control characters escaped, since they may end the line.
 fn on_one_line(path: &Path) -> String {
     let mut shown = String::new();
     for c in path.to_string_lossy().chars() {

@@ -1,4 +1,4 @@
-//! The energies and the certificate of any U, whoever computed it.
+//! The energies and the certificate of a given U, whatever computed it.
 
 use std::borrow::Cow;
 
@@ -12,13 +12,13 @@ use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::operator::{Mass, Stencil};
-use crate::problem::{NEVER, Problem, Smoothing, label_gap, relative_gap, rounded};
+use crate::problem::{FORBIDDEN_COST, Problem, Smoothing, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};
 use crate::run::Certificate;
 use crate::solve::{Observer, check_range, integrate, model_mesh};
 use crate::start::Start;
 
-/// How far entries may leave the simplex and still count as rounding.
+/// How far entries may lie outside the simplex and still count as rounding.
 const FEASIBLE: f64 = 1e-9;
 
 /// The scores of U on one problem, as `meshseg evaluate` prints them.
@@ -44,53 +44,53 @@ pub struct Evaluation {
     pub total_variation: f64,
     /// E_eps(U), if an eps was given.
     pub smoothed_energy: Option<f64>,
-    /// D: no labels have less energy.
+    /// D: no labels have a smaller energy.
     pub dual_bound: f64,
-    /// Where the bound comes from.
+    /// The origin of the bound.
     pub certificate: Certificate,
     /// B, see `problem.rs`: relative gaps are measured from here.
     pub baseline: f64,
-    /// E - D; none if U is infeasible: its energy is then no upper bound.
+    /// E - D; `None` if U is infeasible, since its energy is then no upper bound.
     pub gap: Option<f64>,
     /// (E - D) / (E - B).
     pub relative_gap: Option<f64>,
-    /// R, of the one-hot rows of argmax_p u_kp.
+    /// R, the energy of the one-hot rows of argmax_p u_kp.
     pub rounded_energy: f64,
     /// (R - D) / (D - B), see [`crate::solve::Summary`].
     pub rounded_relative_gap: f64,
-    /// Of E_eps, if that was asked for.
+    /// eps of E_eps, if it was given.
     pub epsilon: Option<f64>,
     /// The mode of that smoothing: `paper` or `intrinsic`.
     pub epsilon_mode: Option<&'static str>,
-    /// Whether every row of U is in the simplex to 1e-9; if not, the gap is none.
+    /// Whether every row of U is in the simplex to 1e-9; if not, there is no gap.
     pub feasible: bool,
     /// max_k |sum_p u_kp - 1|.
     pub largest_row_sum_error: f64,
     /// min_kp u_kp, below 0 where U leaves the simplex.
     pub smallest_entry: f64,
-    /// What the user should know, a sentence each: unknown vertices, forbidden labels, faces left out.
+    /// Warnings for the user, a sentence each: unknown vertices, forbidden labels, faces left out.
     pub warnings: Vec<String>,
 }
 
-/// What is asked besides mesh, costs and U.
+/// The request, in addition to mesh, costs and U.
 #[derive(Clone, Copy, Debug)]
 pub struct Question<'a> {
     /// Weight of the total variation, in units of cost times length; not negative.
     pub lambda: f64,
     /// The quadrature of the data term.
     pub mass: Mass,
-    /// Of E_eps.
+    /// The smoothing of E_eps, if that is wanted.
     pub smoothing: Option<Smoothing>,
-    /// A dual field that bounds the energies, 2F x m as [`crate::solve::Solution::q`]. Without one, `dual_steps` steps
-    /// of the default solver find one.
+    /// A dual field that bounds the energies, 2F x m like [`crate::solve::Solution::q`]. Without one, `dual_steps`
+    /// steps of the default solver compute one.
     pub q: Option<&'a Array2<f64>>,
-    /// Steps of the default solver from U to a dual field; ignored if `q` is given. The program takes
+    /// Steps of the default solver from U to a dual field; ignored if `q` is given. The default of the program is
     /// [`certificate::DUAL_STEPS`].
     pub dual_steps: u64,
 }
 
 /// Scores U (V x m) for pointwise costs s (V x m, see [`costs`]). U need not be feasible, see [`Evaluation::feasible`].
-/// `observe` is called during the steps to a bound, without samples.
+/// `observe` is called during the steps that compute a bound, without samples.
 ///
 /// Fails if the shapes of the costs, U, q and the mesh do not fit each other, the number of regions is not from 2 to
 /// 64, an entry of U or q is not finite, the costs are refused by [`costs::checked`], lambda is negative or not finite,
@@ -106,7 +106,7 @@ pub fn evaluate(
     regions::check(s.ncols())?;
     if u.dim() != s.dim() {
         return Err(Error::unsuitable(format!(
-            "U has {} x {} entries, the costs {} x {}",
+            "U has {} x {} entries, but the costs have {} x {}; both must be V x m",
             u.nrows(),
             u.ncols(),
             s.nrows(),
@@ -129,7 +129,7 @@ pub fn evaluate(
     Ok(evaluation)
 }
 
-/// The rows of q in the faces that have an area.
+/// The rows of q on the faces that have an area.
 fn of_model<'a>(
     mesh: &Mesh,
     model: &Mesh,
@@ -138,7 +138,7 @@ fn of_model<'a>(
 ) -> Result<Cow<'a, Array2<f64>>> {
     if q.dim() != (2 * mesh.faces.len(), m) {
         return Err(Error::unsuitable(format!(
-            "q has {} x {} entries, not two rows for each of the {} faces and {m} columns",
+            "q has {} x {} entries; two rows for each of the {} faces and {m} columns are needed",
             q.nrows(),
             q.ncols(),
             mesh.faces.len()
@@ -198,8 +198,8 @@ fn evaluate_compiled<const M: usize>(
     let data_term = problem.data_term(&u);
     let total_variation = problem.total_variation(&u);
     let energy = data_term + lambda * total_variation;
-    let rounded_energy = problem.energy(&rounded(&without_closed(&problem, &u)));
-    let bound = problem.settled(energy, bound);
+    let rounded_energy = problem.energy(&rounded(&mask_forbidden(&problem, &u)));
+    let bound = problem.clamped_bound(energy, bound);
     let largest_row_sum_error =
         given.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs()).fold(0.0, f64::max);
     let smallest_entry =
@@ -223,7 +223,10 @@ fn evaluate_compiled<const M: usize>(
         gap: feasible.then_some(energy - bound),
         relative_gap: feasible.then(|| relative_gap(energy, bound)),
         rounded_energy: baseline + rounded_energy,
-        rounded_relative_gap: label_gap(rounded_energy, problem.settled(rounded_energy, bound)),
+        rounded_relative_gap: label_gap(
+            rounded_energy,
+            problem.clamped_bound(rounded_energy, bound),
+        ),
         epsilon: smoothing.map(|smoothing| smoothing.epsilon),
         epsilon_mode: smoothing.map(|smoothing| smoothing.mode.name()),
         feasible,
@@ -233,17 +236,17 @@ fn evaluate_compiled<const M: usize>(
     })
 }
 
-/// U without what is within rounding of zero where the costs forbid a label.
+/// U with exact zeros at forbidden labels. Fails if U gives more than rounding to one.
 fn without_forbidden<const M: usize>(
     problem: &Problem<Stencil, M>,
     m: usize,
     u: &[Row<M>],
 ) -> Result<Vec<Row<M>>> {
-    let forbidden = |v: usize, p: usize| problem.f[v].0[p] == NEVER;
+    let forbidden = |v: usize, p: usize| problem.f[v].0[p] == FORBIDDEN_COST;
     for (v, row) in u.iter().enumerate() {
         if let Some(p) = (0..m).find(|&p| forbidden(v, p) && row.0[p].abs() > FEASIBLE) {
             return Err(Error::unsuitable(format!(
-                "U has {} in row {v}, column {p}, which the costs forbid (+inf)",
+                "U has {} in row {v}, column {p}, but the costs forbid that label (+inf); it must be 0",
                 row.0[p]
             )));
         }
@@ -252,11 +255,13 @@ fn without_forbidden<const M: usize>(
     Ok((0..u.len()).map(allowed).collect())
 }
 
-/// U for rounding: no label that is forbidden, or that does not exist, is the largest, even where all others are negative.
-fn without_closed<const M: usize>(problem: &Problem<Stencil, M>, u: &[Row<M>]) -> Vec<Row<M>> {
+/// U with -inf at forbidden labels and padding regions, so that rounding picks none of them, even if all other entries
+/// are negative.
+fn mask_forbidden<const M: usize>(problem: &Problem<Stencil, M>, u: &[Row<M>]) -> Vec<Row<M>> {
     let f = &problem.f;
-    let open = |v: usize, p: usize| f[v].0[p] != NEVER;
-    let row = |v: usize| Row::from_fn(|p| if open(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
+    let allowed = |v: usize, p: usize| f[v].0[p] != FORBIDDEN_COST;
+    let row =
+        |v: usize| Row::from_fn(|p| if allowed(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
     (0..u.len()).map(row).collect()
 }
 

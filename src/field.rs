@@ -1,5 +1,5 @@
-//! The two kinds of values of the method: a row u_k of the labels U at a vertex, and the two rows of
-//! (K U)_j or of the dual field q_j on a face, in the face's orthonormal frame.
+//! The two value types of the method: a row u_k of the labels U at a vertex, and the two rows of (K U)_j or of the dual
+//! field q_j on a face, in the orthonormal frame of the face.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -17,7 +17,7 @@ impl<const M: usize> Row<M> {
     /// All entries 0.
     pub const ZERO: Self = Row([0.0; M]);
 
-    /// The row of the entries `value(p)`, called for p = 0, 1, ..., M - 1.
+    /// The row with entries `value(p)`, called for p = 0, 1, ..., M - 1.
     #[inline(always)]
     pub fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
         let mut row = Row::ZERO;
@@ -27,13 +27,13 @@ impl<const M: usize> Row<M> {
         row
     }
 
-    /// The vertex of the simplex that stands for region p.
+    /// The vertex of the simplex that represents region p.
     #[inline(always)]
     pub fn one_hot(p: usize) -> Self {
         Row::from_fn(|i| f64::from(i == p))
     }
 
-    /// sum_p a_p b_p, added in the order of p.
+    /// sum_p a_p b_p, summed in the order of p.
     #[inline(always)]
     pub fn dot(self, other: Self) -> f64 {
         let mut sum = 0.0;
@@ -49,31 +49,31 @@ impl<const M: usize> Row<M> {
         self.dot(self)
     }
 
-    /// The smallest entry; NaN if there is one.
+    /// The smallest entry; NaN if any entry is NaN.
     #[inline(always)]
     pub fn min(self) -> f64 {
         self.0[1..].iter().fold(self.0[0], |a, &b| if b < a || b.is_nan() { b } else { a })
     }
 
-    /// The largest entry; NaN if there is one.
+    /// The largest entry; NaN if any entry is NaN.
     #[inline(always)]
     pub fn max(self) -> f64 {
         -(-self).min()
     }
 
-    /// max_p |entry|; NaN if there is one.
+    /// max_p |entry|; NaN if any entry is NaN.
     #[inline(always)]
     pub fn max_abs(self) -> f64 {
         Row::<M>::from_fn(|p| self.0[p].abs()).max()
     }
 
-    /// The region with the largest entry, the first of them if several are equal.
+    /// The region with the largest entry; the first one in case of ties.
     #[inline(always)]
     pub fn argmax(self) -> usize {
         (1..M).fold(0, |best, p| if self.0[p] > self.0[best] { p } else { best })
     }
 
-    /// The region with the smallest entry, the first of them if several are equal.
+    /// The region with the smallest entry; the first one in case of ties.
     #[inline(always)]
     pub fn argmin(self) -> usize {
         (-self).argmax()
@@ -93,7 +93,7 @@ impl<const M: usize> Tangent<M> {
     /// Squared Frobenius norm.
     #[inline(always)]
     pub fn norm_squared(self) -> f64 {
-        // Region by region: a row of them fits a vector, the two sums of `dot` do not.
+        // One sum per region: these fit a vector register, the two sums of `dot` do not.
         let Tangent([a, b]) = self;
         Row::<M>::from_fn(|p| a.0[p] * a.0[p] + b.0[p] * b.0[p]).0.iter().sum()
     }

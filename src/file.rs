@@ -1,5 +1,6 @@
-//! Files are read whole (images row by row), and appear whole or not at all: written under a temporary name beside their place,
-//! then renamed. A program that is told to end calls [`abandon`], so that nothing half-written is left.
+//! Files are read whole (images row by row), and appear whole or not at all: they are written under a temporary name
+//! next to their destination, then renamed. A program that is interrupted calls [`abandon`], so that no partial file
+//! stays.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
@@ -8,8 +9,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::error::{Error, Result};
 
-/// The content of a regular file. Fails if it cannot be read, is empty, or is no regular file: a device or a pipe may
-/// never end.
+/// The content of a regular file. Fails if it cannot be read, is empty, or is not a regular file: a device or a pipe
+/// may never end.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     check_regular(path)?;
     let bytes = fs::read(path).map_err(|source| Error::io(path, source))?;
@@ -19,7 +20,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The file, open, and its length in bytes, for what is not read whole. Fails as [`read`] does.
+/// Opens a file that is not read whole, and returns its length in bytes. Fails like [`read`].
 pub fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
     match check_regular(path)? {
         0 => Err(Error::malformed(path, "is empty")),
@@ -42,18 +43,18 @@ fn check_regular(path: &Path) -> Result<u64> {
     Ok(metadata.len())
 }
 
-/// The temporary names of what is being written, the oldest first.
+/// The temporary paths of files and folders being written, the oldest first.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Something that is being written, for as long as it lives.
+/// Registers a temporary path for as long as it lives.
 struct Unfinished(PathBuf);
 
 impl Unfinished {
-    /// Nothing is made that is not known, even if the program ends between the two.
+    /// Creates and registers a file or folder under one lock, so that [`abandon`] knows of everything that exists.
     fn make<T>(
         make: impl FnOnce() -> io::Result<T>,
         path: fn(&T) -> &Path,
@@ -72,18 +73,18 @@ impl Drop for Unfinished {
     }
 }
 
-/// Removes what is half-written. The program must end then: whoever writes waits for ever.
+/// Removes all partial files and folders. The program must exit afterwards, since other writers block forever.
 pub fn abandon() {
     let all = unfinished();
     for path in all.iter().rev() {
-        // Another thread may put one more file into a folder meanwhile, but begins none after it.
+        // Meanwhile another thread may put one more file into a folder, but it cannot begin a second one.
         let gone = || fs::remove_file(path).is_ok() || fs::remove_dir_all(path).is_ok();
         let _ = gone() || gone();
     }
     std::mem::forget(all);
 }
 
-/// Writes one file. Whatever stood at `path` stays until the new content is complete. Fails if `content` does, or if
+/// Writes one file. An existing file at `path` stays until the new content is complete. Fails if `content` fails, or if
 /// the file cannot be written, flushed or renamed.
 pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let write = || {
@@ -92,7 +93,7 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
             _ => Path::new("."),
         };
         fs::metadata(folder.join("."))?;
-        // Its own message would name the temporary file.
+        // The original message would name the temporary file.
         let mut builder = tempfile::Builder::new();
         builder.prefix(".meshseg-").permissions(permissions());
         let make = || builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()));
@@ -107,15 +108,15 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
     write().map_err(|source| Error::io(path, source))
 }
 
-/// What an ordinary new file would get; the umask takes its share.
+/// The permissions of an ordinary new file, before the umask applies.
 #[cfg(unix)]
 fn permissions() -> fs::Permissions {
     use std::os::unix::fs::PermissionsExt;
     fs::Permissions::from_mode(0o666)
 }
 
-/// Checks, before long work starts, that a folder can be written there: it exists, or can be made. Fails if it is a
-/// file or a link to nothing, if what is above it is a file, or if no file can be made there.
+/// Checks, before long work starts, that a folder can be written at `path`: it exists or can be created. Fails if
+/// `path` is a file or a dangling link, if a folder above it is a file, or if no file can be created there.
 pub fn check_folder(path: &Path) -> Result<()> {
     match fs::metadata(path) {
         Ok(metadata) if metadata.is_dir() => check_writable(path, path),
@@ -124,7 +125,7 @@ pub fn check_folder(path: &Path) -> Result<()> {
             path.display()
         ))),
         Err(_) if path.is_symlink() => Err(Error::unsuitable(format!(
-            "{}: is a link to nothing; name a folder with --out",
+            "{}: is a dangling link; name a folder with --out",
             path.display()
         ))),
         Err(_) => {
@@ -136,7 +137,7 @@ pub fn check_folder(path: &Path) -> Result<()> {
                 Some(parent) if parent == Path::new("") => check_writable(path, Path::new(".")),
                 Some(parent) if parent.is_dir() => check_writable(path, parent),
                 _ => Err(Error::unsuitable(format!(
-                    "{}: cannot be made, a folder above it is a file",
+                    "{}: cannot be created: a folder above it is a file; name another folder with --out",
                     path.display()
                 ))),
             }
@@ -144,7 +145,7 @@ pub fn check_folder(path: &Path) -> Result<()> {
     }
 }
 
-/// Makes a nameless file in an existing folder, which is gone at once.
+/// Creates an anonymous file in an existing folder; it is removed at once.
 fn check_writable(path: &Path, existing: &Path) -> Result<()> {
     tempfile::tempfile_in(existing).map(drop).map_err(|error| {
         Error::unsuitable(format!(
@@ -156,13 +157,13 @@ fn check_writable(path: &Path, existing: &Path) -> Result<()> {
 }
 
 /// Writes a folder of files: `fill` puts them into an empty temporary folder, which is then renamed to
-/// `path`. If `path` is there already, its other files stay and each new file replaces its namesake.
+/// `path`. If `path` already exists, its other files stay and each new file replaces the one of the same name.
 ///
-/// An existing folder holds the temporary one itself: what is above it may be another file system or may not
-/// be written to.
+/// The temporary folder is created inside an existing `path`: the folder above may be on another file system or not
+/// writable.
 ///
-/// Fails if `fill` does or a folder at `path` has the name of a new file, both before anything is replaced, and if the
-/// system refuses to make, read or rename a file or folder.
+/// Fails if `fill` fails, if the folder cannot be created, read or renamed, or if a subfolder of `path` has the name of
+/// a new file; in that case no file of `path` was replaced.
 pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let io = |source| Error::io(path, source);
     let exists = path.is_dir();
@@ -187,16 +188,19 @@ pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Resu
             fs::read_dir(folder.path())?.map(|entry| Ok(entry?.file_name())).collect()
         };
         let names = names().map_err(io)?;
-        // Before the first is replaced: all or none.
+        // Checked before the first file is replaced: all or none.
         if let Some(name) = names.iter().find(|name| path.join(name).is_dir()) {
-            return Err(Error::malformed(&path.join(name), "is a folder in the way of a file"));
+            return Err(Error::malformed(
+                &path.join(name),
+                "is a folder, but a file of this name must be written; move it away",
+            ));
         }
         for name in names {
             fs::rename(folder.path().join(&name), path.join(&name)).map_err(io)?;
         }
     } else {
         fs::rename(folder.path(), path).map_err(io)?;
-        // Renamed, so there is nothing left to remove.
+        // It was renamed, so there is nothing to remove.
         let _ = folder.keep();
     }
     Ok(())

@@ -18,11 +18,11 @@
 //! | mu | region parameters | [`data`] |
 //! | j, k or v, p | face, vertex, region | everywhere |
 //!
-//! One convex problem: [`solve::solve`]. Data to regions: [`segment::segment`]. Any U, scored:
-//! [`evaluate::evaluate`]. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
+//! [`solve::solve`] solves one convex problem, [`segment::segment`] segments data, and [`evaluate::evaluate`] scores a
+//! given U. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
 //!
-//! The feature `experiments` adds pictures, figures, folders of results, exchange and experiments; `cli` the program.
-//! Nothing here sets what is of the whole process, and all threads are those of [`sweep::with_threads`].
+//! The feature `experiments` adds pictures, figures, result folders, exchange and experiments; `cli` adds the program.
+//! The library sets nothing process-wide, and all threads are those of [`sweep::with_threads`].
 
 #![warn(missing_docs)]
 
@@ -32,6 +32,7 @@ pub mod colormap;
 mod constant;
 pub mod costs;
 pub mod data;
+pub mod empty_regions;
 pub mod error;
 pub mod evaluate;
 #[cfg(feature = "experiments")]
@@ -56,7 +57,6 @@ pub mod outcome;
 pub mod problem;
 pub mod prox;
 pub mod regions;
-pub mod remarks;
 #[cfg(feature = "experiments")]
 pub mod render;
 pub mod request;

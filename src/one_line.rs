@@ -1,10 +1,10 @@
-//! Texts of others on one line of ours.
+//! Foreign text on a single line of a comment or a message.
 
-/// For a comment or a message: whatever would end or overwrite the line is escaped.
+/// Escapes all characters that would end or overwrite the line.
 pub fn one_line(text: &str) -> String {
     let mut line = String::new();
     for c in text.chars() {
-        // Line and paragraph separators end lines, too.
+        // Line and paragraph separators also end lines.
         if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
             line.extend(c.escape_unicode());
         } else {

@@ -1,6 +1,6 @@
-//! The folder that a run leaves: numbers, trace, fields, the colored mesh, a picture.
+//! The result folder of a run: numbers, trace, fields, the colored mesh, a picture.
 //!
-//! Other programs read it; docs/interface.md fixes the names and contents. It appears whole or not at all.
+//! Other programs read it; docs/interface.md specifies the names and contents. It appears whole or not at all.
 
 use std::io::Write;
 use std::path::Path;
@@ -21,22 +21,22 @@ use crate::sweep;
 pub struct Looks {
     /// One per region, in the order of the columns of U.
     pub regions: Vec<Region>,
-    /// Without it no picture is drawn.
+    /// Without data no picture is drawn.
     pub data: Option<Shown>,
 }
 
 /// The data in the picture.
 pub struct Shown {
-    /// One per vertex; NaN where the data is not known.
+    /// One per vertex; NaN where the data are unknown.
     pub colors: Vec<[f64; 3]>,
-    /// What they are.
+    /// The caption of the data.
     pub caption: String,
-    /// From where the mesh is seen.
+    /// The direction from which the mesh is seen.
     pub view: View,
 }
 
-/// Writes the folder; `summary` becomes `summary.json`. The solution is that of the mesh: V rows of U, F faces. What an
-/// earlier run left there and this one does not make, `preview.png` or `q.npy`, is removed.
+/// Writes the folder; `summary` becomes `summary.json`. The solution belongs to the mesh: V rows of U, F faces. A
+/// `preview.png` or `q.npy` of an earlier run is removed if this run does not write one.
 ///
 /// Fails if a file cannot be written or removed.
 pub fn write(
@@ -75,9 +75,9 @@ pub fn write(
             out.write_all(b"\n")
         })
     })?;
-    // What an earlier run drew or saved does not belong to this one.
-    let made = [("preview.png", looks.data.is_some()), ("q.npy", solution.q.is_some())];
-    for (name, _) in made.into_iter().filter(|(_, made)| !made) {
+    // A picture or a field of an earlier run does not belong to this one.
+    let written = [("preview.png", looks.data.is_some()), ("q.npy", solution.q.is_some())];
+    for (name, _) in written.into_iter().filter(|(_, written)| !written) {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -89,7 +89,7 @@ pub fn write(
     Ok(())
 }
 
-/// Quickly: the file is a third larger than it could be.
+/// Encodes a PNG fast; the file is a third larger than it could be.
 fn png(out: &mut dyn Write, image: &RgbImage) -> std::result::Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(out, image.width(), image.height());
     encoder.set_color(png::ColorType::Rgb);
@@ -140,9 +140,9 @@ mod tests {
     use crate::start::Start;
     use std::ops::ControlFlow;
 
-    /// Of what an earlier run left, what this one did not make is gone: the picture, the field, and nothing else.
+    /// The picture and the field of an earlier run are removed if the last run made none; other files stay.
     #[test]
-    fn a_folder_is_that_of_the_last_run() {
+    fn a_folder_holds_the_results_of_the_last_run() {
         let mesh = shape("torus:12x8");
         let s = crate::regions::array(&random_rows::<2>(mesh.vertices.len(), &mut rng(891)), 2);
         let solution = |keep_dual: bool| {
@@ -191,7 +191,7 @@ mod tests {
             expected.sort_unstable();
             assert_eq!(names, expected, "{keep_dual}, {draw}");
         }
-        // What cannot be removed is said.
+        // A file that cannot be removed is an error.
         std::fs::create_dir(folder.join("q.npy")).unwrap();
         let error = write(&folder, &0, &solution(false), &mesh, &looks(false)).unwrap_err();
         assert!(error.to_string().contains("q.npy"), "{error}");

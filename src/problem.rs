@@ -1,4 +1,4 @@
-//! The convex problem, its smoothing, and the bound that certifies any answer to it.
+//! The convex problem, its smoothing, and the dual bound that certifies its solutions.
 //!
 //! ```text
 //! E(U)     = sum_k <u_k, f_k> + lambda sum_j |(K U)_j|,      rows of U in the simplex
@@ -8,9 +8,9 @@
 //!
 //! D(q) <= E* <= E(U) for every feasible pair. Delaunoy et al., ICCV 2009, equations (7) and (9).
 //!
-//! No labels cost less than B = sum_k min_p f_kp, and a constant that is added to all costs of a vertex changes B
-//! alone. A problem therefore keeps f_k - min_p f_kp and B apart: its energies and bounds are E - B and D - B,
-//! `relative_gap` is (E - D) / (E - B), and nothing that is decided or claimed depends on such a constant.
+//! No labels have an energy below B = sum_k min_p f_kp, and a constant added to all costs of a vertex changes only B. A
+//! problem therefore stores f_k - min_p f_kp and B separately: its energies and bounds are E - B and D - B,
+//! `relative_gap` is (E - D) / (E - B), and no decision and no claim depends on such a constant.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
@@ -19,40 +19,40 @@ use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
 use crate::sweep::{collect, sum, sum_blocks, sweep};
 
-/// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
-/// no number to multiply by zero; u is exactly zero there from the start to the end.
-pub const NEVER: f64 = 1e300;
+/// The cost of forbidden labels and of padding regions, which only fill up a row to its compiled length. It stands for
+/// +infinity, whose product with zero is NaN; u is exactly zero there throughout.
+pub const FORBIDDEN_COST: f64 = 1e300;
 
-/// The convex problem: minimize E over U in the simplex, for an operator K and compiled rows of M regions. Regions that
-/// only fill up a row cost [`NEVER`].
+/// The convex problem: minimize E over U in the simplex, for an operator K and compiled rows of M regions. Padding
+/// regions cost [`FORBIDDEN_COST`].
 pub struct Problem<K, const M: usize> {
     /// The gradient, for F faces and V vertices.
     pub k: K,
-    /// Integrated costs above the least of their row, one row per vertex.
+    /// Integrated costs minus the minimum of their row, one row per vertex.
     pub f: Vec<Row<M>>,
-    /// B, the sum of these least costs: all energies and bounds below are measured from here.
+    /// B, the sum of these minima: all energies and bounds below are measured from here.
     pub baseline: f64,
     /// Weight of the total variation, in units of cost times length; not negative.
     pub lambda: f64,
-    /// The sum of the lengths of all columns K_jk: no K^T q is larger than lambda times this.
-    columns: f64,
+    /// The sum of the lengths of all columns K_jk; lambda times this bounds the sum of all |(K^T q)_k|.
+    total_column_length: f64,
 }
 
 impl<K: Operator, const M: usize> Problem<K, M> {
-    /// For integrated costs f. Panics if the sizes do not fit or lambda is negative or not finite.
+    /// The problem with integrated costs f. Panics if the sizes do not fit or lambda is negative or not finite.
     pub fn new(k: K, f: Vec<Row<M>>, lambda: f64) -> Self {
         assert!(lambda >= 0.0 && lambda.is_finite());
-        let columns = sum(
+        let total_column_length = sum(
             k.faces(),
             #[inline(always)]
             |j| k.face(j).columns.iter().map(|[x, y]| x.abs() + y.abs()).sum(),
         );
-        let mut problem = Problem { k, f: Vec::new(), baseline: 0.0, lambda, columns };
+        let mut problem = Problem { k, f: Vec::new(), baseline: 0.0, lambda, total_column_length };
         problem.set_costs(f);
         problem
     }
 
-    /// Replaces f by other integrated costs, V rows, and the baseline by their B. Panics if there are not V rows.
+    /// Replaces the integrated costs f, and the baseline by their B. Panics unless there are V rows.
     pub fn set_costs(&mut self, mut f: Vec<Row<M>>) {
         assert_eq!(f.len(), self.k.vertices());
         self.baseline = sum(
@@ -64,8 +64,10 @@ impl<K: Operator, const M: usize> Problem<K, M> {
             &mut f[..],
             #[inline(always)]
             |_, f| {
-                let least = f.min();
-                *f = Row::from_fn(|p| if f.0[p] == NEVER { NEVER } else { f.0[p] - least });
+                let minimum = f.min();
+                *f = Row::from_fn(|p| {
+                    if f.0[p] == FORBIDDEN_COST { FORBIDDEN_COST } else { f.0[p] - minimum }
+                });
             },
         );
         self.f = f;
@@ -104,7 +106,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         self.data_term(u) + self.lambda * variation
     }
 
-    /// D(q) - B; a lower bound of every E(U) - B if |q_j| <= lambda for all j.
+    /// D(q) - B, a lower bound on every E(U) - B if |q_j| <= lambda for all j.
     pub fn dual_bound(&self, q: &[Tangent<M>]) -> f64 {
         let kt = self.k.adjoint();
         sum(
@@ -114,51 +116,52 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         )
     }
 
-    /// sum_k (max_p f_kp - min_p f_kp): how much the choice of the regions can weigh.
+    /// sum_k (max_p f_kp - min_p f_kp): how much the choice of labels can change the data term.
     pub fn spread(&self) -> f64 {
         sum(
             self.f.len(),
             #[inline(always)]
             |v| {
                 let f = self.f[v];
-                Row::<M>::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { f.0[p] }).max()
+                Row::<M>::from_fn(|p| if f.0[p] == FORBIDDEN_COST { 0.0 } else { f.0[p] }).max()
             },
         )
     }
 
-    /// The mean over the vertices of the sum of the lengths of their columns K_jk: lambda times that is what the total
-    /// variation can ask of a vertex.
+    /// The mean over the vertices of the sum of the lengths of their columns K_jk: lambda times this is how much the
+    /// total variation can weigh at a vertex.
     pub(crate) fn mean_column(&self) -> f64 {
-        self.columns / self.f.len() as f64
+        self.total_column_length / self.f.len() as f64
     }
 
-    /// The bound, or the energy where rounding alone puts the bound above it: by no more than a small multiple of the unit
-    /// roundoff times the sizes of all terms that the two sum up. Costs that no one pays are none of these.
-    pub fn settled(&self, energy: f64, bound: f64) -> f64 {
-        let rounding = 64.0 * f64::EPSILON * (energy + self.lambda * self.columns);
+    /// The bound, clamped to the energy if it exceeds it by no more than rounding can cause: a small multiple of the
+    /// unit roundoff times the sizes of all terms in the two sums. Costs of labels that U does not use are not among
+    /// these.
+    pub fn clamped_bound(&self, energy: f64, bound: f64) -> f64 {
+        let rounding = 64.0 * f64::EPSILON * (energy + self.lambda * self.total_column_length);
         if bound > energy && bound - energy <= rounding { energy } else { bound }
     }
 }
 
 /// How the norm in the total variation is made differentiable.
 ///
-/// Never compare E_eps with E: only E is the energy, E_eps lies above it.
+/// E_eps must not be compared with E: it lies above E, and only E is the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing {
-    /// Which of the two formulas of eps_j.
+    /// The formula of eps_j.
     pub mode: SmoothingMode,
     /// eps, positive; squared length for `Paper`, inverse squared length for `Intrinsic`.
     pub epsilon: f64,
 }
 
-/// What eps_j is, see [`Smoothing::radius`].
+/// The formula of eps_j, see [`Smoothing::radius`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum SmoothingMode {
-    /// lambda A_j sqrt(|grad_j U|^2 + eps): the same for every resolution, with a bias of at most
-    /// lambda sqrt(eps) times the area.
+    /// lambda A_j sqrt(|grad_j U|^2 + eps): independent of the resolution, with a bias of at most lambda sqrt(eps)
+    /// times the area.
     Intrinsic,
-    /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as equations (7) and (9) print it. Its bias depends
+    /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as printed in equations (7) and (9). Its bias depends
     /// on the mesh.
     Paper,
 }
@@ -177,17 +180,19 @@ impl SmoothingMode {
     }
 }
 
-/// sqrt(eps) times the square root of the area, unless something else is asked for. On a torus of 20,000 to
-/// 200,000 faces with noisy data the energy of the smoothed minimizer is then about 3e-4 above the least.
+/// sqrt(eps) times the square root of the area, by default. On a torus of 20,000 to 200,000 faces with noisy data, the
+/// energy of the smoothed minimizer is then about 3e-4 above the minimum.
 const DEFAULT_SMOOTHNESS: f64 = 0.3;
 
 impl Smoothing {
-    /// The smoothing with a given eps. Fails if that is not a positive finite number.
+    /// The smoothing with a given eps. Fails unless eps is positive and finite.
     pub fn new(mode: SmoothingMode, epsilon: f64) -> Result<Self> {
         if epsilon > 0.0 && epsilon.is_finite() {
             Ok(Smoothing { mode, epsilon })
         } else {
-            Err(Error::unsuitable(format!("epsilon = {epsilon}: must be a positive number")))
+            Err(Error::unsuitable(format!(
+                "epsilon = {epsilon}: must be a positive, finite number"
+            )))
         }
     }
 
@@ -203,7 +208,7 @@ impl Smoothing {
         Smoothing { mode, epsilon }
     }
 
-    /// eps_j: what the norm |(K U)_j| is rounded off by, in units of length.
+    /// eps_j, the radius within which the norm |(K U)_j| is rounded off, in units of length.
     #[inline(always)]
     pub fn radius(self, area: f64) -> f64 {
         match self.mode {
@@ -218,22 +223,22 @@ impl Smoothing {
         (ku.norm_squared() + self.radius(area).powi(2)).sqrt()
     }
 
-    /// The gradient of lambda times that norm by (K U)_j. It lies in the ball |q_j| <= lambda, so a
-    /// smoothed method owns a certificate: dE_eps/dU = f + K^T q, and D(q) bounds every energy.
+    /// The gradient of lambda times that norm with respect to (K U)_j. It lies in the ball |q_j| <= lambda, so a
+    /// smoothed method has a certificate: dE_eps/dU = f + K^T q, and D(q) bounds every energy.
     #[inline(always)]
     pub fn dual<const M: usize>(self, ku: Tangent<M>, area: f64, lambda: f64) -> Tangent<M> {
         ku * (lambda / self.norm(ku, area))
     }
 }
 
-/// (E - D) / (E - B), for E - B and D - B: the share of what labels cost beyond B that may be saved at the most. Where the
-/// labels cost B, or what is bounded by, nothing can be saved.
+/// (E - D) / (E - B), for E - B and D - B: at most this fraction of the energy above B can be saved. It is 0 where E =
+/// B or E = D.
 pub fn relative_gap(energy: f64, bound: f64) -> f64 {
     if energy == 0.0 || energy == bound { 0.0 } else { (energy - bound) / energy }
 }
 
-/// (R - D) / (D - B), for R - B and D - B: labels of energy R are at most this share above any labeling L, since
-/// (R - L) / (L - B) is no larger where L >= D. Infinite where the bound says no more than B does.
+/// (R - D) / (D - B), for R - B and D - B: labels of energy R are at most this fraction above any labeling L, since
+/// (R - L) / (L - B) is no larger for L >= D. Infinite where the bound is B.
 pub fn label_gap(rounded_energy: f64, bound: f64) -> f64 {
     if rounded_energy == 0.0 || rounded_energy == bound {
         0.0
@@ -244,7 +249,7 @@ pub fn label_gap(rounded_energy: f64, bound: f64) -> f64 {
     }
 }
 
-/// Labels as a field: the one-hot rows of argmax_p u_kp.
+/// Rounded labels: the one-hot rows of argmax_p u_kp.
 pub fn rounded<const M: usize>(u: &[Row<M>]) -> Vec<Row<M>> {
     collect(
         u.len(),

@@ -1,4 +1,4 @@
-//! The two projections of the method, one row at a time.
+//! The two projections of the method, onto the simplex and onto the ball, one row at a time.
 //!
 //! Simplex: Proj(v) = max(v - theta, 0) with theta = max_k (S_k - 1) / k, S_k the sum of the k largest
 //! entries. C. Michelot, *A finite algorithm for finding the projection of a point onto the canonical
@@ -7,17 +7,17 @@
 
 use crate::field::{Row, Tangent};
 
-/// Up to so many regions sorting all entries without a branch is faster than Michelot's shrinking set.
+/// Up to this number of regions, branch-free sorting of all entries is faster than Michelot's shrinking set.
 pub const SORTED_UP_TO: usize = 16;
 
-/// Entries are summed in so many parts: one part alone would wait for each of its additions.
+/// Number of partial sums: with a single one, each addition would wait for the previous one.
 const PARTS: usize = 4;
 
 /// The nearest point of { u : u_p >= 0, sum_p u_p = 1 }.
 #[inline(always)]
 pub fn project_simplex<const M: usize>(v: Row<M>) -> Row<M> {
-    // The projection does not change when a constant is added to v. Less its largest entry, the entries
-    // that stay positive lie in [-1, 0], so that the row sums to 1 however large v is.
+    // The projection does not change when a constant is added to v. After subtracting the largest entry, the entries
+    // that stay positive lie in [-1, 0], so the row sums to 1 however large v is.
     let (largest, theta) =
         if M <= SORTED_UP_TO { threshold_by_sorting(v) } else { threshold_by_shrinking(v) };
     Row::from_fn(|p| {
@@ -26,7 +26,7 @@ pub fn project_simplex<const M: usize>(v: Row<M>) -> Row<M> {
     })
 }
 
-/// The largest entry, and theta = max_k (S_k - 1) / k over the entries less that one, in descending order.
+/// The largest entry, and theta = max_k (S_k - 1) / k of the entries minus the largest, sorted in descending order.
 #[inline(always)]
 fn threshold_by_sorting<const M: usize>(v: Row<M>) -> (f64, f64) {
     let mut s = v.0;
@@ -48,7 +48,7 @@ fn threshold_by_sorting<const M: usize>(v: Row<M>) -> (f64, f64) {
     (s[0], theta)
 }
 
-/// A sorting network: which pairs of n entries to put in order, one after the other.
+/// A sorting network: calls `exchange` for each pair of n entries that must be put in order, one after the other.
 ///
 /// Batcher's merge exchange for any n: D. Knuth, *The Art of Computer Programming* 3, algorithm 5.2.2 M.
 #[inline(always)]
@@ -72,7 +72,8 @@ pub fn merge_exchange(n: usize, mut exchange: impl FnMut(usize, usize)) {
     }
 }
 
-/// The same by Michelot's iteration: the mean of the entries still above theta, until none falls below it.
+/// The same by Michelot's iteration: theta follows from the entries above the previous theta, until their set is
+/// stable.
 #[inline(always)]
 fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> (f64, f64) {
     let mut parts = [f64::NEG_INFINITY; PARTS];
@@ -83,7 +84,7 @@ fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> (f64, f64) {
     );
     let largest = Row(parts).max();
     let entries = v.0.map(|entry| entry - largest);
-    // No entry at -1 or below stays positive; without closed regions at -1e300 no sum overflows.
+    // No entry at -1 or below stays positive; without padding regions at -1e300 no sum overflows.
     let mut theta = -1.0;
     let mut count = (M + 1) as f64;
     loop {
@@ -98,7 +99,7 @@ fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> (f64, f64) {
             },
         );
         let (sum, above) = (sum.iter().sum::<f64>(), above.iter().sum::<f64>());
-        // The set only shrinks in exact arithmetic; rounding must not make it grow again, for ever.
+        // In exact arithmetic the set only shrinks; rounding must not make it grow and the loop run forever.
         if above >= count || above == 0.0 {
             return (largest, theta);
         }
@@ -107,7 +108,7 @@ fn threshold_by_shrinking<const M: usize>(v: Row<M>) -> (f64, f64) {
     }
 }
 
-/// Each entry with its part.
+/// Calls `take` with the partial sum of each entry and the entry.
 #[inline(always)]
 fn in_parts(entries: &[f64], mut take: impl FnMut(usize, f64)) {
     let (chunks, rest) = entries.as_chunks::<PARTS>();
@@ -125,8 +126,8 @@ fn in_parts(entries: &[f64], mut take: impl FnMut(usize, f64)) {
 #[inline(always)]
 pub fn project_ball<const M: usize>(q: Tangent<M>, radius: f64) -> Tangent<M> {
     let norm = q.norm();
-    // Two selections and a division that is always made: half of the faces are outside, in no order that a
-    // branch could learn.
+    // Two selections and an unconditional division: half of the faces are outside, in no order that a branch predictor
+    // could learn.
     let outside = norm > radius;
     q * (if outside { radius } else { 1.0 } / if outside { norm } else { 1.0 })
 }
@@ -152,12 +153,12 @@ mod tests {
         let scale = 1.0 + v.max().abs();
         assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14, "{v:?} {u:?}");
         assert!(u.min() >= 0.0);
-        // <v - u, w - u> <= 0 for every w of the simplex, so for its vertices.
+        // <v - u, w - u> <= 0 for every w in the simplex; it suffices to check its vertices.
         for p in 0..M {
             assert!((v - u).dot(Row::one_hot(p) - u) <= 1e-13 * scale, "{v:?} {u:?}");
         }
-        let twin = project_by_bisection(v);
-        assert!((u - twin).norm_squared().sqrt() <= 1e-13 * scale, "{v:?}: {u:?} {twin:?}");
+        let expected = project_by_bisection(v);
+        assert!((u - expected).norm_squared().sqrt() <= 1e-13 * scale, "{v:?}: {u:?} {expected:?}");
     }
 
     fn entries<const M: usize>() -> impl Strategy<Value = [f64; M]> {
@@ -178,7 +179,7 @@ mod tests {
             let v = Tangent([Row(a), Row(b)]);
             let q = project_ball(v, radius);
             prop_assert!(q.norm() <= radius * (1.0 + 1e-14));
-            // v - q is a non-negative multiple of q, and zero if v was inside.
+            // v - q is a non-negative multiple of q, and zero if v is inside.
             let normal = v - q;
             prop_assert!(normal.dot(q) >= -1e-12);
             prop_assert!((normal.dot(q) - normal.norm() * q.norm()).abs() <= 1e-9 * (1.0 + v.norm_squared()));
@@ -187,16 +188,16 @@ mod tests {
     }
 
     #[test]
-    fn rows_sum_to_one_even_far_out() {
+    fn projections_of_huge_rows_sum_to_one() {
         for scale in [1e8, 1e150, 1e300] {
             let u = project_simplex(Row([scale, -scale, 0.3 * scale, scale]));
             assert_eq!(u, Row([0.5, 0.0, 0.0, 0.5]));
         }
     }
 
-    /// A closed region costs 1e300, times any step: sums of such entries must not overflow.
+    /// Padding regions cost 1e300, times any step size: sums of such entries must not overflow.
     #[test]
-    fn entries_far_below_do_no_harm() {
+    fn hugely_negative_entries_are_ignored() {
         fn check<const M: usize>(far: f64) {
             let mut v = [far; M];
             (v[1], v[M - 1]) = (0.25, 0.75);
@@ -204,7 +205,7 @@ mod tests {
             assert_eq!(u, Row::one_hot(1) * 0.25 + Row::one_hot(M - 1) * 0.75, "{M}, {far:e}");
         }
         for far in [-1e300, -1e308, -1.7e308, f64::NEG_INFINITY] {
-            // Sorted, and in parts with and without a rest.
+            // By sorting, and by shrinking with and without a rest.
             check::<5>(far);
             check::<12>(far);
             check::<19>(far);
@@ -213,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn nan_comes_out() {
+    fn nan_in_gives_nan_out() {
         let u4 = project_simplex(Row([0.1, f64::NAN, 0.3, 0.2]));
         assert!(u4.0.iter().any(|x| x.is_nan()));
         fn check<const M: usize>() {

@@ -1,16 +1,17 @@
-//! The number of regions: a number outside, a type inside. The one place where one becomes the other.
+//! The number of regions m: a number outside, a compile-time constant M inside. Only this file converts between the
+//! two.
 //!
-//! Sizes that are not compiled are rounded up, with regions that cost [`NEVER`]
-//! and start with no mass; the projection onto the simplex then keeps them at exactly zero.
+//! An m that is not compiled is rounded up by padding regions, which cost [`FORBIDDEN_COST`] and start with no mass;
+//! the projection onto the simplex then keeps them at exactly zero.
 
 use ndarray::{Array2, ArrayView2};
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN_COST;
 use crate::sweep::{collect, sweep};
 
-/// What users may ask for.
+/// The numbers of regions that users may request.
 pub const REGIONS: std::ops::RangeInclusive<usize> = 2..=64;
 
 /// Fails if the number of regions is not in [`REGIONS`].
@@ -19,7 +20,7 @@ pub fn check(m: usize) -> Result<()> {
         Ok(())
     } else {
         Err(Error::unsuitable(format!(
-            "{m} regions: must be {} to {}",
+            "{m} regions: must be from {} to {}",
             REGIONS.start(),
             REGIONS.end()
         )))
@@ -27,7 +28,7 @@ pub fn check(m: usize) -> Result<()> {
 }
 
 /// Calls `function::<M>(arguments)`, or `function::<M, T>(arguments)` for `function::<T>`, with the smallest compiled M
-/// that holds m regions. Nine as twelve would take a tenth more time; 13 take as long as 16.
+/// that holds m regions. Running 9 regions as 12 would take a tenth more time; 13 take as long as 16.
 #[cfg(not(test))]
 macro_rules! with_regions {
     ($m:expr, $function:ident $(::<$type:ty>)? ($($argument:expr),* $(,)?)) => {
@@ -46,11 +47,11 @@ macro_rules! with_regions {
             13..=16 => $function::<16 $(, $type)?>($($argument),*),
             17..=32 => $function::<32 $(, $type)?>($($argument),*),
             33..=64 => $function::<64 $(, $type)?>($($argument),*),
-            m => panic!("{m} regions: must be 2 to 64"),
+            m => panic!("{m} regions: must be from 2 to 64"),
         }
     };
 }
-/// The same with fewer lengths: unit tests would else compile all of them once more. `tests/optimum.rs` asks for
+/// The same with fewer values of M, since unit tests would otherwise compile all of them again. `tests/optimum.rs` runs
 /// every number of regions.
 #[cfg(test)]
 macro_rules! with_regions {
@@ -59,13 +60,13 @@ macro_rules! with_regions {
             2..=4 => $function::<4 $(, $type)?>($($argument),*),
             5..=16 => $function::<16 $(, $type)?>($($argument),*),
             17..=64 => $function::<64 $(, $type)?>($($argument),*),
-            m => panic!("{m} regions: must be 2 to 64"),
+            m => panic!("{m} regions: must be from 2 to 64"),
         }
     };
 }
 pub(crate) use with_regions;
 
-/// The rows of a V x m array, filled up with zeros to M columns.
+/// The rows of a V x m array, padded with zeros to M columns.
 pub fn rows<const M: usize>(array: ArrayView2<f64>) -> Vec<Row<M>> {
     let m = array.ncols();
     match array.as_slice() {
@@ -103,9 +104,9 @@ pub fn array<const M: usize>(rows: &[Row<M>], m: usize) -> Array2<f64> {
     Array2::from_shape_vec(shape, numbers.into_flattened()).expect("V rows of m numbers")
 }
 
-/// Closes the regions from m on: no one can afford them.
-pub fn close_from<const M: usize>(m: usize, f: &mut [Row<M>]) {
-    sweep(f, |_, row| row.0[m..].fill(NEVER));
+/// Sets the costs of the padding regions, those from m on, to [`FORBIDDEN_COST`].
+pub fn pad_costs<const M: usize>(m: usize, f: &mut [Row<M>]) {
+    sweep(f, |_, row| row.0[m..].fill(FORBIDDEN_COST));
 }
 
 #[cfg(test)]
@@ -127,8 +128,8 @@ mod tests {
         let mut padded = rows::<12>(array_9.view());
         assert!(padded.iter().all(|row| row.0[9..] == [0.0; 3]));
         assert_eq!(array(&padded, 9), array_9);
-        close_from(9, &mut padded);
-        assert!(padded.iter().all(|row| row.0[9..] == [NEVER; 3]));
+        pad_costs(9, &mut padded);
+        assert!(padded.iter().all(|row| row.0[9..] == [FORBIDDEN_COST; 3]));
         assert_eq!(array(&padded, 9), array_9);
     }
 }

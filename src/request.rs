@@ -1,4 +1,4 @@
-//! What is asked of a solve, and who is told of its steps.
+//! The request to a solver, and the observer of its steps.
 
 use std::ops::ControlFlow;
 
@@ -7,7 +7,7 @@ use crate::operator::Mass;
 use crate::run::{Sample, Stop};
 use crate::solver::Method;
 
-/// What is asked of a solver, apart from the problem itself.
+/// The request to a solver, in addition to the costs.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// Weight of the total variation, in units of cost times length.
@@ -16,11 +16,11 @@ pub struct Request {
     pub mass: Mass,
     /// The solver, with its settings.
     pub method: Method,
-    /// When the run ends, apart from the observer.
+    /// When the run ends, unless the observer ends it earlier.
     pub stop: Stop,
-    /// Start from the solution on a coarser mesh, that one from a coarser one still; see `coarse.rs`.
+    /// Start from solutions on successively coarser meshes; see `coarse.rs`.
     pub coarse_to_fine: bool,
-    /// Keep the dual field of the best bound, [`crate::solve::Solution::q`].
+    /// Keep the dual field of the best bound in [`crate::solve::Solution::q`].
     pub keep_dual: bool,
 }
 
@@ -32,13 +32,13 @@ impl Request {
     }
 }
 
-/// Called after every step, with a sample where one was taken; may break the run off.
+/// Called between the passes of a solver, with a sample where one was taken; may end the run.
 pub type Observer<'a> = &'a mut dyn FnMut(Option<&Sample>) -> ControlFlow<()>;
 
 pub(crate) fn check_lambda(lambda: f64) -> Result<()> {
     if lambda >= 0.0 && lambda.is_finite() {
         Ok(())
     } else {
-        Err(Error::unsuitable(format!("lambda = {lambda:?}: must be a finite number from 0")))
+        Err(Error::unsuitable(format!("lambda = {lambda:?}: must be a finite number, 0 or more")))
     }
 }

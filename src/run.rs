@@ -1,12 +1,12 @@
-//! The only loop and the only clock: runs a solver, evaluates what it reaches, and decides when to stop.
+//! The only loop and the only clock: runs a solver, evaluates its iterates, and decides when to stop.
 //!
-//! Every sample carries the exact energy E(U), a true lower bound D(q), and their gap, which is relative to E - B, see
-//! `problem.rs`. The best of each is kept apart: the best U may come from another iteration than the best bound, and
-//! no bound is less than B. After [`STEPS_BEFORE_CONSTANT`] steps the best labels that are constant on every component
-//! count as seen, on the clock; see `constant.rs`. Metrics are evaluated off the clock.
+//! Every sample has the exact energy E(U), a true lower bound D(q), and their gap, relative to E - B; see `problem.rs`.
+//! The best U and the best bound are kept separately: they may come from different iterations, and no bound is below B.
+//! After [`STEPS_BEFORE_CONSTANT`] steps the best labels that are constant on every component are tried as well, on the
+//! clock; see `constant.rs`. Metrics are evaluated off the clock.
 //!
-//! A bound above an energy, by more than rounding allows, proves a fault of the program: it is kept as it is, and the
-//! run ends as [`Status::Contradicted`].
+//! A bound that exceeds an energy by more than rounding allows proves a fault of the program: it is kept as it is, and
+//! the run ends as [`Status::Contradicted`].
 
 mod end;
 mod foreign;
@@ -19,7 +19,7 @@ pub use end::{Status, Stop, time_limit};
 pub use foreign::Reached;
 pub use sample::{Certificate, Sample};
 
-use crate::constant::Constant;
+use crate::constant::ConstantLabels;
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
 use crate::problem::{Problem, relative_gap};
@@ -29,32 +29,32 @@ use crate::sweep;
 /// Steps between the first samples.
 pub const FIRST_INTERVAL: u64 = 4;
 
-/// Steps for the same costs after which constant labels are tried, if nothing better was seen.
+/// Number of steps with the same costs after which constant labels are tried.
 pub const STEPS_BEFORE_CONSTANT: u64 = 100;
 
-/// Up to so many vertices: a factorization takes about a second for 200,000.
-const MOST_VERTICES_FACTORED: usize = 250_000;
+/// Constant labels are tried up to this number of vertices: the factorization takes about a second for 200,000.
+const MAX_FACTORED_VERTICES: usize = 250_000;
 
 /// The state of one run; resumable.
 pub struct Run<const M: usize> {
-    /// The samples so far, in the order of their iterations.
+    /// The samples so far, by increasing iteration.
     pub trace: Vec<Sample>,
     best_u: Vec<Row<M>>,
-    /// Above B, as all energies of a problem.
+    /// E - B of the best U.
     best_energy: f64,
     best_bound: f64,
-    /// The field of the best bound, if it is kept; empty for the bound B, which is that of q = 0.
+    /// The dual field of the best bound, if it is kept; empty if the bound is B, that of q = 0.
     best_q: Option<Vec<Tangent<M>>>,
     clock: Duration,
-    /// What time it is: a field, so that tests can say.
+    /// The current time; tests replace it.
     now: fn() -> Instant,
     iteration: u64,
-    /// When constant labels are tried.
-    constant_from: u64,
+    /// The iteration from which on constant labels are tried.
+    try_constant_at: u64,
 }
 
 impl<const M: usize> Run<M> {
-    /// A run that has not started. `start` is what it returns if nothing better is ever seen.
+    /// A run that has not started. `start` is its best U until a better one is found.
     pub fn new(start: &[Row<M>]) -> Self {
         Run {
             trace: Vec::new(),
@@ -65,60 +65,60 @@ impl<const M: usize> Run<M> {
             clock: Duration::ZERO,
             now: Instant::now,
             iteration: 0,
-            constant_from: STEPS_BEFORE_CONSTANT,
+            try_constant_at: STEPS_BEFORE_CONSTANT,
         }
     }
 
-    /// Keeps the dual field of the best bound from now on, see [`Run::best_q`].
+    /// From now on keeps the dual field of the best bound, see [`Run::best_q`].
     pub fn keep_dual(&mut self) {
         self.best_q = Some(Vec::new());
     }
 
-    /// The q of [`Run::bound`], if it is kept; empty where that is the bound of q = 0.
+    /// The dual field of [`Run::bound`], if it is kept; empty if that is the bound of q = 0.
     pub fn best_q(&self) -> Option<&[Tangent<M>]> {
         self.best_q.as_deref()
     }
 
-    /// The U with the least energy seen for the current costs.
+    /// The U of minimum energy found for the current costs.
     pub fn best_u(&self) -> &[Row<M>] {
         &self.best_u
     }
 
-    /// Its energy above B.
+    /// E - B of [`Run::best_u`].
     pub fn energy(&self) -> f64 {
         self.best_energy
     }
 
-    /// The greatest lower bound seen for the current costs, above B.
+    /// D - B, the largest lower bound found for the current costs.
     pub fn bound(&self) -> f64 {
         self.best_bound
     }
 
-    /// Steps so far, over all calls of [`Run::advance`].
+    /// Number of steps so far, over all calls of [`Run::advance`].
     pub fn iterations(&self) -> u64 {
         self.iteration
     }
 
-    /// Wall time in steps, in seconds, and what was [charged](Run::charge).
+    /// Wall time of the steps in seconds, including [charged](Run::charge) time.
     pub fn seconds(&self) -> f64 {
         self.clock.as_secs_f64()
     }
 
-    /// Counts time that was spent before the first step.
+    /// Adds time that was spent before the first step.
     pub fn charge(&mut self, spent: Duration) {
         self.clock += spent;
     }
 
-    /// The costs changed: energies and bounds seen so far are those of another problem.
+    /// Drops the energies and bounds found so far; to be called when the costs have changed.
     pub fn forget(&mut self) {
         self.best_energy = f64::INFINITY;
         self.best_bound = 0.0;
         self.best_q.iter_mut().for_each(Vec::clear);
-        self.constant_from = self.iteration + STEPS_BEFORE_CONSTANT;
+        self.try_constant_at = self.iteration + STEPS_BEFORE_CONSTANT;
     }
 
-    /// Steps until `stop` says so, or `observe` breaks off. It is asked between the passes of the solver, and with each
-    /// sample that does not end the run.
+    /// Advances the solver until `stop` is met or `observe` breaks. `observe` is called between the passes of the
+    /// solver, and with each sample that does not end the run.
     pub fn advance<K: Operator>(
         &mut self,
         solver: &mut dyn Solver<K, M>,
@@ -139,20 +139,20 @@ impl<const M: usize> Run<M> {
             }
             let steps = self.next_sample(stop).min(end) - self.iteration;
             let (mut ended, mut first_pass) = (None, true);
-            let mut aside = Duration::ZERO;
+            let mut off_clock = Duration::ZERO;
             let tick = (self.now)();
             self.iteration += solver.advance(problem, steps, &mut || {
-                let asked = (self.now)();
-                if stop.time.is_some_and(|limit| asked - begin >= limit) {
+                let paused = (self.now)();
+                if stop.time.is_some_and(|limit| paused - begin >= limit) {
                     ended = Some(Status::TimeLimit);
                 } else if !first_pass && observe(None).is_break() {
                     ended = Some(Status::Interrupted);
                 }
                 first_pass = false;
-                aside += (self.now)() - asked;
+                off_clock += (self.now)() - paused;
                 ended.is_none()
             });
-            self.clock += (self.now)() - tick - aside;
+            self.clock += (self.now)() - tick - off_clock;
             let change = solver.change();
             if let Some(status) = self.sample(solver, problem, Some(change), stop) {
                 return status;
@@ -169,16 +169,16 @@ impl<const M: usize> Run<M> {
     fn next_sample(&self, stop: &Stop) -> u64 {
         let interval = stop.interval.unwrap_or_else(|| {
             let whole = |steps: u64| steps / FIRST_INTERVAL * FIRST_INTERVAL;
-            let foretold = stop.relative_gap.and_then(|tolerance| self.foretold(tolerance));
-            let most = whole(self.iteration / 4).max(2 * FIRST_INTERVAL);
-            let wanted = whole(foretold.unwrap_or(0).min(most) + FIRST_INTERVAL / 2);
+            let steps_to_gap = stop.relative_gap.and_then(|tolerance| self.steps_to_gap(tolerance));
+            let longest = whole(self.iteration / 4).max(2 * FIRST_INTERVAL);
+            let wanted = whole(steps_to_gap.unwrap_or(0).min(longest) + FIRST_INTERVAL / 2);
             wanted.max(whole(self.iteration / 25)).max(FIRST_INTERVAL)
         });
         self.iteration + interval.max(1)
     }
 
-    /// Steps to the tolerance at the rate of the last two samples. Rates fall, so that it is rarely too much.
-    fn foretold(&self, tolerance: f64) -> Option<u64> {
+    /// Number of steps to the tolerance at the rate of the last two samples. Rates decrease, so it is rarely too large.
+    fn steps_to_gap(&self, tolerance: f64) -> Option<u64> {
         let [.., before, now] = &self.trace[..] else { return None };
         let steps = (now.iteration - before.iteration) as f64;
         let rate = (before.relative_gap / now.relative_gap).ln() / steps;
@@ -186,24 +186,24 @@ impl<const M: usize> Run<M> {
         (rate > 0.0).then_some(needed as u64)
     }
 
-    /// Labels that are constant on every component, where no better ones were seen.
+    /// Takes the best constant labels, and their bound, unless better labels are known.
     fn try_constant<K: Operator>(&mut self, problem: &Problem<K, M>) {
-        if problem.k.vertices() > MOST_VERTICES_FACTORED {
+        if problem.k.vertices() > MAX_FACTORED_VERTICES {
             return;
         }
-        let constant = Constant::new(problem);
+        let constant = ConstantLabels::new(problem);
         let labels = constant.labels();
         let energy = problem.energy(&labels);
         if energy <= self.best_energy {
             self.best_energy = energy;
             sweep::copy_over(&mut self.best_u, &labels);
             if let Some(q) = constant.field(problem) {
-                self.see_bound(problem.dual_bound(&q), || q);
+                self.update_bound(problem.dual_bound(&q), || q);
             }
         }
     }
 
-    /// Evaluates the current iterate; says how the run ends if it does.
+    /// Evaluates the current iterate; returns the status if the run ends.
     fn sample<K: Operator>(
         &mut self,
         solver: &mut dyn Solver<K, M>,
@@ -213,18 +213,18 @@ impl<const M: usize> Run<M> {
     ) -> Option<Status> {
         let smoothing = solver.smoothing();
         let bound = solver.dual_bound(problem);
-        self.see_bound(bound, || sweep::copy(solver.iterate().q));
+        self.update_bound(bound, || sweep::copy(solver.iterate().q));
         let u = solver.labels();
-        let energy = self.see(problem, u);
-        if self.iteration >= self.constant_from {
-            self.constant_from = u64::MAX;
+        let energy = self.update_best(problem, u);
+        if self.iteration >= self.try_constant_at {
+            self.try_constant_at = u64::MAX;
             let tick = (self.now)();
             self.try_constant(problem);
             self.clock += (self.now)() - tick;
         }
         let smoothed =
             smoothing.map(|smoothing| problem.baseline + problem.smoothed_energy(u, smoothing));
-        let relative_gap = self.note(problem, change, smoothed, None);
+        let relative_gap = self.push_sample(problem, change, smoothed, None);
         if energy.is_nan() || bound.is_nan() {
             Some(Status::Diverged)
         } else if self.is_contradicted() {
@@ -240,8 +240,8 @@ impl<const M: usize> Run<M> {
         }
     }
 
-    /// Keeps what is better than all before, and returns the energy.
-    fn see<K: Operator>(&mut self, problem: &Problem<K, M>, u: &[Row<M>]) -> f64 {
+    /// Keeps U if it is the best so far; returns its energy.
+    fn update_best<K: Operator>(&mut self, problem: &Problem<K, M>, u: &[Row<M>]) -> f64 {
         let energy = problem.energy(u);
         if energy < self.best_energy {
             self.best_energy = energy;
@@ -250,8 +250,8 @@ impl<const M: usize> Run<M> {
         energy
     }
 
-    /// The same of a bound, and of its field where that is kept.
-    fn see_bound(&mut self, bound: f64, q: impl FnOnce() -> Vec<Tangent<M>>) {
+    /// Keeps a bound, and its field if fields are kept, if it is the best so far.
+    fn update_bound(&mut self, bound: f64, q: impl FnOnce() -> Vec<Tangent<M>>) {
         if bound > self.best_bound {
             self.best_bound = bound;
             if let Some(best_q) = &mut self.best_q {
@@ -260,23 +260,23 @@ impl<const M: usize> Run<M> {
         }
     }
 
-    /// Whether the best bound exceeds the best energy; what rounding puts between them is taken away before.
+    /// Whether the best bound exceeds the best energy by more than rounding can cause.
     pub fn is_contradicted(&self) -> bool {
         self.best_bound > self.best_energy
     }
 
-    /// Adds to the trace, and returns the relative gap.
-    fn note<K: Operator>(
+    /// Adds a sample to the trace; returns the relative gap.
+    fn push_sample<K: Operator>(
         &mut self,
         problem: &Problem<K, M>,
         change: Option<f64>,
         smoothed_energy: Option<f64>,
         certificate: Option<Certificate>,
     ) -> f64 {
-        self.best_bound = problem.settled(self.best_energy, self.best_bound);
+        self.best_bound = problem.clamped_bound(self.best_energy, self.best_bound);
         let relative_gap = relative_gap(self.best_energy, self.best_bound);
         let baseline = problem.baseline;
-        // The first sample after the costs changed takes the place of the last one before.
+        // The first sample after a change of the costs replaces the last one before it.
         self.trace.pop_if(|last| last.iteration == self.iteration);
         self.trace.push(Sample {
             iteration: self.iteration,

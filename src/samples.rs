@@ -1,4 +1,4 @@
-//! Meshes and random fields that the tests of several modules share.
+//! Meshes, random fields and problems of known optimum that the tests of several modules share.
 
 use nalgebra::{DMatrix, Point3, Rotation3, Vector3};
 use rand::seq::SliceRandom;
@@ -8,19 +8,19 @@ use rand_pcg::Pcg64;
 use crate::field::{Row, Tangent};
 use crate::mesh::{Mesh, Shape};
 use crate::operator::{Adjoint, Operator, Stencil};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::prox::project_ball;
 
 pub fn rng(seed: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed)
 }
 
-/// A generated surface from its text form.
+/// A generated surface from its text form, such as `sphere:2`.
 pub fn shape(text: &str) -> Mesh {
     text.parse::<Shape>().unwrap().mesh()
 }
 
-/// Several meshes as one, with no vertex in common.
+/// The disjoint union of several meshes.
 pub fn disjoint(parts: impl IntoIterator<Item = Mesh>) -> Mesh {
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for part in parts {
@@ -31,7 +31,7 @@ pub fn disjoint(parts: impl IntoIterator<Item = Mesh>) -> Mesh {
     Mesh::new(vertices, faces)
 }
 
-/// Every third face with its corners in the opposite order.
+/// The mesh with the orientation of every third face reversed.
 pub fn flipped(mut mesh: Mesh) -> Mesh {
     mesh.faces.iter_mut().step_by(3).for_each(|face| face.swap(1, 2));
     mesh
@@ -46,20 +46,20 @@ pub fn non_manifold() -> Mesh {
     Mesh::new(points, book.into_iter().chain(fans).collect())
 }
 
-/// The same mesh with vertices and faces in random order, and the number that each vertex had before.
+/// The same mesh with vertices and faces in random order, and the previous index of each vertex.
 pub fn shuffled(mesh: &Mesh, rng: &mut Pcg64) -> (Mesh, Vec<u32>) {
-    let mut before: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-    before.shuffle(rng);
-    let mut now = vec![0; before.len()];
-    before.iter().enumerate().for_each(|(v, &k)| now[k as usize] = v as u32);
-    let vertices = before.iter().map(|&k| mesh.vertices[k as usize]).collect();
+    let mut previous: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    previous.shuffle(rng);
+    let mut current = vec![0; previous.len()];
+    previous.iter().enumerate().for_each(|(v, &k)| current[k as usize] = v as u32);
+    let vertices = previous.iter().map(|&k| mesh.vertices[k as usize]).collect();
     let mut faces: Vec<[u32; 3]> =
-        mesh.faces.iter().map(|face| face.map(|k| now[k as usize])).collect();
+        mesh.faces.iter().map(|face| face.map(|k| current[k as usize])).collect();
     faces.shuffle(rng);
-    (Mesh::new(vertices, faces), before)
+    (Mesh::new(vertices, faces), previous)
 }
 
-/// A bumpy grid whose faces are divided at a point within `aspect` of an edge, relative to its size.
+/// A bumpy grid whose faces are each divided at a point close to an edge, at `aspect` times the height of the face.
 pub fn needles(cells: u32, aspect: f64) -> Mesh {
     let mut mesh = bumpy(cells);
     for [a, b, c] in std::mem::take(&mut mesh.faces) {
@@ -90,7 +90,7 @@ pub fn soup(vertices: u32, faces: usize, seed: u64) -> Mesh {
     Mesh::new(points, triples).without_degenerate_faces().0.into_owned()
 }
 
-/// The same mesh with vertices that no face refers to, at both ends and far away.
+/// The same mesh with a first and a last vertex, far away, that no face refers to.
 pub fn with_isolated_vertices(mut mesh: Mesh) -> Mesh {
     mesh.vertices.insert(0, Point3::new(9.0, 9.0, 9.0));
     mesh.faces.iter_mut().flatten().for_each(|k| *k += 1);
@@ -98,7 +98,7 @@ pub fn with_isolated_vertices(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// Everything a mesh may be, by name.
+/// Named meshes of all kinds: closed, open, disconnected, non-manifold, degenerate, tiny and huge.
 pub fn zoo() -> Vec<(&'static str, Mesh)> {
     let sphere = shape("sphere:2");
     let mut moved = shape("torus:9x7");
@@ -145,7 +145,7 @@ pub fn random_dual<const M: usize>(n: usize, lambda: f64, rng: &mut Pcg64) -> Ve
     tangents.into_iter().map(|q| project_ball(q * lambda, lambda)).collect()
 }
 
-/// Rows in the simplex of the first m regions: inside, on edges and in corners of it.
+/// Rows in the simplex of the first m regions: in its interior, on its edges and at its vertices.
 pub fn random_labels<const M: usize>(n: usize, m: usize, rng: &mut Pcg64) -> Vec<Row<M>> {
     (0..n)
         .map(|_| match rng.random_range(0..3) {
@@ -163,7 +163,7 @@ pub fn random_labels<const M: usize>(n: usize, m: usize, rng: &mut Pcg64) -> Vec
         .collect()
 }
 
-/// Integrated costs that are random, of the size `cost` times a vertex' share of the area.
+/// A problem with random integrated costs, each at most a vertex's share of the area in absolute value.
 pub fn random_problem<const M: usize>(mesh: &Mesh, lambda: f64, seed: u64) -> Problem<Stencil, M> {
     let share = mesh.area() / mesh.vertices.len() as f64;
     let f = random_rows(mesh.vertices.len(), &mut rng(seed));
@@ -171,7 +171,7 @@ pub fn random_problem<const M: usize>(mesh: &Mesh, lambda: f64, seed: u64) -> Pr
     Problem::new(Stencil::new(mesh), f, lambda)
 }
 
-/// A problem whose optimum is known by construction.
+/// A problem of known optimum, by construction.
 pub struct Known<const M: usize> {
     pub problem: Problem<Stencil, M>,
     /// A minimizer.
@@ -182,9 +182,9 @@ pub struct Known<const M: usize> {
     pub energy: f64,
 }
 
-/// For labels u, here m caps of the mesh, take q_j = lambda (K u)_j / |(K u)_j| where that is defined and
-/// any q_j of the ball elsewhere; then f = -K^T q + theta + nu with nu >= 0 and <nu, u> = 0 makes u a
-/// minimizer with energy sum theta, `cost` times the vertex areas being the size of theta and nu.
+/// For labels u, here the Voronoi cells of m vertices, take q_j = lambda (K u)_j / |(K u)_j| where that is defined and
+/// any q_j of the ball elsewhere. Then f = -K^T q + theta + nu with nu >= 0 and <nu, u> = 0 makes u a minimizer with
+/// energy sum theta. Theta and nu are of the size of `cost` times a vertex's share of the area.
 pub fn known_optimum<const M: usize>(
     mesh: &Mesh,
     m: usize,
@@ -207,9 +207,9 @@ pub fn known_optimum<const M: usize>(
         .map(|j| {
             let ku = k.at(&u, j);
             let any = random_tangents::<M>(1, &mut rng)[0] * (0.1 * lambda);
-            let open = any.0.map(|row| Row::from_fn(|p| if p < m { row.0[p] } else { 0.0 }));
+            let active = any.0.map(|row| Row::from_fn(|p| if p < m { row.0[p] } else { 0.0 }));
             let norm = ku.norm();
-            if norm > 0.0 { ku * (lambda / norm) } else { project_ball(Tangent(open), lambda) }
+            if norm > 0.0 { ku * (lambda / norm) } else { project_ball(Tangent(active), lambda) }
         })
         .collect();
     let share = cost * mesh.area() / n as f64;
@@ -221,7 +221,7 @@ pub fn known_optimum<const M: usize>(
             let balance = -k.adjoint().at(&q, v);
             Row::from_fn(|p| {
                 let nu = if u[v].0[p] == 0.0 { share * rng.random::<f64>() } else { 0.0 };
-                if p < m { balance.0[p] + theta + nu } else { NEVER }
+                if p < m { balance.0[p] + theta + nu } else { FORBIDDEN_COST }
             })
         })
         .collect();
@@ -230,7 +230,7 @@ pub fn known_optimum<const M: usize>(
     Known { problem, u, q, energy }
 }
 
-/// The largest eigenvalue of D^-1/2 K^T diag(w) K D^-1/2, on the vertices with faces.
+/// The largest eigenvalue of D^-1/2 K^T diag(w) K D^-1/2, restricted to vertices with faces.
 pub fn largest_curvature(k: &Stencil, w: impl Fn(usize) -> f64, d: impl Fn(usize) -> f64) -> f64 {
     let n = k.vertices();
     let mut normal = DMatrix::<f64>::zeros(n, n);
@@ -248,7 +248,7 @@ pub fn largest_curvature(k: &Stencil, w: impl Fn(usize) -> f64, d: impl Fn(usize
         .max()
 }
 
-/// |a - b| <= relative * size.
+/// Asserts |a - b| <= relative * |size|.
 #[track_caller]
 pub fn assert_within(a: f64, b: f64, relative: f64, size: f64) {
     assert!(

@@ -1,21 +1,20 @@
 //! Segmentation of data: the alternation of the labels U and the region parameters, then a certificate.
 //!
-//! The parameters are re-estimated every r steps of U (the paper takes r = 10) until they settle. A bound
-//! holds for fixed costs only, so it is void at each re-estimation; after the last one the problem is
-//! solved to the requested gap, and that gap is a certificate for the parameters found.
-//! Delaunoy et al., ICCV 2009, section 3.2.
+//! The parameters are re-estimated every r steps of U (r = 10 in the paper) until they settle. A bound holds for fixed
+//! costs only, so each re-estimation voids it; after the last one the problem is solved to the requested gap, and that
+//! gap is a certificate for the parameters found. Delaunoy et al., ICCV 2009, section 3.2.
 //!
-//! What the parameters are, what they cost and how they are fitted is the business of a [`DataModel`].
+//! A [`DataModel`] defines the parameters, their costs and their fit.
 //!
-//! Two regions with the same parameters become one, and the other is empty: `segment/unions.rs`.
+//! Two regions with the same parameters are merged, and one of them is left empty: `segment/merging.rs`.
 //!
-//! Coarse to fine, each coarser mesh goes through the same first, and passes on U, q and the parameters. What lambda is
-//! taken where none is given: `segment/lambda.rs`.
+//! Coarse to fine, each coarser mesh is segmented first and passes on U, q and the parameters. `segment/lambda.rs`
+//! chooses lambda if none is given.
 
 mod alternation;
 mod coarse;
 pub mod lambda;
-mod unions;
+mod merging;
 
 use std::time::Duration;
 
@@ -24,31 +23,31 @@ use rand_pcg::Pcg64;
 
 use crate::coarse::is_certified;
 use crate::data::DataModel;
+use crate::empty_regions;
 use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::regions::{self, with_regions};
-use crate::remarks::named;
 use crate::run::Status;
 use crate::solve::{Observer, Request, Solution, check_rows, conclude, model_mesh};
-use crate::unreached::unreached;
+use crate::unreached;
 
 pub use alternation::Alternation;
-use alternation::{Found, Level, MOST_ESTIMATES};
+use alternation::{AlternationOutcome, JointProblem, MAX_ESTIMATES};
 
-/// What a segmentation ends with; P are the parameters of its model.
+/// The result of a segmentation; P are the region parameters of its model.
 pub struct Segmentation<P> {
     /// Labels, energies and bounds, for the final parameters.
     pub solution: Solution,
-    /// mu, one per region; what the final gap is a certificate for.
+    /// mu, one per region; the final gap is a certificate for them.
     pub parameters: Vec<P>,
-    /// How often they were re-estimated.
+    /// Number of re-estimations.
     pub estimates: usize,
 }
 
-/// Segments data on a mesh as it is: no scaling. The model has a datum for each vertex of the mesh. `observe` is called
-/// as [`Observer`] says. Panics if `every` is 0.
+/// Segments data on a mesh as it is, without scaling. The model has a datum for each vertex of the mesh. For `observe`
+/// see [`Observer`]. Panics if `every` is 0.
 ///
 /// Fails if lambda, a setting of the solver or the number of regions is out of range, the model has another number of
 /// vertices than the mesh, no face has an area, the integrated costs leave the range of double precision, or a fit of
@@ -64,18 +63,18 @@ pub fn segment<D: DataModel>(
     regions::check(alternation.regions)?;
     assert!(alternation.every > 0);
     check_rows("data", model.vertices(), mesh)?;
-    let (sound, mut warnings) = model_mesh(mesh)?;
-    warnings.extend(unreached(&sound, |k| model.is_known(k)));
+    let (usable, mut warnings) = model_mesh(mesh)?;
+    warnings.extend(unreached::warning(&usable, |k| model.is_known(k)));
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
-    let weights = request.mass.weights(&sound);
+    let weights = request.mass.weights(&usable);
     let mu = model.start(alternation.initial, alternation.regions, &weights, &mut rng)?;
-    let order = Order::of(&sound);
-    let (sound, model) = (order.mesh(sound), model.in_order(&order));
+    let order = Order::of(&usable);
+    let (usable, model) = (order.mesh(usable), model.in_order(&order));
     let segmentation = with_regions!(
         alternation.regions,
-        segment_compiled::<D>(&sound, warnings, &*model, mu, alternation, request, observe)
+        segment_compiled::<D>(&usable, warnings, &*model, mu, alternation, request, observe)
     )?;
-    Ok(Segmentation { solution: segmentation.solution.of(mesh, &order), ..segmentation })
+    Ok(Segmentation { solution: segmentation.solution.in_file_order(mesh, &order), ..segmentation })
 }
 
 fn segment_compiled<const M: usize, D: DataModel>(
@@ -91,70 +90,78 @@ fn segment_compiled<const M: usize, D: DataModel>(
     let mass = request.mass.on(mesh);
     let integrate = |s: &[Row<M>]| mass.integrate(s);
     let scale = model.scale(&request.mass.weights(mesh));
-    let level =
-        Level { mesh, model, integrate: &integrate, scale, alternation, request, unite: true };
-    let mut problem = level.problem(&mu)?;
+    let joint = JointProblem {
+        mesh,
+        model,
+        integrate: &integrate,
+        scale,
+        alternation,
+        request,
+        merge: true,
+    };
+    let mut problem = joint.problem(&mu)?;
     let (mut pair, mut record) = (None, None);
     if request.coarse_to_fine && !is_certified(&problem, request) {
         let spent;
-        (mu, pair, spent) = coarse::start(&level, mu, observe)?;
-        problem.set_costs(level.costs(&mu, &vec![true; m]));
+        (mu, pair, spent) = coarse::start(&joint, mu, observe)?;
+        problem.set_costs(joint.costs(&mu, &vec![true; m]));
         record = Some(spent);
     }
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
     let stop = request.stop.after(spent);
-    let Found { problem, run, status, mu, estimates, settled, open, .. } =
-        level.alternate(problem, mu, pair, spent, &stop, observe)?;
+    let AlternationOutcome { problem, run, status, mu, estimates, settled, active, .. } =
+        joint.alternate(problem, mu, pair, spent, &stop, observe)?;
 
-    if !settled || estimates == MOST_ESTIMATES {
-        // Contradicted bounds certify nothing.
+    if !settled || estimates == MAX_ESTIMATES {
+        // A contradicted bound certifies nothing.
         let certificate = match status {
             Status::Contradicted => "",
-            _ => "; the certificate holds for the last ones",
+            _ => "; the certificate holds for the last estimate",
         };
-        // About what ended them, if it can be moved. Who breaks off does not want to wait for advice.
+        // The limit that ended the run, if there is one that can be raised.
         let advice = match status {
             Status::IterationLimit => "; raise --max-iterations",
             Status::TimeLimit => "; raise --time-limit",
             _ => "",
         };
         warnings.push(format!(
-            "the region parameters still moved after {estimates} re-estimations{certificate}{advice}"
+            "the region parameters still changed after {estimates} re-estimations{certificate}{advice}"
         ));
     }
     let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
-    let said = match status {
-        // Who breaks off does not want to wait for advice.
+    let warning = match status {
+        // A user who interrupts a run does not want to wait for advice.
         Status::Interrupted => None,
         _ if empty.is_empty() => None,
-        Status::IterationLimit | Status::TimeLimit => {
-            Some(format!("{} so far: the run ended before its gap was reached", named(empty)))
-        }
-        _ => remark(&level, empty, &open, observe)?,
+        Status::IterationLimit | Status::TimeLimit => Some(format!(
+            "{} so far: the run ended before the gap was reached; raise its limit",
+            empty_regions::sentence(empty)
+        )),
+        _ => empty_warning(&joint, empty, &active, observe)?,
     };
-    solution.summary.warnings.extend(said);
+    solution.summary.warnings.extend(warning);
     Ok(Segmentation { solution, parameters: mu, estimates })
 }
 
-/// What must be said where the labels are fewer than what was asked for. That all data are the same says who has them,
-/// with their name: `data/input.rs`, `data/curved.rs`.
-fn remark<D: DataModel, const M: usize>(
-    level: &Level<'_, D, M>,
+/// A warning about empty regions, with a remedy. That all data are equal is reported, with their name, where they are
+/// read: `data/input.rs`, `data/curved.rs`.
+fn empty_warning<D: DataModel, const M: usize>(
+    joint: &JointProblem<'_, D, M>,
     empty: &[usize],
-    open: &[bool],
+    active: &[bool],
     observe: Observer<'_>,
 ) -> Result<Option<String>> {
-    let &Level { mesh, model, alternation, request, .. } = level;
+    let &JointProblem { mesh, model, alternation, request, .. } = joint;
     let different = model.different(alternation.regions);
     if different == 1 {
         return Ok(None);
     }
     if different < alternation.regions {
         return Ok(Some(format!(
-            "{}: the data have only {different} different values; ask for {different} regions",
-            named(empty)
+            "{}: the data have only {different} different values; use --regions {different}",
+            empty_regions::sentence(empty)
         )));
     }
     let half = 0.5 * request.lambda;
@@ -162,30 +169,30 @@ fn remark<D: DataModel, const M: usize>(
     let found = match half > 0.0 {
         true => {
             let request = Request { lambda: half, ..request.clone() };
-            let found = lambda::separating(mesh, model, alternation, &request, observe)?;
-            // No lambda makes regions that the data do not have.
+            let found = lambda::find_separating(mesh, model, alternation, &request, observe)?;
+            // No lambda creates regions that the data do not have.
             found.lambda.filter(|_| found.regions == alternation.regions)
         }
         false => None,
     };
     let advice = match found {
-        // The coarse mesh may keep a region a little longer than the fine one.
+        // The coarse mesh may keep a region up to a slightly larger lambda than the fine one.
         Some(lambda) => {
             let lambda = 0.5 * lambda;
             format!("lambda is too large for these data; try --lambda {lambda:.1e}")
         }
         None if fewer > 1 => format!(
-            "the data do not separate into {} regions; ask for {fewer}",
+            "the data do not separate into {} regions; use --regions {fewer}",
             alternation.regions
         ),
         None => "the data do not separate into regions; choose other data".into(),
     };
-    let one = open.iter().any(|open| !open);
-    let cause = match one {
-        true => format!(", since regions with one {} became one", D::TOLD),
+    let merged = active.iter().any(|active| !active);
+    let cause = match merged {
+        true => format!(", since regions with the same {} were merged", D::TOLD),
         false => String::new(),
     };
-    Ok(Some(format!("{}{cause}: {advice}", named(empty))))
+    Ok(Some(format!("{}{cause}: {advice}", empty_regions::sentence(empty))))
 }
 
 #[cfg(test)]

@@ -1,4 +1,7 @@
-//! One convex problem from mesh and costs to certified labels.
+//! One convex problem, from mesh and costs to certified labels.
+//!
+//! Costs are integrated and the problem is solved, coarse to fine if requested; `solve/solution.rs` has the
+//! certificate. The formulas are those of `problem.rs`.
 
 mod checks;
 mod solution;
@@ -14,23 +17,23 @@ pub use solution::{Solution, Summary};
 
 use crate::coarse::{self, Pair};
 use crate::costs;
+use crate::empty_regions;
 use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::operator::{Quadrature, Stencil};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::regions::{self, with_regions};
-use crate::remarks::{empty_regions, named};
 pub use crate::request::{Observer, Request};
 use crate::run::{Run, Status};
 use crate::solver::Setup;
 use crate::start::Start;
 use crate::sweep;
-use crate::unreached::unreached;
+use crate::unreached;
 
-/// Minimizes E for pointwise costs s (V x m, see [`costs`]) on a mesh as it is: no scaling. `observe` is called as
-/// [`Observer`] says.
+/// Minimizes E for pointwise costs s (V x m, see [`costs`]) on a mesh as it is, without scaling. For `observe` see
+/// [`Observer`].
 ///
 /// Fails if the number of regions is not from 2 to 64, s does not have V rows or is refused by [`costs::checked`], a
 /// given start is not V x m with rows in the simplex, lambda or a setting of the solver is out of range, no face has an
@@ -49,14 +52,14 @@ pub fn solve(
     let (known, mut warnings) = costs::checked(s, request.mass)?;
     let (model, left_out) = model_mesh(mesh)?;
     warnings.extend(left_out);
-    warnings.extend(unreached(&model, |k| !s[[k, 0]].is_nan()));
+    warnings.extend(unreached::warning(&model, |k| !s[[k, 0]].is_nan()));
     let order = Order::of(&model);
     let model = order.mesh(model);
     let solved = with_regions!(
         s.ncols(),
         solve_compiled(&model, &order, warnings, &known, start, request, observe)
     );
-    solved.map(|solution| solution.of(mesh, &order))
+    solved.map(|solution| solution.in_file_order(mesh, &order))
 }
 
 fn solve_compiled<const M: usize>(
@@ -92,19 +95,26 @@ fn solve_compiled<const M: usize>(
     let status = run.advance(&mut *solver, &problem, &stop, observe);
     let mut solution = conclude(model, &problem, m, request, run, status, warnings);
     solution.summary.coarse_to_fine = record;
-    // Who breaks off does not want to wait for advice.
+    // A user who interrupts a run does not want to wait for advice.
     if status != Status::Interrupted {
         let done = !matches!(status, Status::IterationLimit | Status::TimeLimit);
-        let remark =
-            remark(model, &problem, m, &solution.summary.empty_regions, done, request, observe)?;
-        solution.summary.warnings.extend(remark);
+        let warning = empty_warning(
+            model,
+            &problem,
+            m,
+            &solution.summary.empty_regions,
+            done,
+            request,
+            observe,
+        )?;
+        solution.summary.warnings.extend(warning);
     }
     Ok(solution)
 }
 
-/// What must be said where some regions are empty. A lambda that saves those that are somewhere the cheapest is looked
-/// for on a coarse mesh.
-fn remark<const M: usize>(
+/// A warning about empty regions. For those that are the cheapest at some vertex, a smaller lambda is searched on a
+/// coarse mesh.
+fn empty_warning<const M: usize>(
     mesh: &Mesh,
     problem: &Problem<Stencil, M>,
     m: usize,
@@ -117,29 +127,36 @@ fn remark<const M: usize>(
         return Ok(None);
     }
     let cheapest: Array1<i32> = problem.f.iter().map(|f| f.argmin() as i32).collect();
-    let hopeless = empty_regions(&cheapest, m);
-    let (hopeless, lost): (Vec<usize>, Vec<usize>) =
-        empty.iter().partition(|p| hopeless.contains(p));
+    let never_cheapest = empty_regions::of_labels(&cheapest, m);
+    let (never_cheapest, lost): (Vec<usize>, Vec<usize>) =
+        empty.iter().partition(|p| never_cheapest.contains(p));
     let mut sentences = Vec::new();
-    if !hopeless.is_empty() {
-        sentences.push(format!("{}: nowhere do they cost the least", named(&hopeless)));
+    if !never_cheapest.is_empty() {
+        sentences.push(format!(
+            "{}: no vertex has its smallest cost there; check the costs",
+            empty_regions::sentence(&never_cheapest)
+        ));
     }
     if !lost.is_empty() && !done {
-        sentences
-            .push(format!("{} so far: the run ended before its gap was reached", named(&lost)));
+        sentences.push(format!(
+            "{} so far: the run ended before the gap was reached; raise its limit",
+            empty_regions::sentence(&lost)
+        ));
     } else if !lost.is_empty() {
-        let advice = match coarse::separating(mesh, problem, &lost, request, observe)? {
-            // The coarse mesh may keep a region a little longer than the fine one.
+        let advice = match coarse::separating_lambda(mesh, problem, &lost, request, observe)? {
+            // The coarse mesh may keep a region up to a slightly larger lambda than the fine one.
             Some(lambda) => format!("try --lambda {:.1e}", 0.5 * lambda),
             None => "try a much smaller --lambda".into(),
         };
-        let few = "lambda is too large for these costs";
-        sentences.push(format!("{}: {few}; {advice}", named(&lost)));
+        sentences.push(format!(
+            "{}: lambda is too large for these costs; {advice}",
+            empty_regions::sentence(&lost)
+        ));
     }
     Ok(Some(sentences.join("; ")))
 }
 
-/// The problem with costs integrated and unused regions closed.
+/// The problem of pointwise costs s for m regions: costs are integrated, padding regions forbidden.
 pub(crate) fn problem_of<const M: usize>(
     model: &Mesh,
     m: usize,
@@ -152,7 +169,7 @@ pub(crate) fn problem_of<const M: usize>(
     Ok(problem)
 }
 
-/// f = M s; what s forbids, f forbids, also where a vertex has no area.
+/// f = M s. A label that s forbids is forbidden by f, also where a vertex has no area.
 pub(crate) fn integrate<const M: usize>(
     mass: &Quadrature<'_>,
     m: usize,
@@ -163,7 +180,10 @@ pub(crate) fn integrate<const M: usize>(
         (&mut f[..], s),
         #[inline(always)]
         |_, (f, s)| {
-            *f = Row::from_fn(|p| if p < m && s.0[p] < f64::INFINITY { f.0[p] } else { NEVER });
+            *f =
+                Row::from_fn(
+                    |p| if p < m && s.0[p] < f64::INFINITY { f.0[p] } else { FORBIDDEN_COST },
+                );
         },
     );
     f

@@ -1,4 +1,4 @@
-//! Where U starts. The optimum does not depend on it; the number of iterations does.
+//! The initial U. The optimum does not depend on it; the number of iterations does.
 
 use ndarray::{Array2, ArrayView1};
 use rand::{RngExt, SeedableRng};
@@ -7,27 +7,27 @@ use rand_pcg::Pcg64;
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::order::Order;
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN_COST;
 use crate::prox::project_simplex;
 use crate::sweep::collect;
 
-/// The initial U. Labels that the costs forbid get no mass in any of these.
+/// The initial U. Forbidden labels never get any mass.
 #[derive(Clone, Debug)]
 pub enum Start {
     /// 1/m everywhere.
     Uniform,
-    /// Rows drawn uniformly from the simplex, with this seed for [`Pcg64`].
+    /// Rows drawn uniformly from the simplex by [`Pcg64`].
     Random {
-        /// The same seed gives the same rows, whatever the number of threads.
+        /// The seed; the same seed gives the same rows with any number of threads.
         seed: u64,
     },
-    /// The region with the least cost at each vertex, the first of equals.
+    /// The cheapest region at each vertex, the first one in case of ties.
     Argmin,
-    /// V x m; rows in the simplex.
+    /// A given U: V x m, rows in the simplex.
     Given(Array2<f64>),
 }
 
-/// How far a given row may be off the simplex: what single precision rounds away.
+/// How far a given row may lie off the simplex, to allow for single precision.
 const OFF_SIMPLEX: f64 = 1e-5;
 
 impl Start {
@@ -36,7 +36,7 @@ impl Start {
         let Start::Given(u) = self else { return Ok(()) };
         if u.dim() != dim {
             return Err(Error::unsuitable(format!(
-                "the initial U has {} x {} entries, the costs {} x {}",
+                "the initial U has {} x {} entries, but the costs have {} x {}; both must be V x m",
                 u.nrows(),
                 u.ncols(),
                 dim.0,
@@ -50,24 +50,28 @@ impl Start {
         match u.outer_iter().position(off) {
             None => Ok(()),
             Some(k) => Err(Error::unsuitable(format!(
-                "row {k} of the initial U is not in the simplex: its entries must be non-negative and sum to 1"
+                "row {k} of the initial U is not in the simplex; its entries must be non-negative and sum to 1"
             ))),
         }
     }
 
-    /// The rows for m regions of integrated costs f, which are in that order of the vertices; exactly zero
-    /// from column m on, and where a label is forbidden.
+    /// The initial rows for m regions and integrated costs f, whose vertices are in the given order; exactly zero from
+    /// column m on and at forbidden labels.
     pub fn rows<const M: usize>(&self, m: usize, f: &[Row<M>], order: &Order) -> Vec<Row<M>> {
         let only =
             |value: &dyn Fn(usize) -> f64| Row::from_fn(|p| if p < m { value(p) } else { 0.0 });
         match self {
-            Start::Uniform => collect(f.len(), |v| allowed(only(&|_| 1.0 / m as f64), &f[v])),
-            Start::Argmin => cheapest(f),
+            Start::Uniform => {
+                collect(f.len(), |v| without_forbidden(only(&|_| 1.0 / m as f64), &f[v]))
+            }
+            Start::Argmin => cheapest_labels(f),
             Start::Given(u) => {
                 let rows = order.applied(crate::regions::rows::<M>(u.view()));
                 collect(rows.len(), |v| {
-                    let open = |p: usize| p < m && f[v].0[p] < NEVER;
-                    project_simplex(Row::from_fn(|p| if open(p) { rows[v].0[p] } else { -NEVER }))
+                    let active = |p: usize| p < m && f[v].0[p] < FORBIDDEN_COST;
+                    project_simplex(Row::from_fn(|p| {
+                        if active(p) { rows[v].0[p] } else { -FORBIDDEN_COST }
+                    }))
                 })
             }
             Start::Random { seed } => {
@@ -75,7 +79,8 @@ impl Start {
                 let rows = f
                     .iter()
                     .map(|_| {
-                        // Exponential variables over their sum are uniform on the simplex.
+                        // Exponential variables divided by their sum are uniform on the simplex: L. Devroye,
+                        // *Non-Uniform Random Variate Generation*, 1986, chapter V.
                         let mut row = Row::ZERO;
                         for entry in &mut row.0[..m] {
                             *entry = -(1.0 - rng.random::<f64>()).ln();
@@ -85,14 +90,14 @@ impl Start {
                     })
                     .collect();
                 let rows = order.applied(rows);
-                collect(rows.len(), |v| allowed(rows[v], &f[v]))
+                collect(rows.len(), |v| without_forbidden(rows[v], &f[v]))
             }
         }
     }
 }
 
-/// The one-hot rows of argmin_p f_kp, V rows: the cheapest label of each vertex by itself.
-pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
+/// The one-hot rows of argmin_p f_kp: the cheapest label at each vertex.
+pub fn cheapest_labels<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
     collect(
         f.len(),
         #[inline(always)]
@@ -100,10 +105,10 @@ pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
     )
 }
 
-/// A row of the simplex without what it gives to labels that f forbids, rescaled to sum 1; the cheapest label if
-/// nothing is left.
-pub fn allowed<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
-    let forbidden = |p: usize| f.0[p] == NEVER;
+/// A row of the simplex without its mass at labels that f forbids, rescaled to sum to 1; the cheapest label if nothing
+/// is left.
+pub fn without_forbidden<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
+    let forbidden = |p: usize| f.0[p] == FORBIDDEN_COST;
     if (0..M).all(|p| !forbidden(p) || u.0[p] == 0.0) {
         return u;
     }
@@ -115,7 +120,7 @@ pub fn allowed<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regions::close_from;
+    use crate::regions::pad_costs;
     use crate::samples::{random_rows, rng, shape};
 
     fn as_it_is() -> Order {
@@ -124,22 +129,22 @@ mod tests {
 
     fn costs() -> Vec<Row<12>> {
         let mut f = random_rows(2000, &mut rng(131));
-        close_from(9, &mut f);
+        pad_costs(9, &mut f);
         f
     }
 
     #[test]
-    fn every_start_lies_in_the_simplex_of_the_allowed_regions() {
+    fn every_start_lies_in_the_simplex_of_the_allowed_labels() {
         let mut f = costs();
         for (k, f) in f.iter_mut().enumerate() {
-            (0..8).filter(|p| (k >> p) & 1 == 1).for_each(|p| f.0[p] = NEVER);
+            (0..8).filter(|p| (k >> p) & 1 == 1).for_each(|p| f.0[p] = FORBIDDEN_COST);
         }
         let given = Array2::from_shape_fn((f.len(), 9), |(k, p)| f64::from(k % 9 == p));
         let starts =
             [Start::Uniform, Start::Random { seed: 4 }, Start::Argmin, Start::Given(given)];
         for start in starts {
             for (u, f) in start.rows::<12>(9, &f, &as_it_is()).into_iter().zip(&f) {
-                assert!((0..12).all(|p| f.0[p] < NEVER || u.0[p] == 0.0), "{start:?}");
+                assert!((0..12).all(|p| f.0[p] < FORBIDDEN_COST || u.0[p] == 0.0), "{start:?}");
                 assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14, "{start:?}");
                 assert!(u.min() >= 0.0 && u.0[9..] == [0.0; 3], "{start:?}");
             }
@@ -154,7 +159,7 @@ mod tests {
         }
     }
 
-    /// Uniform on the simplex of 9 corners: each entry has mean 1/9 and variance 8 / (81 * 10).
+    /// For the uniform distribution on the simplex with 9 vertices, each entry has mean 1/9 and variance 8 / (81 * 10).
     #[test]
     fn random_rows_are_uniform_on_the_simplex() {
         let f = costs();

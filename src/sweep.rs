@@ -1,8 +1,9 @@
-//! One pass over all faces or all vertices, in parallel and without races; the only file that knows rayon.
+//! One pass over all faces or all vertices, in parallel and without races; the only file that uses rayon.
 //!
-//! The same bits with 1 and N threads: a sweep writes each element from its own index alone, and a sum
-//! is a binary tree whose shape depends on the length only. Nor do the instructions matter that are picked
-//! when the program runs (AVX2 or the baseline): none of them fuses or reorders what is written.
+//! Results are bitwise the same with any number of threads: a sweep writes each element from its own index alone, and a
+//! sum is a binary tree whose shape depends only on the length. They do not depend on the instruction set that is
+//! chosen at run time (AVX2 or the baseline) either: neither fuses or reorders the operations in the code.
+//! Pairwise summation: N. J. Higham, *The Accuracy of Floating Point Summation*, SIAM J. Sci. Comput. 14, 1993.
 
 mod columns;
 
@@ -13,16 +14,16 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterato
 use crate::error::{Error, Result};
 use columns::Columns;
 
-/// Fewer elements than this are not worth a second thread.
+/// Number of elements below which a second thread does not pay off.
 const BLOCK: usize = 1024;
 
-/// Runs `body(index, (column_1[index], column_2[index], ...))` for every index of a tuple of slices of one length,
+/// Runs `body(index, (column_1[index], column_2[index], ...))` for every index of a tuple of slices of equal length,
 /// `&mut` for those that are written: one line of the paper as one fused loop. A body marked
 /// `#[inline(always)]` is compiled for each set of vector instructions.
 #[inline]
 pub fn sweep<C: Columns>(columns: C, body: impl Fn(usize, C::Item) + Sync) {
     let length = columns.length();
-    let places = columns.places();
+    let pointers = columns.pointers();
     let block = BLOCK.max(length.div_ceil(4 * threads()));
     in_parallel(length.div_ceil(block), &|i| {
         let (first, last) = (i * block, length.min((i + 1) * block));
@@ -31,15 +32,15 @@ pub fn sweep<C: Columns>(columns: C, body: impl Fn(usize, C::Item) + Sync) {
             || {
                 for index in first..last {
                     // SAFETY: the blocks are disjoint and within the length, so each index comes once.
-                    body(index, unsafe { C::at(places, index) });
+                    body(index, unsafe { C::at(pointers, index) });
                 }
             },
         );
     });
 }
 
-/// Runs `body(first, &mut column[first..next])` for any two consecutive `first` and `next` of `cuts`, from 0 to
-/// the length: what goes in order inside a part, and in parallel from one to the next.
+/// Runs `body(first, &mut column[first..next])` for any two consecutive `first` and `next` of `cuts`, which run from 0
+/// to the length: sequentially within a part, in parallel over the parts.
 #[inline]
 pub fn sweep_parts<T: Send>(
     mut column: &mut [T],
@@ -60,26 +61,26 @@ pub fn sweep_parts<T: Send>(
     });
 }
 
-/// Runs `work` on every item, each by itself a task for a thread.
+/// Runs `work` on every item; each item is a task of its own.
 pub fn each<T: Send>(items: Vec<T>, work: &(dyn Fn(T) + Sync)) {
-    let mut places = Vec::with_capacity(items.len());
+    let mut slots = Vec::with_capacity(items.len());
     for item in items {
-        places.push(Mutex::new(Some(item)));
+        slots.push(Mutex::new(Some(item)));
     }
-    take_each(&places, work);
+    take_each(&slots, work);
 }
 
-fn take_each<T: Send>(places: &[Mutex<Option<T>>], work: &(dyn Fn(T) + Sync)) {
-    in_parallel(places.len(), &|i| {
-        let Ok(mut place) = places[i].lock() else { unreachable!("no one else takes it") };
-        if let Some(item) = place.take() {
-            drop(place);
+fn take_each<T: Send>(slots: &[Mutex<Option<T>>], work: &(dyn Fn(T) + Sync)) {
+    in_parallel(slots.len(), &|i| {
+        let Ok(mut slot) = slots[i].lock() else { unreachable!("no one else takes it") };
+        if let Some(item) = slot.take() {
+            drop(slot);
             work(item);
         }
     });
 }
 
-/// Runs `work` for 0 to n - 1. The only loop that all others come down to, and so compiled only once.
+/// Runs `work` for 0 to n - 1. All other loops use this one, so that it is compiled only once.
 fn in_parallel(n: usize, work: &(dyn Fn(usize) + Sync)) {
     if n == 1 {
         return work(0);
@@ -87,15 +88,15 @@ fn in_parallel(n: usize, work: &(dyn Fn(usize) + Sync)) {
     (0..n).into_par_iter().with_max_len(1).for_each(work);
 }
 
-/// What `task` makes of the items, each by itself for a thread.
+/// The results of `task` for the items, in their order; each item is a task of its own.
 pub fn results<A: Send, T: Send>(items: Vec<A>, task: impl Fn(A) -> T + Sync) -> Vec<T> {
     let mut results: Vec<Option<T>> = items.iter().map(|_| None).collect();
-    let places = items.into_iter().zip(&mut results).collect();
-    each(places, &|(item, result)| *result = Some(task(item)));
+    let slots = items.into_iter().zip(&mut results).collect();
+    each(slots, &|(item, result)| *result = Some(task(item)));
     results.into_iter().map(|result| result.expect("every task has ended")).collect()
 }
 
-/// How many threads take part.
+/// Number of threads.
 pub fn threads() -> usize {
     rayon::current_num_threads()
 }
@@ -107,11 +108,11 @@ pub fn collect<T: Copy + Send>(n: usize, value: impl Fn(usize) -> T + Sync) -> V
     sweep(
         &mut values.spare_capacity_mut()[..n],
         #[inline(always)]
-        |index, place| {
-            place.write(value(index));
+        |index, slot| {
+            slot.write(value(index));
         },
     );
-    // SAFETY: the sweep wrote all n places, or has panicked.
+    // SAFETY: the sweep wrote all n elements, or panicked.
     unsafe { values.set_len(n) };
     values
 }
@@ -125,7 +126,7 @@ pub fn copy<T: Copy + Send + Sync>(values: &[T]) -> Vec<T> {
     )
 }
 
-/// Copies a slice over another.
+/// Overwrites a slice with the values of another.
 pub fn copy_over<T: Copy + Send + Sync>(target: &mut [T], values: &[T]) {
     sweep(
         (target, values),
@@ -134,12 +135,12 @@ pub fn copy_over<T: Copy + Send + Sync>(target: &mut [T], values: &[T]) {
     );
 }
 
-/// The sums of what n terms give to each index, `shares(term)` to `places(term)`, in the order of the terms whatever
-/// the number of threads: each thread looks at all places, and at the shares of those in its range.
+/// Scatters n terms: adds `shares(term)` at `indices(term)`, in the order of the terms with any number of threads. Each
+/// thread reads all indices, but only the shares of those in its range.
 pub fn scatter<const N: usize>(
     length: usize,
     n: usize,
-    places: impl Fn(usize) -> [usize; N] + Sync,
+    indices: impl Fn(usize) -> [usize; N] + Sync,
     shares: impl Fn(usize) -> [f64; N] + Sync,
 ) -> Vec<f64> {
     let mut sums = vec![0.0; length];
@@ -149,11 +150,11 @@ pub fn scatter<const N: usize>(
         #[inline(always)]
         |first, sums| {
             for term in 0..n {
-                // Below the range the difference wraps around.
-                let places = places(term).map(|index| index.wrapping_sub(first));
-                if places.iter().any(|&place| place < sums.len()) {
-                    for (place, share) in places.into_iter().zip(shares(term)) {
-                        if let Some(sum) = sums.get_mut(place) {
+                // For indices below the range the difference wraps around.
+                let indices = indices(term).map(|index| index.wrapping_sub(first));
+                if indices.iter().any(|&index| index < sums.len()) {
+                    for (index, share) in indices.into_iter().zip(shares(term)) {
+                        if let Some(sum) = sums.get_mut(index) {
                             *sum += share;
                         }
                     }
@@ -164,16 +165,16 @@ pub fn scatter<const N: usize>(
     sums
 }
 
-/// Where the ranges of equal length begin that the threads own, and the end.
+/// The boundaries of the ranges of about equal length that the threads own, from 0 to `length`.
 pub fn ranges(length: usize) -> Vec<usize> {
     let count = threads().min(length.div_ceil(BLOCK)).max(1);
     (0..=count).map(|k| length * k / count).collect()
 }
 
-/// Partial sums of a block run side by side, since an addition has to wait for the one before.
+/// Number of independent partial sums of a block, since an addition has to wait for the previous one.
 const LANES: usize = 8;
 
-/// sum_{0 <= index < n} term(index): blocks of fixed size in lanes, the blocks pairwise. A term marked
+/// sum_{0 <= index < n} term(index): blocks of fixed size are summed in lanes, then pairwise. A term marked
 /// `#[inline(always)]` is compiled for each set of vector instructions.
 #[inline]
 pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
@@ -181,14 +182,14 @@ pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
         n,
         #[inline(always)]
         |first, terms| {
-            for (place, index) in terms.iter_mut().zip(first..) {
-                *place = term(index);
+            for (slot, index) in terms.iter_mut().zip(first..) {
+                *slot = term(index);
             }
         },
     )
 }
 
-/// The same for terms that come in blocks: `write(first, terms)` writes those from index `first` on.
+/// The same for terms that are computed in blocks: `write(first, terms)` writes those from index `first` on.
 #[inline]
 pub fn sum_blocks(n: usize, write: impl Fn(usize, &mut [f64]) + Sync) -> f64 {
     let block = |from: usize, to: usize| {
@@ -216,7 +217,7 @@ pub fn sum_blocks(n: usize, write: impl Fn(usize, &mut [f64]) + Sync) -> f64 {
     tree(&blocks(n, &block), &|a, b| a + b)
 }
 
-/// max_{0 <= index < n} term(index) for terms >= 0; NaN if one of them is.
+/// max_{0 <= index < n} term(index) for terms >= 0; NaN if any of them is NaN.
 #[inline]
 pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     let greater = |a: f64, b: f64| if a > b || a.is_nan() { a } else { b };
@@ -229,7 +230,7 @@ pub fn max(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     tree(&blocks(n, &block), &greater)
 }
 
-/// Whether a statement holds for every index from 0 to n - 1.
+/// Whether `holds` is true for every index from 0 to n - 1.
 #[inline]
 pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
     let block = |from: usize, to: usize| {
@@ -241,8 +242,8 @@ pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
     blocks(n, &block).into_iter().all(|all| all == 1.0)
 }
 
-/// Runs `work`, as far as it is inlined, with AVX2 where the machine has it. Rows of four or eight numbers gain
-/// nothing from longer vectors, and each set of instructions takes its time to compile: unit tests have one.
+/// Runs `work`, as far as it is inlined, with AVX2 if the machine has it. Rows of four or eight numbers gain nothing
+/// from longer vectors, and each instruction set costs compile time: unit tests have only one.
 #[inline(always)]
 fn vectorized<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(all(target_arch = "x86_64", not(test)))]
@@ -252,25 +253,25 @@ fn vectorized<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// The values of blocks of [`BLOCK`] indices.
+/// The values of all blocks of [`BLOCK`] indices.
 fn blocks(n: usize, block: &(dyn Fn(usize, usize) -> f64 + Sync)) -> Vec<f64> {
     let value = |i: usize| block(i * BLOCK, n.min((i + 1) * BLOCK));
     (0..n.div_ceil(BLOCK)).into_par_iter().map(value).collect()
 }
 
-/// The values united pairwise, nothing to begin with: a binary tree that depends on their number only.
-fn tree(values: &[f64], unite: &dyn Fn(f64, f64) -> f64) -> f64 {
+/// The values combined pairwise, 0 if there are none: a binary tree that depends only on their number.
+fn tree(values: &[f64], combine: &dyn Fn(f64, f64) -> f64) -> f64 {
     match values {
         [] => 0.0,
         [value] => *value,
         _ => {
             let (left, right) = values.split_at(values.len().div_ceil(2));
-            unite(tree(left, unite), tree(right, unite))
+            combine(tree(left, combine), tree(right, combine))
         }
     }
 }
 
-/// The results of two pieces of work that need nothing from each other.
+/// The results of two independent pieces of work, run in parallel.
 pub fn join<A: Send, B: Send>(
     a: impl FnOnce() -> A + Send,
     b: impl FnOnce() -> B + Send,
@@ -278,12 +279,16 @@ pub fn join<A: Send, B: Send>(
     rayon::join(a, b)
 }
 
-/// Runs `work` with that many threads; `None` takes as many as the machine has. Fails if they cannot be started.
+/// Runs `work` with the given number of threads, `None` for as many as the machine has. Fails if they cannot be
+/// started.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0))
-        .build()
-        .map_err(|error| Error::unsuitable(format!("cannot start the threads: {error}")))?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build().map_err(
+        |error| {
+            Error::unsuitable(format!(
+                "cannot start the threads: {error}; try fewer with --threads"
+            ))
+        },
+    )?;
     Ok(pool.install(work))
 }
 
@@ -302,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn every_index_counts_once_whatever_the_length() {
+    fn every_index_counts_once_for_any_length() {
         for n in [0, 1, 7, 8, 9, BLOCK - 1, BLOCK + 3, 5 * BLOCK + 13] {
             assert_eq!(sum(n, |i| i as f64), (n * n.saturating_sub(1) / 2) as f64);
             assert_eq!(collect(n, |i| 3 * i), (0..n).map(|i| 3 * i).collect::<Vec<_>>());
@@ -312,21 +317,21 @@ mod tests {
     }
 
     #[test]
-    fn scattered_terms_arrive_in_their_order() {
+    fn scattered_terms_are_added_in_their_order() {
         let n = 30_011;
-        let places = |i: usize| [i * i % 5003, i * 31 % 5003];
+        let indices = |i: usize| [i * i % 5003, i * 31 % 5003];
         let shares = |i: usize| [1.0, 1e3].map(|size| size * ((i * 7919) as f64).sin());
         let mut plain = vec![0.0; 5003];
         for i in 0..n {
-            for (index, share) in places(i).into_iter().zip(shares(i)) {
+            for (index, share) in indices(i).into_iter().zip(shares(i)) {
                 plain[index] += share;
             }
         }
         for threads in [1, 2, 3, 8] {
-            let sums = with_threads(Some(threads), || scatter(5003, n, places, shares)).unwrap();
+            let sums = with_threads(Some(threads), || scatter(5003, n, indices, shares)).unwrap();
             assert_eq!(sums, plain);
         }
-        assert!(scatter(0, 0, places, shares).is_empty());
+        assert!(scatter(0, 0, indices, shares).is_empty());
     }
 
     #[test]

@@ -1,9 +1,9 @@
-//! U, q and costs from one mesh to a coarser or finer one.
+//! Restriction of costs to a coarser mesh, and prolongation of U and q to a finer one.
 //!
-//! With P from the vertices of a coarse mesh to those of the finer one (`mesh/coarsen.rs`):
+//! With the prolongation P from the vertices of a coarse mesh to those of the finer one (`mesh/coarsen.rs`):
 //!
 //! ```text
-//! f_coarse = P^T f                so that <P u, f> = <u, f_coarse>: no cost is lost
+//! f_coarse = P^T f                so that <P u, f> = <u, f_coarse>: costs are conserved
 //! u_fine   = P u_coarse           rows of P are non-negative and sum to 1: u stays in the simplex
 //! q_fine   = Proj_{|.|<=lambda}( tangential part of the mean over the corners of P qbar )
 //! qbar_c   = sum_{j at c} A_j q_j / sum_{j at c} A_j     in space, R^{3 x m}
@@ -13,26 +13,28 @@ use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::coarsen::{Coarsening, Parents};
 use crate::mesh::geometry::frame;
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN_COST;
 use crate::prox::project_ball;
 use crate::sweep::sweep;
 
-/// P^T f. A label is forbidden at a coarse vertex if all that it stands for forbid it, as they do of regions that are
-/// closed; those who do among others count with the dearest of what they allow.
+/// P^T f. A label is forbidden at a coarse vertex if all finer vertices that it represents forbid it, as for padding
+/// regions. If only some do, these contribute the cost of their most expensive allowed label.
 pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>> {
     let n = level.mesh.vertices.len();
     let (mut coarse, mut allowed) = (vec![Row::<M>::ZERO; n], vec![[false; M]; n]);
     for (parents, f) in level.parents.iter().zip(f) {
-        let dearest = Row::<M>::from_fn(|p| if f.0[p] == NEVER { f.min() } else { f.0[p] }).max();
-        let finite = Row::from_fn(|p| if f.0[p] == NEVER { dearest } else { f.0[p] });
+        let most_expensive =
+            Row::<M>::from_fn(|p| if f.0[p] == FORBIDDEN_COST { f.min() } else { f.0[p] }).max();
+        let finite =
+            Row::from_fn(|p| if f.0[p] == FORBIDDEN_COST { most_expensive } else { f.0[p] });
         for (&c, w) in parents.corners.iter().zip(parents.weights) {
             coarse[c as usize] += finite * w;
-            let open = &mut allowed[c as usize];
-            (0..M).for_each(|p| open[p] |= w > 0.0 && f.0[p] < NEVER);
+            let allowed = &mut allowed[c as usize];
+            (0..M).for_each(|p| allowed[p] |= w > 0.0 && f.0[p] < FORBIDDEN_COST);
         }
     }
     for (coarse, allowed) in coarse.iter_mut().zip(&allowed) {
-        *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { NEVER });
+        *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { FORBIDDEN_COST });
     }
     coarse
 }
@@ -55,7 +57,7 @@ fn interpolate<const M: usize>(parents: &Parents, at: impl Fn(usize) -> Row<M>) 
     a * wa + b * wb + c * wc
 }
 
-/// q on the finer mesh. A tangent in space has no orientation, so that flipped faces need no care.
+/// q on the finer mesh. Tangent vectors are averaged in space, so the orientation of the faces does not matter.
 pub fn prolong_dual<const M: usize>(
     level: &Coarsening,
     fine: &Mesh,
@@ -86,7 +88,7 @@ pub fn prolong_dual<const M: usize>(
     fine_q
 }
 
-/// qbar, one per vertex: the rows of its three coordinates in space. Zero where there are no faces.
+/// qbar at each vertex: the rows of its three coordinates in space; zero at vertices without faces.
 fn vertex_means<const M: usize>(mesh: &Mesh, q: &[Tangent<M>]) -> Vec<[Row<M>; 3]> {
     let mut mean = vec![[Row::<M>::ZERO; 3]; mesh.vertices.len()];
     let mut area = vec![0.0; mesh.vertices.len()];

@@ -1,16 +1,16 @@
-//! Vertices that no data reach: components of the surface of which nothing is known. They cost nothing and touch nothing
-//! else, so that any label is as good there as another, and the one that they get must not pass for an answer.
+//! Vertices that no data reach: components of the surface without any known vertex. All labels cost the same there, so
+//! the labels of such components are arbitrary, and a warning reports them.
 
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::partition::Partition;
 
-/// What becomes of vertices that have no data of their own, wherever they are.
+/// The clause of a warning about what happens to unknown vertices.
 pub(crate) const INHERIT: &str =
-    "where they are connected with others, they take the labels of their neighbors";
+    "where they are connected to known vertices, they take the labels of their neighbors";
 
-/// What must be said of them, if there are any. Every face of the mesh has an area.
-pub(crate) fn unreached(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<String> {
+/// A warning that counts these vertices, if there are any. Every face of the mesh has an area.
+pub(crate) fn warning(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<String> {
     let vertices = mesh.vertices.len();
     if (0..vertices).all(&known) {
         return None;
@@ -32,8 +32,8 @@ pub(crate) fn unreached(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<St
     }
     (count > 0).then(|| {
         format!(
-            "nothing is known of {count} vertices ({:.2} % of the area), nor of any that they are connected with: their labels \
-             mean nothing; give them data, connect them to the rest, or leave them out",
+            "{count} vertices ({:.2} % of the area) are unknown and not connected to any known vertex: their labels \
+             mean nothing; give them data, connect them to the rest, or remove them",
             100.0 * area / mesh.area()
         )
     })
@@ -45,18 +45,18 @@ mod tests {
     use crate::samples::{disjoint, shape};
 
     #[test]
-    fn components_without_data_are_counted() {
+    fn vertices_of_components_without_data_are_counted() {
         let one = shape("grid:2x2");
         let n = one.vertices.len();
         let mut two = disjoint([one.clone(), one.scaled(3.0)]);
-        assert_eq!(unreached(&two, |_| true), None);
-        // One vertex that is known is enough.
-        assert_eq!(unreached(&two, |v| v == 0 || v == n), None);
-        let said = unreached(&two, |v| v < n).unwrap();
-        assert!(said.contains(&format!("{n} vertices (90.00 % of the area)")), "{said}");
-        // A vertex in no face is a component as well.
+        assert_eq!(warning(&two, |_| true), None);
+        // A single known vertex is enough.
+        assert_eq!(warning(&two, |v| v == 0 || v == n), None);
+        let message = warning(&two, |v| v < n).unwrap();
+        assert!(message.contains(&format!("{n} vertices (90.00 % of the area)")), "{message}");
+        // A vertex without faces is a component, too.
         two.vertices.push(two.vertices[0]);
-        let said = unreached(&two, |v| v < 2 * n).unwrap();
-        assert!(said.contains("of 1 vertices (0.00 % of the area)"), "{said}");
+        let message = warning(&two, |v| v < 2 * n).unwrap();
+        assert!(message.contains("1 vertices (0.00 % of the area)"), "{message}");
     }
 }

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use meshseg::coarse::Record;
+use meshseg::empty_regions;
 use meshseg::operator::Mass;
-use meshseg::remarks;
 use meshseg::render::View;
 use meshseg::run::{Status, Stop, time_limit};
 use meshseg::solve::{Request, Summary};
@@ -177,7 +177,7 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
     let mut lines = vec![("status", summary.status_sentence.to_owned())];
     if !summary.empty_regions.is_empty() {
         let used = summary.regions - summary.empty_regions.len();
-        let empty = remarks::named(&summary.empty_regions);
+        let empty = empty_regions::sentence(&summary.empty_regions);
         lines.push(("regions", format!("{used} of {} used: {empty}", summary.regions)));
     }
     lines.extend([

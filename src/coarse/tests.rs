@@ -1,4 +1,5 @@
-//! P is a partition of unity that loses no cost; what comes up a level is feasible; answers stay answers.
+//! Coarse to fine: prolonged pairs are feasible and allowed, the same optimum is certified in fewer steps, and limits
+//! hold.
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -10,7 +11,7 @@ use super::*;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::order::Order;
 use crate::operator::Mass;
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN_COST;
 use crate::regions;
 use crate::run::FIRST_INTERVAL;
 use crate::samples::{
@@ -59,8 +60,8 @@ fn large() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// A label that one of the vertices forbids is dear, not forbidden, where others stand for the same coarse vertex; one
-/// that all forbid stays forbidden. What comes up is allowed everywhere.
+/// A label that only some of the finer vertices forbid is expensive, not forbidden, at a coarse vertex; one that all of
+/// them forbid stays forbidden. Prolonged labels are allowed everywhere.
 #[test]
 fn forbidden_labels_stay_forbidden() {
     let mesh = shape("torus:60x40");
@@ -92,7 +93,7 @@ fn forbidden_labels_stay_forbidden() {
 }
 
 #[test]
-fn small_meshes_and_dust_have_no_levels() {
+fn only_large_meshes_have_levels() {
     assert!(zoo().iter().all(|(_, mesh)| Hierarchy::new(mesh).levels.is_empty()));
     let dust = disjoint((0..800).map(|_| shape("grid:1x1")));
     let levels = Hierarchy::new(&dust).levels;
@@ -102,19 +103,19 @@ fn small_meshes_and_dust_have_no_levels() {
         assert!(!levels.is_empty(), "{name}");
         let mut before = mesh.vertices.len();
         for level in levels {
-            assert!(level.mesh.vertices.len() as f64 <= LARGEST_SHARE * before as f64, "{name}");
+            assert!(level.mesh.vertices.len() as f64 <= MAX_KEPT_SHARE * before as f64, "{name}");
             before = level.mesh.vertices.len();
         }
     }
 }
 
-/// Certified as without the hierarchy, whatever the mesh: D <= E* <= E, and the gap is reached.
+/// On any mesh, as without the hierarchy: D <= E* <= E, and the gap is reached.
 #[test]
 fn the_known_optimum_is_certified() {
     for (name, mesh) in large() {
         let areas =
             Array2::from_shape_vec((mesh.vertices.len(), 1), barycentric_areas(&mesh)).unwrap();
-        // The costs of vertices without area cannot be given.
+        // Vertices without area have no pointwise costs that give f.
         if areas.iter().any(|&a| a == 0.0) {
             continue;
         }
@@ -135,9 +136,9 @@ fn the_known_optimum_is_certified() {
     }
 }
 
-/// Random costs on every mesh and by every solver: feasible rows, and bounds that overlap those without.
+/// With random costs, every solver on every mesh gets bounds that are consistent with those without the hierarchy.
 #[test]
-fn every_solver_starts_from_below() {
+fn every_solver_can_start_from_coarser_levels() {
     for (name, mesh) in large() {
         let rows = random_rows::<3>(mesh.vertices.len(), &mut rng(35));
         let s = regions::array(&rows, 3);
@@ -157,9 +158,9 @@ fn every_solver_starts_from_below() {
     }
 }
 
-/// Noisy stripes on a fine mesh, smoothed over many faces, are what it is for: a fraction of the iterations.
+/// Noisy stripes that are smoothed over many faces take at most half of the iterations.
 #[test]
-fn it_saves_iterations() {
+fn the_hierarchy_saves_iterations() {
     let mesh = shape("torus:160x100");
     let mut rng = rng(39);
     let stripes = |v: usize| f64::from((30.0 * mesh.vertices[v].x).sin() > 0.0);
@@ -189,27 +190,27 @@ fn the_number_of_threads_does_not_matter() {
     assert!(bits(1) == bits(3));
 }
 
-/// Time that is up and a user who breaks off end the coarse levels, too.
+/// The time limit and the observer end the coarse levels, too.
 #[test]
-fn it_ends_when_told_to() {
+fn coarse_levels_end_at_the_time_limit_and_when_interrupted() {
     let mesh = shape("torus:90x60");
     let problem = random_problem::<3>(&mesh, 0.02, 37);
     let mut request = request(problem.lambda, 0.0, Method::default());
     let most = |record: Record| record.levels.iter().map(|level| level.iterations).max().unwrap();
-    let broken = start(&mesh, &problem, &request, &mut |_| ControlFlow::Break(())).unwrap();
-    assert!(broken.pair.is_some() && most(broken.record) <= FIRST_INTERVAL);
+    let interrupted = start(&mesh, &problem, &request, &mut |_| ControlFlow::Break(())).unwrap();
+    assert!(interrupted.pair.is_some() && most(interrupted.record) <= FIRST_INTERVAL);
     request.stop.time = Some(Duration::ZERO);
     let late = start(&mesh, &problem, &request, &mut go).unwrap();
     assert!(late.pair.is_some() && most(late.record) <= 1);
 }
 
-/// Time that the levels take is the finest solve's no more, and what diverged starts nothing.
+/// The time of the coarse levels counts towards the time limit, and a diverged level is not used as a start.
 #[test]
-fn the_finest_has_the_time_that_is_left() {
+fn the_finest_level_has_the_remaining_time() {
     let mut request = request(0.02, 0.0, Method::default());
     request.stop.time = Some(Duration::from_secs(3));
-    assert_eq!(stop(&request, Duration::from_secs(1)).time, Some(Duration::from_secs(2)));
-    assert_eq!(stop(&request, Duration::from_secs(4)).time, Some(Duration::ZERO));
+    assert_eq!(level_stop(&request, Duration::from_secs(1)).time, Some(Duration::from_secs(2)));
+    assert_eq!(level_stop(&request, Duration::from_secs(4)).time, Some(Duration::ZERO));
     let mesh = shape("torus:120x80");
     let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(43)), 3);
     request.stop.time = Some(Duration::from_millis(1));
@@ -218,13 +219,13 @@ fn the_finest_has_the_time_that_is_left() {
     let spent = summary.coarse_to_fine.unwrap().spent;
     assert!(spent >= Duration::from_millis(1) && summary.seconds >= spent.as_secs_f64());
     let (u, q) = (vec![Row([1.0, 0.0])], vec![Tangent::ZERO]);
-    let level = |status| reached(Iterate { u: &u, q: &q }, status).is_some();
+    let level = |status| final_pair(Iterate { u: &u, q: &q }, status).is_some();
     assert!(level(Status::IterationLimit) && !level(Status::Diverged));
 }
 
-/// What is certified at once needs no levels.
+/// For lambda = 0 the cheapest labels are certified at once, without levels.
 #[test]
-fn without_variation_there_is_nothing_to_do() {
+fn no_levels_are_solved_for_zero_lambda() {
     let mesh = shape("torus:60x40");
     let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(38)), 3);
     let summary = solved(&mesh, &s, &request(0.0, 1e-4, Method::default())).summary;
@@ -232,8 +233,8 @@ fn without_variation_there_is_nothing_to_do() {
     assert_eq!(summary.energy, summary.dual_bound);
 }
 
-/// Two caps of the unit sphere, the second smaller, are the cheapest of labels 1 and 2, but for noise; label 0 is
-/// everywhere else.
+/// Up to noise, labels 1 and 2 are the cheapest on two caps of the unit sphere, the second of them smaller, and label 0
+/// is the cheapest elsewhere.
 fn caps(noise: f64) -> (Mesh, Array2<f64>) {
     let mesh = shape("sphere:4");
     let mut rng = rng(44);
@@ -253,27 +254,28 @@ fn caps(noise: f64) -> (Mesh, Array2<f64>) {
     (mesh, s)
 }
 
-/// The lambda that saves two regions saves both: it is the smaller one of those that save one of them.
+/// The lambda that keeps two regions is the smaller one of those that keep each of them.
 #[test]
-fn every_region_that_is_wanted_is_saved() {
+fn every_wanted_region_is_kept() {
     let (mesh, s) = caps(0.0);
     let request = request(2.0, 1e-3, Method::default());
     let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &request);
     let problem = problem.unwrap();
-    let saving =
-        |wanted: &[usize]| separating(&mesh, &problem, wanted, &request, &mut go).unwrap().unwrap();
-    let (large, small) = (saving(&[1]), saving(&[2]));
+    let keeping = |wanted: &[usize]| {
+        separating_lambda(&mesh, &problem, wanted, &request, &mut go).unwrap().unwrap()
+    };
+    let (large, small) = (keeping(&[1]), keeping(&[2]));
     assert!(small < large && large < 1.0, "{small} {large}");
-    assert_eq!(saving(&[1, 2]), small);
-    assert_eq!(saving(&[2, 1]), small);
-    // A power of two below what was asked with, and half of it at the most.
+    assert_eq!(keeping(&[1, 2]), small);
+    assert_eq!(keeping(&[2, 1]), small);
+    // The lambda of the request is halved at least once.
     assert_eq!((2.0 / large).log2().fract(), 0.0);
-    assert_eq!(saving(&[0]), 1.0);
+    assert_eq!(keeping(&[0]), 1.0);
 }
 
-/// A lambda is tried as exactly as was asked for, within bounds, and found in as many steps as a solve with it takes.
+/// A trial takes the steps of a solve with that lambda to the requested gap, clamped to [`LEVEL_GAPS`].
 #[test]
-fn a_lambda_is_tried_as_exactly_as_asked() {
+fn a_trial_is_solved_to_the_requested_gap() {
     let (mesh, s) = caps(1.0);
     let each_step = |request: Request| {
         let stop = Stop { interval: Some(1), ..request.stop };
@@ -288,9 +290,10 @@ fn a_lambda_is_tried_as_exactly_as_asked() {
             samples += 1;
             ControlFlow::Continue(())
         };
-        let found = separating(&mesh, &problem.unwrap(), &[1], &request, &mut count).unwrap();
+        let found =
+            separating_lambda(&mesh, &problem.unwrap(), &[1], &request, &mut count).unwrap();
         assert_eq!(found, Some(0.05));
-        // Of the step that reaches the gap nobody is told.
+        // The observer is not called with the sample that reaches the gap.
         samples + 1
     };
     let solving = |gap: f64| {
@@ -298,48 +301,52 @@ fn a_lambda_is_tried_as_exactly_as_asked() {
         solved(&mesh, &s, &Request { coarse_to_fine: false, ..request }).summary.iterations
     };
     assert_eq!(taken(1e-3), solving(1e-3));
-    assert_eq!(taken(1e-6), solving(GAPS[0]));
-    assert_eq!(taken(1.0), solving(GAPS[1]));
-    assert!(solving(GAPS[1]) < solving(1e-3) && solving(1e-3) < solving(GAPS[0]));
+    assert_eq!(taken(1e-6), solving(LEVEL_GAPS[0]));
+    assert_eq!(taken(1.0), solving(LEVEL_GAPS[1]));
+    assert!(solving(LEVEL_GAPS[1]) < solving(1e-3) && solving(1e-3) < solving(LEVEL_GAPS[0]));
 }
 
-/// Where the time is up before the gap is reached no region is known to stay, and one that breaks off hears of none.
+/// A trial that ends at the time limit keeps no region for certain, and an interrupted search returns no lambda.
 #[test]
-fn what_has_not_converged_saves_nothing() {
+fn only_converged_trials_count() {
     let (mesh, s) = caps(1.0);
     let mut request = request(0.1, 1e-3, Method::default());
     let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &request);
     let problem = problem.unwrap();
     let mut steps = 0;
-    let mut broken = |_: Option<&_>| {
+    let mut interrupted = |_: Option<&_>| {
         steps += 1;
         ControlFlow::Break(())
     };
-    assert_eq!(separating(&mesh, &problem, &[1], &request, &mut broken).unwrap(), None);
+    assert_eq!(separating_lambda(&mesh, &problem, &[1], &request, &mut interrupted).unwrap(), None);
     assert!(steps <= 2, "{steps}");
-    assert_eq!(separating(&mesh, &problem, &[1], &request, &mut go).unwrap(), Some(0.05));
+    assert_eq!(separating_lambda(&mesh, &problem, &[1], &request, &mut go).unwrap(), Some(0.05));
     request.stop.time = Some(Duration::ZERO);
-    // What a step solves is solved.
-    let hurried = separating(&mesh, &problem, &[1], &request, &mut go).unwrap();
+    // Trials that converge in a single step still count.
+    let hurried = separating_lambda(&mesh, &problem, &[1], &request, &mut go).unwrap();
     assert!(hurried.is_none_or(|lambda| lambda < 0.05), "{hurried:?}");
 }
 
-/// A level is solved to ten times the gap, between bounds, and in so many steps at the most.
+/// A level is solved to ten times the gap, clamped to [`LEVEL_GAPS`], and in at most [`MAX_LEVEL_STEPS`] steps.
 #[test]
 fn levels_stop_early() {
-    let gap = |asked: Option<f64>| {
+    let gap = |requested: Option<f64>| {
         let mut request = request(0.02, 0.0, Method::default());
-        request.stop = Stop { relative_gap: asked, change: Some(1.0), ..request.stop };
-        let stop = stop(&request, Duration::ZERO);
-        assert_eq!((stop.iterations, stop.change, stop.interval), (Some(MOST_STEPS), None, None));
+        request.stop = Stop { relative_gap: requested, change: Some(1.0), ..request.stop };
+        let stop = level_stop(&request, Duration::ZERO);
+        assert_eq!(
+            (stop.iterations, stop.change, stop.interval),
+            (Some(MAX_LEVEL_STEPS), None, None)
+        );
         stop.relative_gap.unwrap()
     };
     assert_eq!(gap(Some(1e-4)), 10.0 * 1e-4);
-    assert_eq!([gap(None), gap(Some(0.0)), gap(Some(1e-6))], [GAPS[0]; 3]);
-    assert_eq!(gap(Some(1e-2)), GAPS[1]);
+    assert_eq!([gap(None), gap(Some(0.0)), gap(Some(1e-6))], [LEVEL_GAPS[0]; 3]);
+    assert_eq!(gap(Some(1e-2)), LEVEL_GAPS[1]);
 }
 
-/// Each level starts with what the coarser one led to, labels and field, less what it forbids; nobody hears of its samples.
+/// Each level starts with the prolonged labels and field of the coarser one, without forbidden labels; the observer
+/// gets no samples.
 #[test]
 fn a_level_starts_where_the_coarser_one_ends() {
     let mesh = shape("torus:120x80");
@@ -347,23 +354,23 @@ fn a_level_starts_where_the_coarser_one_ends() {
     let mut f = problem.f.clone();
     f.iter_mut().zip(&mesh.vertices).for_each(|(f, x)| {
         if x.x > 0.0 {
-            f.0[1] = NEVER;
+            f.0[1] = FORBIDDEN_COST;
         }
     });
     problem.set_costs(f);
     let request = request(problem.lambda, 1e-4, Method::default());
-    let mut told = 0;
+    let mut calls = 0;
     let mut observe = |sample: Option<&crate::run::Sample>| {
-        told += 1;
+        calls += 1;
         assert!(sample.is_none());
         ControlFlow::Break(())
     };
-    let Beginning { pair, record } = start(&mesh, &problem, &request, &mut observe).unwrap();
+    let CoarseStart { pair, record } = start(&mesh, &problem, &request, &mut observe).unwrap();
     assert!(
         record.levels.len() >= 2
             && record.levels.iter().all(|level| level.iterations == FIRST_INTERVAL)
     );
-    assert_eq!(told, record.levels.len());
+    assert_eq!(calls, record.levels.len());
 
     let hierarchy = Hierarchy::new(&mesh);
     let mut costs = vec![problem.f.clone()];
@@ -373,7 +380,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
     let mut forbidden = 0;
     let mut allowed_only = |mut u: Vec<Row<3>>, f: &[Row<3>]| {
         let given = u.clone();
-        without_forbidden(&mut u, f);
+        remove_forbidden(&mut u, f);
         forbidden += u32::from(u != given);
         u
     };
@@ -382,59 +389,60 @@ fn a_level_starts_where_the_coarser_one_ends() {
         let problem = Problem::new(Stencil::new(mesh), costs[l + 1].clone(), problem.lambda);
         let (start, dual_start) = match pair {
             Some(Pair { u, q }) => (allowed_only(u, &problem.f), Some(q)),
-            None => (cheapest(&problem.f), None),
+            None => (cheapest_labels(&problem.f), None),
         };
         let setup = Setup { mesh, problem: &problem, start, dual_start };
         let mut solver = Method::default().build(setup)?;
         solver.advance(&problem, FIRST_INTERVAL, &mut || true);
-        Ok(reached(solver.iterate(), Status::Interrupted))
+        Ok(final_pair(solver.iterate(), Status::Interrupted))
     });
     let (found, expected) = (pair.unwrap(), expected.unwrap().unwrap());
     assert!(found.u == allowed_only(expected.u, &problem.f) && found.q == expected.q);
-    // It matters on coarse levels as well as on the finest.
+    // Forbidden labels are removed on coarse levels as well as on the finest.
     assert!(forbidden >= 2, "{forbidden}");
 }
 
-/// A level that has nothing to pass on ends the climb.
+/// A level without a result ends the climb.
 #[test]
-fn who_gives_up_is_not_asked_again() {
+fn a_level_without_a_result_ends_the_climb() {
     let mesh = shape("torus:120x80");
     let hierarchy = Hierarchy::new(&mesh);
     assert!(hierarchy.levels.len() >= 2);
-    let mut asked = Vec::new();
-    let none = hierarchy.climb::<2>(1.0, |l, pair| {
-        asked.push(l);
+    let mut calls = Vec::new();
+    let result = hierarchy.climb::<2>(1.0, |l, pair| {
+        calls.push(l);
         assert!(pair.is_none());
         Ok(None)
     });
-    assert!(none.unwrap().is_none());
-    assert_eq!(asked, [hierarchy.levels.len() - 1]);
+    assert!(result.unwrap().is_none());
+    assert_eq!(calls, [hierarchy.levels.len() - 1]);
 }
 
-/// Down to so many vertices, not below; and not where most of them stay.
+/// Coarsening ends at the given number of vertices, or where most vertices would stay.
 #[test]
-fn a_hierarchy_ends_where_it_is_told_to_or_does_not_pay() {
+fn a_hierarchy_ends_at_the_given_size_or_where_most_vertices_stay() {
     let mesh = shape("torus:60x40");
     let levels = |vertices| Hierarchy::down_to(&mesh, vertices).levels.len();
     assert_eq!((levels(2400), levels(2399)), (0, 1));
     let mut dotted = mesh.clone();
     dotted.vertices.extend([mesh.vertices[0]; 2400]);
-    assert!(dotted.coarsened().mesh.vertices.len() as f64 <= LARGEST_SHARE * 4800.0);
+    assert!(dotted.coarsened().mesh.vertices.len() as f64 <= MAX_KEPT_SHARE * 4800.0);
     assert_eq!(Hierarchy::new(&dotted).levels.len(), 1);
     dotted.vertices.extend([mesh.vertices[0]; 2400]);
     assert!(Hierarchy::new(&dotted).levels.is_empty());
 }
 
-/// Advice is the default solver's, whoever solved and with what options.
+/// Trials use the default solver, whatever the requested solver and its settings are.
 #[test]
-fn advice_asks_for_no_solver() {
+fn trials_do_not_depend_on_the_requested_solver() {
     let (mesh, s) = caps(0.0);
-    let ours = request(2.0, 1e-3, Method::default());
+    let default = request(2.0, 1e-3, Method::default());
     let settings = fista::Settings { epsilon: Some(0.01), ..Default::default() };
-    let theirs = request(2.0, 1e-3, settings.into());
-    theirs.check().unwrap();
-    let problem = crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &ours).unwrap();
-    let saving = |request| separating(&mesh, &problem, &[1], request, &mut go).unwrap();
-    assert!(saving(&ours).is_some());
-    assert_eq!(saving(&theirs), saving(&ours));
+    let smoothed = request(2.0, 1e-3, settings.into());
+    smoothed.check().unwrap();
+    let problem =
+        crate::solve::problem_of::<3>(&mesh, 3, regions::rows(s.view()), &default).unwrap();
+    let keeping = |request| separating_lambda(&mesh, &problem, &[1], request, &mut go).unwrap();
+    assert!(keeping(&default).is_some());
+    assert_eq!(keeping(&smoothed), keeping(&default));
 }

@@ -1,4 +1,4 @@
-//! What is claimed of a U holds for it, also where rounding, forbidden labels or rows outside the simplex come in.
+//! Evaluations are true of their U, also with rounding errors, forbidden labels or rows outside the simplex.
 
 use std::ops::ControlFlow;
 
@@ -22,7 +22,7 @@ fn found(mesh: &Mesh, s: &Array2<f64>, u: &Array2<f64>, question: Question<'_>) 
     evaluate(mesh, s, u, question, &mut go).unwrap()
 }
 
-/// A torus with random costs, and labels that are random, too.
+/// A torus with random costs and random labels.
 fn example(seed: u64) -> (Mesh, Array2<f64>, Array2<f64>) {
     let mesh = shape("torus:12x8");
     let n = mesh.vertices.len();
@@ -31,25 +31,25 @@ fn example(seed: u64) -> (Mesh, Array2<f64>, Array2<f64>) {
     (mesh, s, u)
 }
 
-/// A torus with costs of known least energy.
+/// A torus with costs whose minimum energy is known.
 fn exact(seed: u64) -> (Mesh, Vec<f64>, Known<3>) {
     let mesh = shape("torus:12x8");
     let (areas, known) = (barycentric_areas(&mesh), known_optimum(&mesh, 3, LAMBDA, 1.0, seed));
     (mesh, areas, known)
 }
 
-/// Its pointwise costs, its labels and their field.
+/// The pointwise costs, the optimal labels and their dual field.
 fn arrays(areas: &[f64], Known { problem, u, q, .. }: &Known<3>) -> [Array2<f64>; 3] {
     let s = Array2::from_shape_fn((areas.len(), 3), |(v, p)| problem.f[v].0[p] / areas[v]);
     let q = Array2::from_shape_fn((2 * q.len(), 3), |(row, p)| q[row / 2].0[row % 2].0[p]);
     [s, regions::array(u, 3), q]
 }
 
-/// Where D = E* = E, rounding decides which of the two is the larger. No gap is negative for that, neither of labels
-/// nor of what lies a little above them.
+/// Where D = E* = E, rounding decides which of the two is larger. Neither the gap of the labels nor that of a U
+/// slightly above them becomes negative.
 #[test]
-fn what_rounding_puts_between_is_no_gap() {
-    let (mut settled, mut settled_labels) = (0, 0);
+fn rounding_does_not_make_gaps_negative() {
+    let (mut zero_gaps, mut zero_label_gaps) = (0, 0);
     for seed in 900..916 {
         let (mesh, areas, known) = exact(seed);
         let [s, u, q] = arrays(&areas, &known);
@@ -57,20 +57,20 @@ fn what_rounding_puts_between_is_no_gap() {
         let least = found(&mesh, &s, &u, question);
         let gaps = [least.gap.unwrap(), least.relative_gap.unwrap(), least.rounded_relative_gap];
         assert!(gaps.iter().all(|gap| (0.0..1e-12).contains(gap)), "{seed}: {gaps:?}");
-        settled += u32::from(least.gap == Some(0.0));
+        zero_gaps += u32::from(least.gap == Some(0.0));
         let above = found(&mesh, &s, &u.mapv(|u| 0.999 * u + 0.001 / 3.0), question);
         assert!(above.gap.unwrap() > 0.0, "{seed}");
         let gap = above.rounded_relative_gap;
         assert!((0.0..1e-12).contains(&gap), "{seed}: {gap}");
-        settled_labels += u32::from(gap == 0.0);
+        zero_label_gaps += u32::from(gap == 0.0);
     }
-    assert!(settled >= 4 && settled_labels >= 4, "{settled} {settled_labels}");
+    assert!(zero_gaps >= 4 && zero_label_gaps >= 4, "{zero_gaps} {zero_label_gaps}");
 }
 
-/// Energies of what is no U are computed, but bound nothing: rows that sum to less or to more than one, and negative
-/// entries. What fills up a row to its compiled length is none of its entries.
+/// The energy of an infeasible U is computed, but has no gap: rows that do not sum to one, and negative entries. The
+/// padding of a row does not count as entries.
 #[test]
-fn only_rows_of_the_simplex_have_a_gap() {
+fn only_feasible_labels_have_a_gap() {
     let (mesh, s, _) = example(920);
     let row = |row: [f64; 3]| {
         let u = Array2::from_shape_fn(s.dim(), |(_, p)| row[p]);
@@ -88,14 +88,14 @@ fn only_rows_of_the_simplex_have_a_gap() {
         assert!(!found.feasible && found.gap.is_none() && found.relative_gap.is_none());
         assert_eq!((found.largest_row_sum_error, found.smallest_entry), (error, smallest));
     }
-    // Rounding is no reason to refuse.
+    // Rounding errors are accepted.
     assert!(row([0.25 + 1e-10, 0.25, 0.5]).feasible && row([1.0, 1e-10, -1e-10]).feasible);
-    // The largest of three negative entries is a label, as it was; one that does not exist is none.
+    // The largest of three negative entries wins, not the zero of a padding region.
     let (negative, first) = (row([-1.0, -2.0, -2.0]), row([1.0, 0.0, 0.0]));
     assert_eq!(negative.rounded_energy, first.rounded_energy);
 }
 
-/// Our own steps start from the nearest U, whatever is given.
+/// Our own steps start from the projection of U onto the simplex.
 #[test]
 fn steps_start_on_the_simplex() {
     let (mesh, s, u) = example(930);
@@ -108,8 +108,8 @@ fn steps_start_on_the_simplex() {
     assert_ne!(bound(&outside), bound(&u.mapv(|_| 1.0 / 3.0)));
 }
 
-/// Of all bounds at hand the best is taken, and named. A field of zeros and no steps say B; a smoothing says more at the
-/// least energy, but less than the field that belongs to it, or than many steps.
+/// The best available bound is taken and named. A zero field and zero steps give B; at the minimum, a smoothing gives
+/// more than B, but less than the optimal field or many steps.
 #[test]
 fn the_best_bound_is_taken() {
     let (mesh, areas, known) = exact(931);
@@ -134,7 +134,7 @@ fn the_best_bound_is_taken() {
     }
 }
 
-/// A label that is forbidden costs nothing where U has it by rounding only, and is refused where it has more or less of it.
+/// Mass at a forbidden label costs nothing if it is within rounding of zero, and is refused otherwise.
 #[test]
 fn forbidden_labels_are_rounded_away_or_refused() {
     let (mesh, mut s, _) = example(940);
@@ -156,7 +156,7 @@ fn forbidden_labels_are_rounded_away_or_refused() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn invalid_inputs_are_refused() {
     let (mesh, s, u) = example(950);
     let refused = |s: &Array2<f64>, u: &Array2<f64>, question: Question<'_>, word: &str| {
         let error = evaluate(&mesh, s, u, question, &mut go).unwrap_err().to_string();
@@ -167,7 +167,7 @@ fn what_does_not_fit_is_refused() {
     }
     refused(&s, &u, Question { lambda: 1e300, ..question() }, "range of double precision");
     let short = |array: &Array2<f64>| array.slice(ndarray::s![1.., ..]).to_owned();
-    refused(&s, &short(&u), question(), "U has 95 x 3 entries, the costs 96 x 3");
+    refused(&s, &short(&u), question(), "U has 95 x 3 entries, but the costs have 96 x 3");
     refused(&short(&s), &short(&u), question(), "vertices");
     let narrow = |array: &Array2<f64>| array.slice(ndarray::s![.., ..1]).to_owned();
     refused(&narrow(&s), &narrow(&u), question(), "regions");
@@ -180,9 +180,9 @@ fn what_does_not_fit_is_refused() {
     refused(&s, &u, Question { q: Some(&q), ..question() }, "row 7, column 1");
 }
 
-/// Faces without area are left out, said and counted.
+/// Faces without area are left out, and a warning counts them.
 #[test]
-fn what_is_left_out_is_said() {
+fn faces_left_out_are_reported() {
     let (mesh, s, u) = example(960);
     let mut flat = mesh.clone();
     flat.faces.extend([[0, 0, 1], [2, 3, 3]]);

@@ -72,7 +72,7 @@ fn certify_compiled<const M: usize>(
     let Exchanged { mesh, f, lambda, u0, .. } = exchanged;
     let m = f.ncols();
     let mut f = regions::rows::<M>(f.view());
-    regions::close_from(m, &mut f);
+    regions::pad_costs(m, &mut f);
     let problem = Problem::new(Stencil::new(mesh), f, *lambda);
     check_range(&problem)?;
     let on_simplex =

@@ -31,7 +31,7 @@ use crate::mesh::order::Order;
 use crate::npy;
 use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN_COST;
 use crate::regions::{self, with_regions};
 use crate::request::check_lambda;
 use crate::solve::{self, check_mesh, model_mesh};
@@ -45,7 +45,7 @@ const MOST_BYTES: u64 = 1 << 26;
 const MOST_INFLATED: u64 = 64;
 
 /// Beyond it a cost would pass for that of a closed region.
-const LARGEST_COST: f64 = 1e-10 * NEVER;
+const LARGEST_COST: f64 = 1e-10 * FORBIDDEN_COST;
 
 /// A problem in the order of its file.
 #[derive(Clone, Debug)]

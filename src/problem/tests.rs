@@ -1,4 +1,4 @@
-//! Bounds, smoothing and gaps: what must hold of the energies for any mesh and any labels.
+//! Bounds, smoothing and gaps: statements on the energies that hold for any mesh and any labels.
 
 use rand::RngExt;
 
@@ -10,7 +10,7 @@ use crate::samples::{
     random_problem, random_rows, rng, shape, zoo,
 };
 
-/// Both modes, with an eps from far below the gradients to far above them.
+/// Both modes, each with an eps far below, near and far above the gradients.
 fn smoothings(k: &Stencil) -> Vec<Smoothing> {
     [SmoothingMode::Paper, SmoothingMode::Intrinsic]
         .into_iter()
@@ -41,7 +41,7 @@ fn every_dual_field_bounds_every_energy() {
     }
 }
 
-/// The bound is attained: the constructed pair has no gap, and no other pair does better.
+/// The bound is attained: the constructed pair has no gap, and no other pair is better.
 #[test]
 fn the_constructed_optimum_has_no_gap() {
     let mut rng = rng(43);
@@ -65,7 +65,7 @@ fn the_constructed_optimum_has_no_gap() {
 
 /// E_eps(U + h W) = E_eps(U) + h <f + K^T q, W> + O(h^2): the remainder has order 2 in h.
 #[test]
-fn the_gradient_of_the_smoothed_energy() {
+fn the_dual_of_the_smoothing_gives_the_gradient_of_the_smoothed_energy() {
     let mut rng = rng(45);
     for mesh in [shape("sphere:2"), bumpy(7), bumpy(7).scaled(1e-4), bumpy(7).scaled(1e4)] {
         let lambda = 0.5 * mesh.area().sqrt();
@@ -91,9 +91,9 @@ fn the_gradient_of_the_smoothed_energy() {
     }
 }
 
-/// E <= E_eps <= E + lambda sqrt(eps) area, intrinsic; <= E + lambda F sqrt(eps) / 2, as printed.
+/// E <= E_eps <= E + lambda sqrt(eps) area (intrinsic), or <= E + lambda F sqrt(eps) / 2 (paper).
 #[test]
-fn the_bias_of_the_smoothing() {
+fn the_bias_of_the_smoothing_is_bounded() {
     let mut rng = rng(47);
     for (name, mesh) in zoo() {
         let lambda = 0.3 * mesh.area().sqrt();
@@ -120,7 +120,7 @@ fn the_bias_of_the_smoothing() {
     }
 }
 
-/// (lambda/2) sum_j sqrt( sum_p (ua^2 G - 2 ua ub F + ub^2 E) + eps ), as equations (7) and (9) print it.
+/// (lambda/2) sum_j sqrt( sum_p (ua^2 G - 2 ua ub F + ub^2 E) + eps ), as printed in equations (7) and (9).
 #[test]
 fn the_paper_mode_is_the_printed_formula() {
     let mut rng = rng(49);
@@ -157,7 +157,7 @@ fn printed_radicand(mesh: &Mesh, u: &[Row<3>], j: usize) -> f64 {
         .sum()
 }
 
-/// The default eps is a length over the size of the mesh, whatever its units: both modes scale along.
+/// The default eps follows the units of the mesh: in both modes the bias scales with a length.
 #[test]
 fn the_default_smoothing_follows_the_scale() {
     let mesh = shape("sphere:2");
@@ -184,7 +184,7 @@ fn an_epsilon_must_be_a_positive_number() {
 
 /// Two regions: U = (u, 1 - u) has E(U) = sum f_2 + sum (f_1 - f_2) u + sqrt(2) lambda sum A_j |grad u|.
 #[test]
-fn two_regions_are_chan_vese_with_root_two_lambda() {
+fn two_regions_give_chan_vese_with_root_two_lambda() {
     let mut rng = rng(52);
     for (_, mesh) in zoo() {
         let lambda = 0.4 * mesh.area().sqrt();
@@ -201,7 +201,7 @@ fn two_regions_are_chan_vese_with_root_two_lambda() {
 
 /// Scaling the mesh by c, with the same pointwise costs, equals lambda -> lambda / c: E_c = c^2 E.
 #[test]
-fn scaling_the_mesh_is_scaling_lambda() {
+fn scaling_the_mesh_is_equivalent_to_scaling_lambda() {
     let mesh = bumpy(8);
     let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(54));
     let s = random_rows::<3>(mesh.vertices.len(), &mut rng(55));
@@ -242,9 +242,9 @@ fn nan_in_is_nan_out() {
     }
 }
 
-/// A constant at each vertex is a constant in every energy and bound: what is measured from B does not see it.
+/// A constant at each vertex adds a constant to every energy and bound; quantities measured from B do not change.
 #[test]
-fn constants_change_the_baseline_alone() {
+fn constants_change_only_the_baseline() {
     let mut rng = rng(57);
     for (name, mesh) in zoo() {
         let n = mesh.vertices.len();
@@ -261,7 +261,7 @@ fn constants_change_the_baseline_alone() {
         assert_within(other.baseline, sum, 1e-12, 1e3 * n as f64);
         let u = random_labels::<3>(n, 3, &mut rng);
         let q = random_dual::<3>(mesh.faces.len(), problem.lambda, &mut rng);
-        // What is left of a cost above a thousand has lost three digits.
+        // Costs lose three digits when about a thousand is added.
         let size = 1e3 * n as f64 + problem.spread();
         assert_within(other.energy(&u), problem.energy(&u), 1e-14, size);
         assert_within(other.dual_bound(&q), problem.dual_bound(&q), 1e-14, size);
@@ -271,12 +271,12 @@ fn constants_change_the_baseline_alone() {
 }
 
 #[test]
-fn gaps_are_shares_of_what_lies_above_the_baseline() {
+fn gaps_are_relative_to_the_baseline() {
     assert_eq!(relative_gap(2.0, 1.0), 0.5);
     assert_eq!(relative_gap(2.0, 0.0), 1.0);
     assert_eq!(relative_gap(0.0, 0.0), 0.0);
     assert_eq!(relative_gap(1e-20, 0.0), 1.0);
-    // A bound above the energy is no gap of zero.
+    // A bound above the energy gives a negative gap.
     assert_eq!(relative_gap(1.0, 2.0), -1.0);
     assert_eq!(label_gap(3.0, 2.0), 0.5);
     assert_eq!(label_gap(3.0, 0.0), f64::INFINITY);
@@ -284,52 +284,52 @@ fn gaps_are_shares_of_what_lies_above_the_baseline() {
     assert_eq!(label_gap(f64::INFINITY, 1.0), f64::INFINITY);
 }
 
-/// What rounding may put between a bound and an energy depends on neither costs that no one pays nor their spread.
+/// The tolerance for rounding depends neither on costs of unused labels nor on their spread.
 #[test]
-fn a_bound_is_settled_by_rounding_alone() {
+fn a_bound_is_clamped_only_within_rounding() {
     let mesh = bumpy(6);
     for huge in [1.0, 1e20] {
         let mut f = random_problem::<3>(&mesh, 0.05, 59).f;
         f[4] = Row([huge, 0.0, huge]);
         let problem = Problem::new(Stencil::new(&mesh), f, 0.05);
-        assert_eq!(problem.settled(1.0, 1.0 + 1e-15), 1.0);
-        assert_eq!(problem.settled(1.0, 1.0 + 1e-9), 1.0 + 1e-9);
-        assert_eq!(problem.settled(1.0, 0.5), 0.5);
+        assert_eq!(problem.clamped_bound(1.0, 1.0 + 1e-15), 1.0);
+        assert_eq!(problem.clamped_bound(1.0, 1.0 + 1e-9), 1.0 + 1e-9);
+        assert_eq!(problem.clamped_bound(1.0, 0.5), 0.5);
     }
 }
 
 #[test]
-fn the_spread_ignores_closed_regions_and_forbidden_labels() {
+fn the_spread_ignores_padding_regions_and_forbidden_labels() {
     let mesh = shape("grid:1x1");
     let f = vec![
-        Row([1.0, -2.0, NEVER]),
-        Row([3.0, 4.0, NEVER]),
-        Row([NEVER, 0.5, NEVER]),
-        Row([2.0, 2.0, NEVER]),
+        Row([1.0, -2.0, FORBIDDEN_COST]),
+        Row([3.0, 4.0, FORBIDDEN_COST]),
+        Row([FORBIDDEN_COST, 0.5, FORBIDDEN_COST]),
+        Row([2.0, 2.0, FORBIDDEN_COST]),
     ];
     let problem = Problem::new(Stencil::new(&mesh), f, 1.0);
     assert_eq!((problem.spread(), problem.baseline), (3.0 + 1.0, -2.0 + 3.0 + 0.5 + 2.0));
-    assert_eq!(problem.f[2], Row([NEVER, 0.0, NEVER]));
+    assert_eq!(problem.f[2], Row([FORBIDDEN_COST, 0.0, FORBIDDEN_COST]));
 }
 
 #[test]
-fn rounding_takes_the_first_of_the_largest() {
+fn rounding_takes_the_first_largest_entry() {
     let u = [Row([0.2, 0.5, 0.3]), Row([0.4, 0.2, 0.4]), Row([0.0, 0.0, 1.0])];
     assert_eq!(rounded(&u), [1, 0, 2].map(Row::one_hot));
 }
 
-/// Regions that do not exist, or that a vertex forbids, stay so however much the others cost.
+/// Padding regions and forbidden labels stay forbidden, however much the others cost.
 #[test]
-fn what_is_closed_stays_closed() {
+fn forbidden_costs_stay_forbidden() {
     let mesh = shape("grid:2x2");
     for cost in [-1e289, -1.0, 0.0, 1e289] {
-        let f = vec![Row([cost, 2.0 * cost, NEVER]); mesh.vertices.len()];
+        let f = vec![Row([cost, 2.0 * cost, FORBIDDEN_COST]); mesh.vertices.len()];
         let problem = Problem::new(Stencil::new(&mesh), f, 1.0);
-        assert!(problem.f.iter().all(|f| f.0[2] == NEVER && f.min() == 0.0), "{cost:e}");
+        assert!(problem.f.iter().all(|f| f.0[2] == FORBIDDEN_COST && f.min() == 0.0), "{cost:e}");
     }
 }
 
-/// On faces of one size both modes round off by the same: only there they are one smoothing.
+/// The default radii of both modes agree on meshes whose faces have equal areas.
 #[test]
 fn the_default_smoothings_agree_on_equal_faces() {
     let mesh = shape("grid:7x7").scaled(3.0);

@@ -1,63 +1,63 @@
 //! The alternation on one mesh: r steps of U for given parameters, then the parameters for the U found.
 //!
 //! ```text
-//! U  <- r steps towards the least sum_k <u_k, f_k(mu)> + lambda TV(U)
-//! mu <- the least sum_k <u_k, f_k(mu)>
+//! U  <- r steps of a solver for   min_U   sum_k <u_k, f_k(mu)> + lambda TV(U)
+//! mu <- argmin_mu sum_k <u_k, f_k(mu)>
 //! ```
 //!
-//! Delaunoy et al., ICCV 2009, section 3.2; they take r = 10.
+//! Delaunoy et al., ICCV 2009, section 3.2, with r = 10.
 
 use std::time::{Duration, Instant};
 
-use super::unions::{Unions, united, without};
+use super::merging::{Merger, merged, zeroed};
 use crate::coarse::Pair;
 use crate::data::{DataModel, Initial, Scale};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::operator::Stencil;
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request, check_range};
 use crate::solver::{Iterate, Setup, Solver};
-use crate::start::cheapest;
+use crate::start::cheapest_labels;
 use crate::sweep::collect;
 
-/// Re-estimations at the most; after them the parameters count as settled.
-pub const MOST_ESTIMATES: usize = 200;
+/// Maximum number of re-estimations; after them the parameters count as settled.
+pub const MAX_ESTIMATES: usize = 200;
 
-/// Parameters have settled when no one changes by more than this share of the scale of changes.
-pub const SETTLED: f64 = 1e-4;
+/// Parameters have settled when none changes by more than this fraction of the scale of changes.
+pub const SETTLED_CHANGE: f64 = 1e-4;
 
-/// What is asked besides the [`Request`] to the solver.
+/// The settings of the alternation, in addition to the [`Request`] to the solver.
 #[derive(Clone, Debug)]
 pub struct Alternation {
     /// m, from 2 to 64.
     pub regions: usize,
-    /// Where the region parameters start.
+    /// How the region parameters are initialized.
     pub initial: Initial,
-    /// For the generator `Pcg64`, which draws what starts at random.
+    /// The seed of `Pcg64`, which draws random initial parameters.
     pub seed: u64,
     /// r, the steps of U between re-estimations; at least 1.
     pub every: u64,
 }
 
-/// The energy on one mesh, as one of U and mu: the mesh itself, or a coarser one with the model restricted to it.
-pub struct Level<'a, D, const M: usize> {
+/// The joint problem in U and mu on one mesh: the given one, or a coarser one with the model restricted to it.
+pub struct JointProblem<'a, D, const M: usize> {
     pub mesh: &'a Mesh,
     pub model: &'a D,
     /// s -> M s, with the mass matrix M.
     pub integrate: &'a dyn Fn(&[Row<M>]) -> Vec<Row<M>>,
     pub scale: Scale,
     pub alternation: &'a Alternation,
-    /// Its `stop` is that of the whole, not of one level.
+    /// Its `stop` is that of the whole segmentation, not of one mesh.
     pub request: &'a Request,
-    /// Whether regions with the same parameters become one: not on a coarse mesh, since a finer one may part them.
-    pub unite: bool,
+    /// Whether regions with the same parameters are merged: not on a coarse mesh, since a finer one may separate them.
+    pub merge: bool,
 }
 
-/// What the alternation ends with.
-pub struct Found<P, const M: usize> {
+/// The final state of the alternation.
+pub struct AlternationOutcome<P, const M: usize> {
     pub problem: Problem<Stencil, M>,
     pub solver: Box<dyn Solver<Stencil, M>>,
     pub run: Run<M>,
@@ -65,19 +65,20 @@ pub struct Found<P, const M: usize> {
     pub mu: Vec<P>,
     pub estimates: usize,
     pub settled: bool,
-    /// Which regions have not become one with another.
-    pub open: Vec<bool>,
+    /// Which regions have not been merged into another.
+    pub active: Vec<bool>,
 }
 
-impl<D: DataModel, const M: usize> Level<'_, D, M> {
-    /// f for given parameters, of which regions that are not open take nothing.
-    pub fn costs(&self, mu: &[D::Parameters], open: &[bool]) -> Vec<Row<M>> {
+impl<D: DataModel, const M: usize> JointProblem<'_, D, M> {
+    /// f for given parameters; inactive regions are forbidden.
+    pub fn costs(&self, mu: &[D::Parameters], active: &[bool]) -> Vec<Row<M>> {
         let f = (self.integrate)(&self.model.costs(mu));
-        let open: [bool; M] = std::array::from_fn(|p| p < open.len() && open[p]);
-        let row = |f: &Row<M>| Row::from_fn(|p| if open[p] { f.0[p] } else { NEVER });
+        let active: [bool; M] = std::array::from_fn(|p| p < active.len() && active[p]);
+        let row = |f: &Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
         collect(f.len(), |v| row(&f[v]))
     }
 
+    /// The convex problem in U for fixed parameters.
     pub fn problem(&self, mu: &[D::Parameters]) -> Result<Problem<Stencil, M>> {
         let f = self.costs(mu, &vec![true; mu.len()]);
         let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);
@@ -85,8 +86,8 @@ impl<D: DataModel, const M: usize> Level<'_, D, M> {
         Ok(problem)
     }
 
-    /// Re-estimates until the parameters settle, then solves for the last ones. Starts at `mu`, for which the problem
-    /// is, and at U and q, if they are known; `spent` has gone by before.
+    /// Re-estimates until the parameters settle, then solves for the last ones. Starts with `mu`, whose costs `problem`
+    /// has, and with U and q, if they are given; `spent` time has passed before.
     pub fn alternate(
         &self,
         mut problem: Problem<Stencil, M>,
@@ -95,11 +96,11 @@ impl<D: DataModel, const M: usize> Level<'_, D, M> {
         spent: Duration,
         stop: &Stop,
         observe: Observer<'_>,
-    ) -> Result<Found<D::Parameters, M>> {
-        let Level { mesh, alternation, request, .. } = *self;
+    ) -> Result<AlternationOutcome<D::Parameters, M>> {
+        let JointProblem { mesh, alternation, request, .. } = *self;
         let (start, dual_start) = match pair {
             Some(Pair { u, q }) => (u, Some(q)),
-            None => (cheapest(&problem.f), None),
+            None => (cheapest_labels(&problem.f), None),
         };
         let mut run = Run::new(&start);
         run.charge(spent);
@@ -110,44 +111,44 @@ impl<D: DataModel, const M: usize> Level<'_, D, M> {
         let mut solver = request.method.build(setup)?;
 
         let begin = Instant::now();
-        // What is left of the iterations and of the time.
-        let rest = |used: u64| Stop {
+        // The iterations and the time that are left.
+        let remaining = |used: u64| Stop {
             iterations: stop.iterations.map(|n| n.saturating_sub(used)),
             ..stop.after(begin.elapsed())
         };
         let mut estimates = 0;
         let mut settled = false;
-        let mut unions = Unions::new(alternation.regions, self.scale.distance);
+        let mut merger = Merger::new(alternation.regions, self.scale.distance);
         let status = loop {
-            let stop = rest(run.iterations());
+            let stop = remaining(run.iterations());
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
                 break run.advance(&mut *solver, &problem, &stop, observe);
             }
-            let few =
+            let one_round =
                 Stop { iterations: Some(alternation.every), time: stop.time, ..Stop::default() };
-            match run.advance(&mut *solver, &problem, &few, observe) {
+            match run.advance(&mut *solver, &problem, &one_round, observe) {
                 Status::IterationLimit => {}
                 end => break end,
             }
             let weights = (self.integrate)(solver.labels());
             let change = self.model.fit(&weights, &mut mu)?;
             estimates += 1;
-            settled = change <= SETTLED * self.scale.change || estimates == MOST_ESTIMATES;
+            settled = change <= SETTLED_CHANGE * self.scale.change || estimates == MAX_ESTIMATES;
             let distance = |a: usize, b: usize| D::distance(&mu[a], &mu[b]);
-            let pairs = match self.unite {
-                true => unions.unite(distance, &weights, settled),
+            let pairs = match self.merge {
+                true => merger.merge(distance, &weights, settled),
                 false => Vec::new(),
             };
-            problem.set_costs(self.costs(&mu, &unions.open));
+            problem.set_costs(self.costs(&mu, &merger.active));
             if pairs.is_empty() {
                 solver.restart(&problem);
             } else {
-                settled = estimates == MOST_ESTIMATES;
+                settled = estimates == MAX_ESTIMATES;
                 let Iterate { u, q } = solver.iterate();
-                let start = u.iter().map(|&u| pairs.iter().fold(u, |u, &pair| united(u, pair)));
-                let closed =
-                    |row: &Row<M>| pairs.iter().fold(*row, |row, pair| without(row, pair[1]));
-                let dual_start = q.iter().map(|q| Tangent([closed(&q.0[0]), closed(&q.0[1])]));
+                let start = u.iter().map(|&u| pairs.iter().fold(u, |u, &pair| merged(u, pair)));
+                let emptied =
+                    |row: &Row<M>| pairs.iter().fold(*row, |row, pair| zeroed(row, pair[1]));
+                let dual_start = q.iter().map(|q| Tangent([emptied(&q.0[0]), emptied(&q.0[1])]));
                 let setup = Setup {
                     mesh,
                     problem: &problem,
@@ -158,6 +159,15 @@ impl<D: DataModel, const M: usize> Level<'_, D, M> {
             }
             run.forget();
         };
-        Ok(Found { problem, solver, run, status, mu, estimates, settled, open: unions.open })
+        Ok(AlternationOutcome {
+            problem,
+            solver,
+            run,
+            status,
+            mu,
+            estimates,
+            settled,
+            active: merger.active,
+        })
     }
 }

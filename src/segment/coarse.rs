@@ -1,28 +1,29 @@
 //! The alternation on coarser meshes, where it is cheap.
 //!
-//! A coarse vertex has the weight P^T w of what is known, and the data that the model makes of the finer ones.
+//! With the prolongation P, a coarse vertex has the weight (P^T w)_c, summed over the known finer vertices, and the
+//! data that the model restricts to it.
 //!
-//! A level on which regions end empty, or two with the same parameters, has nothing to pass on: they would not part again
-//! on finer ones, where there is more to see. The next one starts as if it were the first.
+//! A level on which regions end empty, or two regions have the same parameters, passes nothing on: such regions would
+//! not separate again on finer levels, which show more detail. The next level starts as if it were the first.
 
 use std::time::Instant;
 
-use super::alternation::{Found, Level};
-use super::unions::are_apart;
+use super::alternation::{AlternationOutcome, JointProblem};
+use super::merging::are_distinct;
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
 use crate::data::DataModel;
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::coarsen::Coarsening;
 use crate::solve::Observer;
-use crate::start::cheapest;
+use crate::start::cheapest_labels;
 
-/// Where the finest alternation starts: mu, and U and q if they are known, and what that took.
+/// The start of the finest alternation: mu, the pair U and q if there is one, and the work it took.
 type Start<P, const M: usize> = (Vec<P>, Option<Pair<M>>, Record);
 
-/// Alternates on one level after the other, from `given` on.
+/// Alternates on one level after the other, starting with the parameters `given`.
 pub fn start<D: DataModel, const M: usize>(
-    finest: &Level<'_, D, M>,
+    finest: &JointProblem<'_, D, M>,
     given: Vec<D::Parameters>,
     observe: Observer<'_>,
 ) -> Result<Start<D::Parameters, M>> {
@@ -43,27 +44,29 @@ pub fn start<D: DataModel, const M: usize>(
         let (mesh, (weights, model)) = (&hierarchy.levels[l].mesh, &weighted[l]);
         let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
         let scale = model.scale(weights);
-        let level = Level { mesh, model, integrate: &integrate, scale, unite: false, ..*finest };
+        let joint =
+            JointProblem { mesh, model, integrate: &integrate, scale, merge: false, ..*finest };
         let spent = begin.elapsed();
-        let stop = coarse::stop(request, spent);
-        let problem = level.problem(&mu)?;
-        let Found { mut solver, run, status, mu: found, .. } =
-            level.alternate(problem, mu.clone(), pair, spent, &stop, &mut |_| observe(None))?;
+        let stop = coarse::level_stop(request, spent);
+        let problem = joint.problem(&mu)?;
+        let AlternationOutcome { mut solver, run, status, mu: estimated, .. } =
+            joint.alternate(problem, mu.clone(), pair, spent, &stop, &mut |_| observe(None))?;
         levels.push(LevelRecord::of(mesh, run.iterations()));
         let used = |p: usize| run.best_u().iter().any(|u| u.argmax() == p);
-        let distance = |a: usize, b: usize| D::distance(&found[a], &found[b]);
-        if are_apart(found.len(), distance, scale.distance) && (0..found.len()).all(used) {
-            mu = found;
-            return Ok(coarse::reached(solver.iterate(), status));
+        let distance = |a: usize, b: usize| D::distance(&estimated[a], &estimated[b]);
+        if are_distinct(estimated.len(), distance, scale.distance) && (0..estimated.len()).all(used)
+        {
+            mu = estimated;
+            return Ok(coarse::final_pair(solver.iterate(), status));
         }
         mu = given.clone();
-        let u = cheapest(&level.problem(&mu)?.f);
+        let u = cheapest_labels(&joint.problem(&mu)?.f);
         Ok(Some(Pair { u, q: vec![Tangent::ZERO; mesh.faces.len()] }))
     })?;
     Ok((mu, pair, Record { spent: begin.elapsed(), levels }))
 }
 
-/// P^T w over what is known, and the data that have these weights.
+/// P^T w over the known vertices, and the model restricted to the coarse mesh with these weights.
 pub fn restrict<D: DataModel>(level: &Coarsening, weights: &[f64], model: &D) -> (Vec<f64>, D) {
     let coarse = level.restricted(weights, |v| model.is_known(v));
     let model = model.restricted(level, weights, &coarse);
@@ -84,7 +87,7 @@ mod tests {
     use rand::RngExt;
     use std::ops::ControlFlow;
 
-    /// A vertex of which nothing is known gives its weight to none.
+    /// The weight of an unknown vertex goes to no coarse vertex.
     #[test]
     fn unknown_data_have_no_weight() {
         let mesh = bumpy(12);
@@ -100,8 +103,8 @@ mod tests {
         assert!((coarse.iter().sum::<f64>() - known).abs() <= 1e-14);
     }
 
-    /// What a level found is where the next one starts; nothing is, where it lost a region or two have one mean: then the
-    /// means are those that were given, the labels the nearest of them, and no field goes with these.
+    /// A level passes on its means, labels and field, unless it lost a region or two regions have the same mean. In
+    /// that case the next level starts with the given means, the labels of the nearest means, and a zero field.
     #[test]
     fn only_levels_that_keep_all_regions_pass_them_on() {
         let part = shape("sphere:3");
@@ -124,7 +127,8 @@ mod tests {
             let mass = request.mass.on(mesh);
             let integrate = &|s: &[Row<4>]| mass.integrate(s);
             let scale = model.scale(&request.mass.weights(mesh));
-            let finest = Level { mesh, model, integrate, scale, alternation, request, unite: true };
+            let finest =
+                JointProblem { mesh, model, integrate, scale, alternation, request, merge: true };
             let given = given.map(|x| Mean { mean: vec![x] }).to_vec();
             let mut go = |sample: Option<&crate::run::Sample>| {
                 assert!(sample.is_none());
@@ -142,20 +146,20 @@ mod tests {
         let (means, labels, _) = started(&parts, 1e-3, each([0.0, 0.5, 1.0]), [0.1, 0.6, 0.9]);
         let near = means.iter().zip([0.0, 0.5, 1.0]).all(|(a, b)| (a - b).abs() <= 1e-9);
         assert!(near && labels == thirds, "{means:?}");
-        // Three parts of one region each, the third of which is taken by none of the means: two regions stay.
+        // Three parts, but the third mean is the nearest one of no value: only two regions are used.
         let given = [0.1, 0.6, 5.0];
-        let (means, labels, without_field) = started(&parts, 1e-3, each([0.0, 0.5, 1.0]), given);
-        assert!(means == given && without_field, "{means:?}");
+        let (means, labels, zero_field) = started(&parts, 1e-3, each([0.0, 0.5, 1.0]), given);
+        assert!(means == given && zero_field, "{means:?}");
         assert_eq!(labels, [0, 1, 1].map(|p| vec![p; n]).concat());
-        // All become one where cuts are dear.
+        // Only one region is left where cuts are expensive.
         let heights = sphere.vertices.iter().map(|x| x.z).collect();
         let given = [-0.8, 0.0, 0.7];
-        let (means, labels, without_field) = started(&sphere, 100.0, heights, given);
-        assert!(means == given && without_field, "{means:?}");
+        let (means, labels, zero_field) = started(&sphere, 100.0, heights, given);
+        assert!(means == given && zero_field, "{means:?}");
         assert!((0..3).all(|p| labels.contains(&p)));
-        // Two means that are one, both of them used.
+        // Two equal means, both used.
         let given = [0.001, 0.012, 0.9];
-        let (means, labels, without_field) = started(&parts, 0.0, each([0.0, 0.01, 1.0]), given);
-        assert!(means == given && labels == thirds && without_field, "{means:?}");
+        let (means, labels, zero_field) = started(&parts, 0.0, each([0.0, 0.01, 1.0]), given);
+        assert!(means == given && labels == thirds && zero_field, "{means:?}");
     }
 }

@@ -1,15 +1,15 @@
-//! A lambda for data of any kind, and one that saves a region which a given lambda empties.
+//! A default lambda for data of any kind, and a smaller lambda that keeps the regions which a given one empties.
 //!
 //! ```text
 //! lambda_i = 0.02 (scale of the costs) sqrt(area) / 2^i              for constant data the variance without outliers
-//! R(U)     = min_mu int s_mu - min_mu sum_p int u_p s_{mu_p}         what labels explain: less of the costs of one region
+//! R(U)     = min_mu int s_mu - min_mu sum_p int u_p s_{mu_p}         costs that labels explain, relative to one region
 //! ```
 //!
-//! The first weighs cuts as much as a mistake of one standard deviation within a fiftieth of the size of the surface,
-//! which suits colors and textures, but empties all regions but one where the data vary over shorter distances, as
-//! curvature does. So it is halved until, on a coarse mesh with the model restricted to it, no region that clusters of
-//! the data use is empty and the labels explain at least two thirds of what those of the clusters explain, which know no
-//! cuts. Data of coarse vertices carry little noise, so that noise is no reason to go on.
+//! lambda_0 weighs a cut as much as an error of one standard deviation within a fiftieth of the size of the surface.
+//! This suits colors and textures, but empties all regions but one where the data vary over shorter distances, as
+//! curvature does. So lambda is halved until, on a coarse mesh with the model restricted to it, no region that the
+//! clusters of the data use is empty and the labels explain at least two thirds of what the clusters explain, which
+//! ignore cuts. Data of coarse vertices have little noise, so noise does not make lambda smaller.
 
 use std::borrow::Cow;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use std::time::Instant;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::alternation::{Alternation, Level};
+use super::alternation::{Alternation, JointProblem};
 use super::coarse::restrict;
 use crate::coarse::Hierarchy;
 use crate::data::{DataModel, Initial, Scale};
@@ -30,20 +30,22 @@ use crate::regions::with_regions;
 use crate::run::Stop;
 use crate::solve::{Observer, Request, model_mesh};
 
-/// Of the mesh that lambdas are tried on.
-const MOST_VERTICES: usize = 4000;
+/// Maximum number of vertices of the mesh on which lambdas are tried.
+const MAX_TRIAL_VERTICES: usize = 4000;
 
-/// Labels on it need not be exact.
-const GAP: f64 = 1e-2;
-const MOST_STEPS: u64 = 200;
+/// Relative gap of a trial: its labels need not be exact.
+const TRIAL_GAP: f64 = 1e-2;
+/// Maximum number of steps of a trial.
+const MAX_TRIAL_STEPS: u64 = 200;
 
-/// Lambdas that are tried at the most, each half of the one before.
-const TRIED: i32 = 14;
+/// Maximum number of lambdas that are tried, each half of the previous one.
+const MAX_TRIALS: i32 = 14;
 
-/// Of what clusters explain.
-const KEPT: f64 = 2.0 / 3.0;
+/// The fraction of what the clusters explain that labels must explain.
+const EXPLAINED_SHARE: f64 = 2.0 / 3.0;
 
-/// lambda for data of any kind: the first of lambda_0, lambda_1, ... that loses no region, or lambda_0 if all do.
+/// The default lambda for data of any kind: the first of lambda_0, lambda_1, ... that loses no region, or lambda_0 if
+/// all of them do.
 ///
 /// # Errors
 /// Data whose costs leave the range of double precision, and a fit that fails.
@@ -55,37 +57,37 @@ pub fn of_data<D: DataModel>(
     observe: Observer<'_>,
 ) -> Result<f64> {
     let cells = barycentric_areas(mesh);
-    let largest = largest(model.scale(&cells).cost, cells.iter().sum());
-    if !largest.is_finite() {
+    let initial = initial_lambda(model.scale(&cells).cost, cells.iter().sum());
+    if !initial.is_finite() {
         return Err(Error::unsuitable(
             "the costs of the data leave the range of double precision; scale the data down",
         ));
     }
-    let (sound, _) = model_mesh(mesh)?;
-    let request = Request { lambda: largest, ..request.clone() };
-    let found = separating(&sound, model, alternation, &request, observe)?;
-    Ok(found.lambda.unwrap_or(largest))
+    let (usable, _) = model_mesh(mesh)?;
+    let request = Request { lambda: initial, ..request.clone() };
+    let found = find_separating(&usable, model, alternation, &request, observe)?;
+    Ok(found.lambda.unwrap_or(initial))
 }
 
-/// Where lambdas start, for costs of this scale on a surface of this area.
-fn largest(cost: f64, area: f64) -> f64 {
+/// lambda_0 for costs of the given scale on a surface of the given area.
+fn initial_lambda(cost: f64, area: f64) -> f64 {
     0.02 * cost * area.sqrt()
 }
 
-/// What was found.
+/// The result of a search for lambda.
 pub(super) struct Separation {
-    /// How many regions the data have that are more than a speck and differ, before any cut is paid for.
+    /// How many distinct regions, larger than a speck, the clusters of the data have.
     pub regions: usize,
-    /// The first that keeps all of these and explains enough; none if all of them fail.
+    /// The first lambda that keeps all of these and explains enough; `None` if all fail.
     pub lambda: Option<f64>,
 }
 
-/// Looks for the first of lambda, lambda / 2, ..., from that of the request on, that leaves no region empty and explains
-/// enough. The mesh has no faces without area.
+/// Searches lambda, lambda / 2, ..., starting with that of the request, for the first that leaves no region empty and
+/// explains enough. The mesh has no faces without area.
 ///
 /// # Errors
-/// Numbers that leave the range of double precision, and a fit that fails.
-pub(super) fn separating<D: DataModel>(
+/// Costs that leave the range of double precision, and a fit that fails.
+pub(super) fn find_separating<D: DataModel>(
     mesh: &Mesh,
     model: &D,
     alternation: &Alternation,
@@ -94,11 +96,11 @@ pub(super) fn separating<D: DataModel>(
 ) -> Result<Separation> {
     with_regions!(
         alternation.regions,
-        separating_compiled::<D>(mesh, model, alternation, request, observe)
+        find_separating_compiled::<D>(mesh, model, alternation, request, observe)
     )
 }
 
-fn separating_compiled<const M: usize, D: DataModel>(
+fn find_separating_compiled<const M: usize, D: DataModel>(
     finest: &Mesh,
     model: &D,
     alternation: &Alternation,
@@ -106,7 +108,7 @@ fn separating_compiled<const M: usize, D: DataModel>(
     observe: Observer<'_>,
 ) -> Result<Separation> {
     let begin = Instant::now();
-    let hierarchy = Hierarchy::down_to(finest, MOST_VERTICES);
+    let hierarchy = Hierarchy::down_to(finest, MAX_TRIAL_VERTICES);
     let (mut weights, mut model) = (request.mass.weights(finest), Cow::Borrowed(model));
     for level in &hierarchy.levels {
         let (coarse, restricted) = restrict(level, &weights, &*model);
@@ -122,64 +124,75 @@ fn separating_compiled<const M: usize, D: DataModel>(
     let integrate = |s: &[Row<M>]| s.iter().zip(&known).map(|(&s, &w)| s * w).collect();
     let scale = model.scale(&known);
     let stop = Stop {
-        relative_gap: Some(GAP),
-        iterations: Some(MOST_STEPS),
+        relative_gap: Some(TRIAL_GAP),
+        iterations: Some(MAX_TRIAL_STEPS),
         ..request.stop.after(begin.elapsed())
     };
     let explained = |labels: &[Row<M>]| Explained::of(labels, model, &mu, &known, scale);
-    let most = explained(&without_cuts(model, &mu))?;
-    let none = Separation { regions: most.regions, lambda: None };
-    if most.costs <= 0.0 {
-        return Ok(none);
+    let clusters = explained(&labels_without_cuts(model, &mu))?;
+    let not_found = Separation { regions: clusters.regions, lambda: None };
+    if clusters.costs <= 0.0 {
+        return Ok(not_found);
     }
-    for i in 0..TRIED {
+    for i in 0..MAX_TRIALS {
         let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
-        let level =
-            Level { mesh, model, integrate: &integrate, scale, alternation, request, unite: false };
-        let problem = level.problem(&mu)?;
+        let joint = JointProblem {
+            mesh,
+            model,
+            integrate: &integrate,
+            scale,
+            alternation,
+            request,
+            merge: false,
+        };
+        let problem = joint.problem(&mu)?;
         let mut flow = std::ops::ControlFlow::Continue(());
         let mut observe = |_: Option<&_>| {
             flow = observe(None);
             flow
         };
         let spent = begin.elapsed();
-        let found = level.alternate(problem, mu.clone(), None, spent, &stop, &mut observe)?;
+        let found = joint.alternate(problem, mu.clone(), None, spent, &stop, &mut observe)?;
         if flow.is_break() {
-            return Ok(none);
+            return Ok(not_found);
         }
         let reached = explained(&rounded(found.run.best_u()))?;
-        if reached.regions >= most.regions && reached.costs >= KEPT * most.costs {
-            return Ok(Separation { lambda: Some(request.lambda), ..none });
+        if reached.regions >= clusters.regions && reached.costs >= EXPLAINED_SHARE * clusters.costs
+        {
+            return Ok(Separation { lambda: Some(request.lambda), ..not_found });
         }
     }
-    Ok(none)
+    Ok(not_found)
 }
 
-/// The labels without any cuts in mind.
-fn without_cuts<D: DataModel, const M: usize>(model: &D, mu: &[D::Parameters]) -> Vec<Row<M>> {
+/// The labels of minimum cost at each vertex, ignoring cuts.
+fn labels_without_cuts<D: DataModel, const M: usize>(
+    model: &D,
+    mu: &[D::Parameters],
+) -> Vec<Row<M>> {
     let s: Vec<Row<M>> = model.costs(mu);
-    let least = |s: &Row<M>| (0..mu.len()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
-    s.iter().map(|s| Row::one_hot(least(s).expect("there are regions"))).collect()
+    let cheapest = |s: &Row<M>| (0..mu.len()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
+    s.iter().map(|s| Row::one_hot(cheapest(s).expect("there are regions"))).collect()
 }
 
-/// What labels tell of the data.
+/// How well labels explain the data.
 struct Explained {
-    /// R.
+    /// R(U).
     costs: f64,
-    /// How many are used on more than a speck, and differ in their parameters.
+    /// Number of regions that are larger than a speck and have distinct parameters.
     regions: usize,
 }
 
-/// Of the area: a speck.
-const SPECK: f64 = 1e-3;
+/// A region of less than this fraction of the area is a speck.
+const SPECK_AREA_SHARE: f64 = 1e-3;
 
-/// Of the scale of distances, the standard deviation for constant data: regions that are closer do not differ. With 0.1
-/// two regions of a photograph, and two of six on Spot, that the fine mesh united passed as different; 0.2 and 0.3 part
-/// the same ones on all data tried.
-const CLOSE: f64 = 0.25;
+/// Regions are distinct if their distance exceeds this fraction of the scale of distances, for constant data the
+/// standard deviation. With 0.1, two regions of a photograph and two of six on Spot counted as distinct although the
+/// fine mesh merged them; 0.2 and 0.3 distinguish the same regions on all data tried.
+const DISTINCT_DISTANCE: f64 = 0.25;
 
 impl Explained {
-    /// For labels without mixtures, and weights w of the vertices; `mu` is where fits start.
+    /// For one-hot labels and the weights of the known vertices; fits start from `mu`.
     fn of<D: DataModel, const M: usize>(
         labels: &[Row<M>],
         model: &D,
@@ -203,8 +216,10 @@ impl Explained {
         let total: f64 = mass.iter().sum();
         let mut different: Vec<&D::Parameters> = Vec::new();
         for (mu, mass) in mu.iter().zip(mass) {
-            let new = different.iter().all(|other| D::distance(mu, other) > CLOSE * scale.distance);
-            if new && mass > SPECK * total {
+            let new = different
+                .iter()
+                .all(|other| D::distance(mu, other) > DISTINCT_DISTANCE * scale.distance);
+            if new && mass > SPECK_AREA_SHARE * total {
                 different.push(mu);
             }
         }
@@ -230,9 +245,9 @@ mod tests {
         Explained::of(labels, &model, &mu, area, model.scale(area)).unwrap()
     }
 
-    /// What is not within the regions is between them: the variance of their means.
+    /// Total variance minus the variance within the regions is the variance between their means.
     #[test]
-    fn explained_is_what_is_not_within() {
+    fn explained_costs_are_the_variance_between_regions() {
         let mut rng = rng(141);
         let n = 500;
         let data = Data::new(2, (0..2 * n).map(|_| rng.random()).collect()).unwrap();
@@ -253,12 +268,12 @@ mod tests {
         assert!((found.costs - between).abs() < 1e-12 * total, "{} {between}", found.costs);
     }
 
-    /// Lambda times a length is a cost times an area.
+    /// lambda has the unit of a cost times a length.
     #[test]
-    fn the_largest_lambda_has_its_units() {
-        let lambda = largest(0.5, 4.0);
-        assert!((largest(0.5 * 9.0, 4.0) - 9.0 * lambda).abs() <= 1e-15);
-        assert!((largest(0.5, 4.0 * 9.0) - 3.0 * lambda).abs() <= 1e-15);
+    fn the_initial_lambda_has_the_right_units() {
+        let lambda = initial_lambda(0.5, 4.0);
+        assert!((initial_lambda(0.5 * 9.0, 4.0) - 9.0 * lambda).abs() <= 1e-15);
+        assert!((initial_lambda(0.5, 4.0 * 9.0) - 3.0 * lambda).abs() <= 1e-15);
     }
 
     fn alternation() -> Alternation {
@@ -287,22 +302,22 @@ mod tests {
         (mesh, Data::new(1, values).unwrap())
     }
 
-    /// What is found, and how many steps were told.
-    fn looked(mesh: &Mesh, data: &Data, request: &Request, from: f64) -> (Separation, u64) {
-        let mut told = 0;
+    /// The result of a search, and how often the observer was called.
+    fn searched(mesh: &Mesh, data: &Data, request: &Request, from: f64) -> (Separation, u64) {
+        let mut calls = 0;
         let mut observe = |sample: Option<&Sample>| {
             assert!(sample.is_none());
-            told += 1;
+            calls += 1;
             ControlFlow::Continue(())
         };
         let request = Request { lambda: from, ..request.clone() };
         let model = PiecewiseConstant::new(data);
-        let found = separating(mesh, &model, &alternation(), &request, &mut observe).unwrap();
-        (found, told)
+        let found = find_separating(mesh, &model, &alternation(), &request, &mut observe).unwrap();
+        (found, calls)
     }
 
-    /// Three bands, one of them narrow: the largest of the halves for which no region is lost, and the first itself if
-    /// that is one.
+    /// For three bands, one of them narrow: the largest of the halved lambdas that loses no region, or the first one if
+    /// it loses none.
     #[test]
     fn the_first_lambda_that_keeps_all_regions_is_taken() {
         let mesh = crate::samples::shape("sphere:3");
@@ -313,7 +328,7 @@ mod tests {
         let mut go = |_: Option<&crate::run::Sample>| std::ops::ControlFlow::Continue(());
         let mut found = |from: f64| {
             let request = Request { lambda: from, ..request.clone() };
-            separating(&mesh, &model, &alternation, &request, &mut go).unwrap().lambda.unwrap()
+            find_separating(&mesh, &model, &alternation, &request, &mut go).unwrap().lambda.unwrap()
         };
         assert_eq!(found(1e-3), 1e-3);
         let lambda = found(2.0);
@@ -327,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn specks_and_twins_are_no_regions() {
+    fn specks_and_close_regions_do_not_count_as_regions() {
         let values = [vec![0.0; 1000], vec![1.0; 1000], vec![1.01; 1000], vec![5.0; 1]].concat();
         let regions = [vec![0; 1000], vec![1; 1000], vec![2; 1000], vec![3; 1]].concat();
         let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
@@ -335,37 +350,37 @@ mod tests {
         assert_eq!(explained(&labels, &data, &[1.0; 3001]).regions, 2);
     }
 
-    /// A few values far away, such as those that stand for missing ones, make no two regions one.
+    /// A few outliers, such as those that mark missing values, do not make other regions close.
     #[test]
-    fn values_far_away_part_no_less() {
+    fn outliers_leave_regions_distinct() {
         let values = [vec![0.0; 1000], vec![1.0; 1000], vec![1e3; 2]].concat();
         let regions = [vec![0; 1000], vec![1; 1000], vec![2; 2]].concat();
         let labels: Vec<Row<4>> = regions.into_iter().map(Row::one_hot).collect();
         let data = Data::new(1, values).unwrap();
         let found = explained(&labels, &data, &[1.0; 2002]);
-        // Specks are no regions, wherever they lie.
+        // Specks do not count, wherever they lie.
         assert_eq!(found.regions, 2);
         let all = 2002.0 * data.variance(&[1.0; 2002]);
         assert!((found.costs / all - 1.0).abs() <= 1e-9);
     }
 
-    /// What CLOSE is a share of is a length, not its square.
+    /// DISTINCT_DISTANCE is a fraction of the standard deviation, not of the variance.
     #[test]
-    fn means_differ_from_a_quarter_of_the_deviation_on() {
-        // Two halves at 0 and 1, each of two regions: the deviation is a half, a quarter of that an eighth.
-        for (apart, regions) in [(0.11, 2), (0.15, 4)] {
-            let values = [0.0, apart, 1.0, 1.0 + apart].map(|x| vec![x; 100]).concat();
+    fn means_are_distinct_beyond_a_quarter_of_the_deviation() {
+        // Two halves at 0 and 1, each of two regions: the deviation is 1/2, and a quarter of it 1/8.
+        for (distance, regions) in [(0.11, 2), (0.15, 4)] {
+            let values = [0.0, distance, 1.0, 1.0 + distance].map(|x| vec![x; 100]).concat();
             let labels: Vec<Row<4>> = (0..400).map(|k| Row::one_hot(k / 100)).collect();
             let data = Data::new(1, values).unwrap();
             assert_eq!(explained(&labels, &data, &[1.0; 400]).regions, regions);
         }
     }
 
-    /// Labels explain less of noisy data than those of k-means, which may follow the noise: two thirds are enough.
+    /// Labels explain less of noisy data than k-means, which follows the noise: two thirds are enough.
     #[test]
-    fn two_thirds_of_what_can_be_explained_are_enough() {
+    fn two_thirds_of_the_explainable_costs_are_enough() {
         let (mesh, data) = bands(0.4);
-        let (found, _) = looked(&mesh, &data, &request(), 0.05);
+        let (found, _) = searched(&mesh, &data, &request(), 0.05);
         let lambda = found.lambda.unwrap();
         let request = Request { lambda, ..request() };
         let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
@@ -376,21 +391,26 @@ mod tests {
         let cells = barycentric_areas(&mesh);
         let mut rng = Pcg64::seed_from_u64(0);
         let mu = model.start(Initial::KMeans, 3, &cells, &mut rng).unwrap();
-        let most = explained(&without_cuts(&model, &mu), &data, &cells);
+        let clusters = explained(&labels_without_cuts(&model, &mu), &data, &cells);
         let kept = explained(&labels, &data, &cells);
-        assert_eq!((most.regions, kept.regions, found.regions), (3, 3, 3));
-        assert!(kept.costs < 0.95 * most.costs && kept.costs >= KEPT * most.costs);
+        assert_eq!((clusters.regions, kept.regions, found.regions), (3, 3, 3));
+        assert!(
+            kept.costs < 0.95 * clusters.costs && kept.costs >= EXPLAINED_SHARE * clusters.costs
+        );
     }
 
-    /// On a mesh that is small enough a lambda is tried as `segment` does it, to its own gap.
+    /// On a mesh that needs no coarsening, a trial takes the steps of `segment`, but to its own gap.
     #[test]
-    fn a_lambda_takes_the_steps_of_a_segmentation() {
+    fn a_trial_takes_the_steps_of_a_segmentation() {
         let (mesh, data) = bands(0.4);
-        let lambda = looked(&mesh, &data, &request(), 0.05).0.lambda.unwrap();
-        let (found, told) = looked(&mesh, &data, &request(), lambda);
+        let lambda = searched(&mesh, &data, &request(), 0.05).0.lambda.unwrap();
+        let (found, calls) = searched(&mesh, &data, &request(), lambda);
         assert_eq!(found.lambda, Some(lambda));
-        let stop =
-            Stop { relative_gap: Some(GAP), iterations: Some(MOST_STEPS), ..Stop::default() };
+        let stop = Stop {
+            relative_gap: Some(TRIAL_GAP),
+            iterations: Some(MAX_TRIAL_STEPS),
+            ..Stop::default()
+        };
         let request = Request { lambda, stop, ..request() };
         let mut steps = 0;
         let mut count = |_: Option<&Sample>| {
@@ -400,54 +420,54 @@ mod tests {
         let model = PiecewiseConstant::new(&data);
         let found = segment(&mesh, &model, &alternation(), &request, &mut count).unwrap();
         assert!(found.solution.summary.empty_regions.is_empty() && found.estimates > 1);
-        assert_eq!(told, steps);
+        assert_eq!(calls, steps);
     }
 
-    /// Data of one value have one region and no variance that labels could explain: no lambda is tried.
+    /// Constant data have one region and no variance that labels could explain: no lambda is tried.
     #[test]
-    fn data_of_one_value_have_no_lambda() {
+    fn no_lambda_is_tried_for_constant_data() {
         let mesh = shape("sphere:3");
         let data = Data::new(1, vec![0.25; mesh.vertices.len()]).unwrap();
-        let (found, told) = looked(&mesh, &data, &request(), 1.0);
-        assert_eq!((found.regions, found.lambda, told), (1, None, 0));
+        let (found, calls) = searched(&mesh, &data, &request(), 1.0);
+        assert_eq!((found.regions, found.lambda, calls), (1, None, 0));
     }
 
-    /// Who breaks off gets the lambda that would have been tried first, of which values far away take no notice.
+    /// An interrupted search returns the initial lambda, which is robust to outliers.
     #[test]
-    fn who_breaks_off_gets_the_first_lambda() {
+    fn an_interrupted_search_returns_the_initial_lambda() {
         let (mesh, mut data) = bands(0.0);
         data.values[5] = 1e4;
-        let mut told = 0;
+        let mut calls = 0;
         let mut observe = |_: Option<&Sample>| {
-            told += 1;
+            calls += 1;
             ControlFlow::Break(())
         };
         let model = PiecewiseConstant::new(&data);
         let lambda = of_data(&mesh, &model, &alternation(), &request(), &mut observe).unwrap();
-        assert!(told <= 2, "{told}");
+        assert!(calls <= 2, "{calls}");
         let cells = barycentric_areas(&mesh);
         let (robust, all) = (data.robust_variance(&cells), data.variance(&cells));
-        assert_eq!(lambda, largest(robust, cells.iter().sum()));
+        assert_eq!(lambda, initial_lambda(robust, cells.iter().sum()));
         assert!(all > 100.0 * robust);
-        // Labels of a run that was broken off say nothing of its lambda.
+        // The labels of an interrupted trial do not count.
         let request = Request { lambda, ..request() };
         let mut observe = |_: Option<&Sample>| ControlFlow::Break(());
-        let found = separating(&mesh, &model, &alternation(), &request, &mut observe).unwrap();
+        let found = find_separating(&mesh, &model, &alternation(), &request, &mut observe).unwrap();
         assert_eq!(found.lambda, None);
     }
 
-    /// A time that is up leaves each lambda one step.
+    /// After the time limit each trial takes a single step.
     #[test]
-    fn lambdas_end_with_the_time() {
+    fn trials_end_at_the_time_limit() {
         let (mesh, data) = bands(0.4);
         let stop = Stop { time: Some(std::time::Duration::ZERO), ..request().stop };
-        let (_, told) = looked(&mesh, &data, &Request { stop, ..request() }, 0.05);
-        assert!(told <= TRIED as u64, "{told}");
+        let (_, calls) = searched(&mesh, &data, &Request { stop, ..request() }, 0.05);
+        assert!(calls <= MAX_TRIALS as u64, "{calls}");
     }
 
-    /// Vertices of which nothing is known, and faces that have no area, change nothing.
+    /// Unknown vertices and faces without area do not change the result.
     #[test]
-    fn what_is_unknown_or_flat_changes_nothing() {
+    fn unknown_vertices_and_flat_faces_change_nothing() {
         let (mesh, data) = bands(0.1);
         let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
         let mut found = |mesh: &Mesh, data: &Data| {
@@ -460,7 +480,7 @@ mod tests {
         assert_eq!(found(&flat, &data), lambda);
         let mut unknown = data.clone();
         unknown.values.iter_mut().step_by(9).for_each(|x| *x = f64::NAN);
-        let (found, _) = looked(&mesh, &unknown, &request(), lambda);
+        let (found, _) = searched(&mesh, &unknown, &request(), lambda);
         assert_eq!((found.regions, found.lambda), (3, Some(lambda)));
     }
 
@@ -472,7 +492,7 @@ mod tests {
         let model = PiecewiseConstant::new(&data);
         let error = of_data(&mesh, &model, &alternation(), &request(), &mut go).unwrap_err();
         assert!(error.to_string().contains("the costs of the data"), "{error}");
-        // Distances are no larger than the data.
+        // The costs of `l1` are not squared.
         assert!(of_data(&mesh, &L1::new(&data), &alternation(), &request(), &mut go).is_ok());
     }
 }

@@ -1,4 +1,4 @@
-//! What is refused before anything is computed: meshes, sizes and numbers that no solver could work with.
+//! Checks before anything is computed: meshes, sizes and numbers that no solver can work with are refused.
 
 use std::borrow::Cow;
 
@@ -7,9 +7,10 @@ use ndarray::Array2;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::operator::{Operator, Stencil};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::sweep;
 
+/// Refuses an array with an entry that is NaN or infinite.
 pub(crate) fn check_finite(what: &str, array: &Array2<f64>) -> Result<()> {
     if let Some(numbers) = array.as_slice()
         && sweep::all(
@@ -28,20 +29,21 @@ pub(crate) fn check_finite(what: &str, array: &Array2<f64>) -> Result<()> {
     }
 }
 
-/// Refuses an array whose rows are not the vertices of the mesh.
+/// Refuses an array that does not have one row per vertex of the mesh.
 pub(crate) fn check_rows(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
     let vertices = mesh.vertices.len();
     if rows == vertices {
         Ok(())
     } else {
         Err(Error::unsuitable(format!(
-            "the {what} have {rows} rows, the mesh has {vertices} vertices; one row per vertex is needed"
+            "the {what} have {rows} rows, but the mesh has {vertices} vertices; supply one row per vertex"
         )))
     }
 }
 
-/// The faces with an area, and what was left out. What is left out couples its corners no more. The area of what is kept
-/// is an ordinary number: that of a face is, or it counts as none, and so is the square of it, so that no sum overflows.
+/// The mesh without the faces that have no area, and a warning if there are any. A face that is left out no longer
+/// couples its corners. A face counts as having an area only if the area and its square are normal numbers, so that no
+/// sum overflows.
 ///
 /// Fails if no face has an area.
 pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
@@ -59,7 +61,9 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
         warnings.push(format!("{dropped} faces without area were left out"));
     }
     if model.faces.is_empty() {
-        return Err(Error::unsuitable("the mesh has no face with an area"));
+        return Err(Error::unsuitable(
+            "the mesh has no face with an area; check its coordinates and faces",
+        ));
     }
     Ok((model, warnings))
 }
@@ -72,14 +76,13 @@ pub fn check_mesh(mesh: &Mesh) -> Result<()> {
     model_mesh(mesh).map(drop)
 }
 
-/// Refuses numbers so large that sums of them overflow or that closed regions would look cheap, and so small that they
-/// have lost their digits.
+/// Refuses costs so large that sums overflow or forbidden labels look cheap, and costs so small that they lose digits.
 pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Result<()> {
-    let in_range = |x: f64| x.abs() < 1e-10 * NEVER;
+    let in_range = |x: f64| x.abs() < 1e-10 * FORBIDDEN_COST;
     let costs = sweep::all(
         problem.f.len(),
         #[inline(always)]
-        |v| problem.f[v].0.iter().all(|&f| f == NEVER || in_range(f)),
+        |v| problem.f[v].0.iter().all(|&f| f == FORBIDDEN_COST || in_range(f)),
     );
     let length = sweep::sum(
         problem.k.faces(),
@@ -87,20 +90,21 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
         |j| problem.k.weights()[j].iter().map(|c| c.abs()).sum(),
     );
     let spread = problem.spread();
-    if spread > 0.0 && spread < SMALLEST {
+    if spread > 0.0 && spread < MIN_SPREAD {
         return Err(Error::unsuitable(format!(
-            "the costs times the areas differ by {spread:e} in all, too little for double precision: scale them up"
+            "the costs times the areas differ by only {spread:e} in total, too little for double precision; scale \
+             the costs or the mesh up"
         )));
     }
     if costs && in_range(problem.lambda * length) {
         Ok(())
     } else {
         Err(Error::unsuitable(
-            "the costs times the areas, or lambda times the lengths, leave the range of double precision: \
-             scale them down",
+            "the costs times the areas, or lambda times the lengths, leave the range of double precision; scale \
+             the costs, lambda or the mesh down",
         ))
     }
 }
 
-/// Costs that differ by less are next to the least normal number.
-const SMALLEST: f64 = 1e-290;
+/// Costs that differ by less in total are close to the smallest normal number.
+const MIN_SPREAD: f64 = 1e-290;

@@ -1,4 +1,4 @@
-//! What a run ends with, and what is certain about it.
+//! The result of a run, and its certificate: gap, relative gap, and the gap of the rounded labels; see `problem.rs`.
 
 use std::collections::BTreeMap;
 
@@ -6,18 +6,18 @@ use ndarray::{Array1, Array2};
 use serde::Serialize;
 
 use crate::coarse::Record;
+use crate::empty_regions;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
 use crate::mesh::{Mesh, Weld};
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, relative_gap, rounded};
 use crate::regions;
-use crate::remarks::empty_regions;
 use crate::request::Request;
 use crate::run::{Run, Sample, Status};
 use crate::sweep;
 
-/// The numbers of a result, as `summary.json` has them.
+/// The numbers of a result, as in `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// The name of the method, such as `chambolle-pock`.
@@ -30,12 +30,12 @@ pub struct Summary {
     pub status_sentence: &'static str,
     /// Steps of the solver on the finest mesh.
     pub iterations: u64,
-    /// Wall time in the steps of the solver, in seconds, and in all that `coarse_to_fine` counts. Evaluations of
+    /// Wall time of the steps of the solver and of all that `coarse_to_fine` counts, in seconds. Evaluations of
     /// energies and bounds do not count.
     pub seconds: f64,
     /// E of `u`.
     pub energy: f64,
-    /// D: no U has less energy than this.
+    /// D: no U has a smaller energy.
     pub dual_bound: f64,
     /// B = sum_k min_p f_kp, from which all relative gaps are measured; see `problem.rs`.
     pub baseline: f64,
@@ -45,8 +45,8 @@ pub struct Summary {
     pub relative_gap: f64,
     /// R, the energy of the one-hot rows of `labels`.
     pub rounded_energy: f64,
-    /// (R - D) / (D - B): the labels are at most this share above any labeling, measured from B as well. Infinite
-    /// (null in JSON) where D = B, which bounds no such share.
+    /// (R - D) / (D - B): the energy of the labels is at most this fraction above that of any labeling, measured from
+    /// B. Infinite (null in JSON) if D = B.
     pub rounded_relative_gap: f64,
     /// V.
     pub vertices: usize,
@@ -54,7 +54,7 @@ pub struct Summary {
     pub faces: usize,
     /// m.
     pub regions: usize,
-    /// Regions that no label names, ascending.
+    /// Regions without any label, ascending.
     pub empty_regions: Vec<usize>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
@@ -62,33 +62,33 @@ pub struct Summary {
     pub mass: &'static str,
     /// Sum of A_j over the faces with an area, in squared units of the mesh.
     pub area: f64,
-    /// The levels below the finest, whose solution started it.
+    /// The coarse levels, whose solutions initialized the finest one.
     pub coarse_to_fine: Option<Record>,
-    /// What the user should know, a sentence each: empty regions, unknown vertices, faces left out.
+    /// Warnings for the user, a sentence each: empty regions, unknown vertices, faces left out.
     pub warnings: Vec<String>,
 }
 
-/// What a run ends with.
+/// The result of a run.
 pub struct Solution {
     /// The numbers of the result.
     pub summary: Summary,
-    /// The samples of the run, in the order of their iterations; the first is that of the start.
+    /// The samples of the run, by increasing iteration; the first is that of the start.
     pub trace: Vec<Sample>,
-    /// The U of least energy that was seen: V x m, rows in the simplex.
+    /// The U of minimum energy found: V x m, rows in the simplex.
     pub u: Array2<f64>,
-    /// argmax_p u_kp, V numbers from 0 to m - 1.
+    /// argmax_p u_kp: V integers from 0 to m - 1.
     pub labels: Array1<i32>,
-    /// The field that certifies `dual_bound`, if it was asked for: 2F x m, rows 2j and 2j + 1 those of face j, in the
+    /// The field that certifies `dual_bound`, if it was requested: 2F x m, rows 2j and 2j + 1 those of face j, in the
     /// frame of the rows of K; zero in faces without area.
     pub q: Option<Array2<f64>>,
 }
 
 impl Solution {
-    /// The same for the mesh as the caller knows it.
-    pub(crate) fn of(mut self, mesh: &Mesh, order: &Order) -> Self {
+    /// The solution for the mesh of the caller: vertices and faces in its order, faces without area included.
+    pub(crate) fn in_file_order(mut self, mesh: &Mesh, order: &Order) -> Self {
         self.summary.faces = mesh.faces.len();
         self.q = self.q.map(|q| {
-            // Which face of the mesh is the next of the model.
+            // The faces of the mesh that the model has, in the order of the mesh.
             let kept: Vec<usize> =
                 (0..mesh.faces.len()).filter(|&j| !mesh.is_degenerate(j)).collect();
             let mut all = Array2::zeros((2 * mesh.faces.len(), q.ncols()));
@@ -100,33 +100,33 @@ impl Solution {
             all
         });
         match order.places() {
-            Some(places) => self.gathered(&places),
+            Some(rows) => self.gathered(&rows),
             None => self,
         }
     }
 
-    /// The same for a mesh whose coincident vertices were merged: each vertex takes the row and the label of the one
-    /// that it was merged onto. The welded mesh has the faces of `mesh`, so that q stays as it is.
+    /// The solution for a mesh whose coincident vertices were merged: each vertex gets the row and the label of the
+    /// vertex that it was merged onto. The welded mesh has the faces of `mesh`, so q stays as it is.
     pub fn spread(mut self, mesh: &Mesh, weld: &Weld) -> Self {
         self.summary.vertices = mesh.vertices.len();
         self.gathered(&weld.of)
     }
 
-    /// Rows from these places.
-    fn gathered(mut self, places: &[u32]) -> Self {
-        let rows = self.u.as_slice().expect("rows are contiguous");
+    /// The solution with the given rows of u and labels.
+    fn gathered(mut self, rows: &[u32]) -> Self {
+        let numbers = self.u.as_slice().expect("rows are contiguous");
         let m = self.u.ncols();
-        let mut moved = Vec::with_capacity(places.len() * m);
-        for &v in places {
-            moved.extend_from_slice(&rows[v as usize * m..][..m]);
+        let mut moved = Vec::with_capacity(rows.len() * m);
+        for &v in rows {
+            moved.extend_from_slice(&numbers[v as usize * m..][..m]);
         }
-        self.u = Array2::from_shape_vec((places.len(), m), moved).expect("rows of m numbers");
-        self.labels = places.iter().map(|&v| self.labels[v as usize]).collect();
+        self.u = Array2::from_shape_vec((rows.len(), m), moved).expect("rows of m numbers");
+        self.labels = rows.iter().map(|&v| self.labels[v as usize]).collect();
         self
     }
 }
 
-/// Rounds the best U and states what is certain about it.
+/// Rounds the best U and computes the certified gaps.
 pub(crate) fn conclude<const M: usize>(
     model: &Mesh,
     problem: &Problem<Stencil, M>,
@@ -141,9 +141,9 @@ pub(crate) fn conclude<const M: usize>(
     let (energy, bound) = (run.energy(), run.bound());
     let rounded_energy = problem.energy(&rounded(u));
     let labels = sweep::collect(u.len(), |v| u[v].argmax() as i32).into();
-    // Labels are a U as well.
-    let below = problem.settled(rounded_energy, bound) > rounded_energy;
-    let status = if below { Status::Contradicted } else { status };
+    // The rounded labels are a U, too: their energy must not lie below the bound.
+    let below_bound = problem.clamped_bound(rounded_energy, bound) > rounded_energy;
+    let status = if below_bound { Status::Contradicted } else { status };
     let summary = Summary {
         solver: request.method.name().to_owned(),
         solver_options: request.method.changed(),
@@ -157,11 +157,14 @@ pub(crate) fn conclude<const M: usize>(
         gap: energy - bound,
         relative_gap: relative_gap(energy, bound),
         rounded_energy: baseline + rounded_energy,
-        rounded_relative_gap: label_gap(rounded_energy, problem.settled(rounded_energy, bound)),
+        rounded_relative_gap: label_gap(
+            rounded_energy,
+            problem.clamped_bound(rounded_energy, bound),
+        ),
         vertices: problem.k.vertices(),
         faces: problem.k.faces(),
         regions: m,
-        empty_regions: empty_regions(&labels, m),
+        empty_regions: empty_regions::of_labels(&labels, m),
         lambda: problem.lambda,
         mass: request.mass.name(),
         area: model.area(),
@@ -177,7 +180,7 @@ pub(crate) fn conclude<const M: usize>(
     }
 }
 
-/// 2F x m; no q at all is zero.
+/// The 2F x m array of q; an empty q is zero.
 fn dual_array<const M: usize>(q: &[Tangent<M>], faces: usize, m: usize) -> Array2<f64> {
     if q.is_empty() {
         return Array2::zeros((2 * faces, m));

@@ -1,4 +1,4 @@
-//! The order of the file does not matter, and no answer shows another.
+//! The order of the vertices in the file does not matter, summaries are consistent, and bad numbers are refused.
 
 use std::ops::ControlFlow;
 
@@ -28,13 +28,13 @@ fn as_it_is() -> Order {
     Order::of(&shape("grid:1x1"))
 }
 
-/// Rows in the order of another numbering of the vertices.
+/// The rows in the order of another numbering of the vertices.
 fn moved(array: &Array2<f64>, before: &[u32]) -> Array2<f64> {
     array.select(Axis(0), &before.iter().map(|&k| k as usize).collect::<Vec<_>>())
 }
 
 #[test]
-fn a_shuffled_file_gives_the_same_answer_in_its_own_order() {
+fn a_shuffled_mesh_gives_the_same_solution_in_its_own_order() {
     let tidy = with_isolated_vertices(shape("grid:60x40"));
     let s = regions::array(&random_rows::<3>(tidy.vertices.len(), &mut rng(151)), 3);
     let given = solved(&tidy, &s, &Start::Random { seed: 3 }).u;
@@ -48,8 +48,8 @@ fn a_shuffled_file_gives_the_same_answer_in_its_own_order() {
     for (start, tidy_start) in starts {
         let expected = solved(&tidy, &s, &tidy_start);
         let solution = solved(&mesh, &moved(&s, &before), &start);
-        let apart = (&solution.u - &moved(&expected.u, &before)).mapv(f64::abs);
-        assert!(apart.iter().all(|&x| x <= 1e-11), "{start:?}");
+        let difference = (&solution.u - &moved(&expected.u, &before)).mapv(f64::abs);
+        assert!(difference.iter().all(|&x| x <= 1e-11), "{start:?}");
         for (k, &label) in solution.labels.iter().enumerate() {
             let row = solution.u.row(k);
             assert!(row.iter().all(|&u| u <= row[label as usize]));
@@ -62,7 +62,7 @@ fn a_shuffled_file_gives_the_same_answer_in_its_own_order() {
 }
 
 #[test]
-fn a_start_without_steps_comes_back_as_it_is() {
+fn without_steps_the_start_is_returned() {
     let (mesh, _) = shuffled(&shape("torus:60x40"), &mut rng(153));
     let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(154)), 3);
     let request = Request {
@@ -88,7 +88,7 @@ fn a_start_without_steps_comes_back_as_it_is() {
 }
 
 #[test]
-fn renumbering_repeats_itself_with_any_number_of_threads() {
+fn renumbering_gives_the_same_bits_with_any_number_of_threads() {
     let (mesh, _) = shuffled(&shape("torus:60x40"), &mut rng(155));
     let s = regions::array(&random_rows::<4>(mesh.vertices.len(), &mut rng(156)), 4);
     let bits = |threads| {
@@ -98,9 +98,9 @@ fn renumbering_repeats_itself_with_any_number_of_threads() {
     assert_eq!(bits(1), bits(3));
 }
 
-/// At every size that numbers have, with and without faces of area in front.
+/// At all scales of double precision, with and without faces of zero area in front.
 #[test]
-fn the_short_look_at_a_mesh_refuses_what_the_long_one_does() {
+fn check_mesh_and_model_mesh_refuse_the_same_meshes() {
     let mut refused = 0;
     for exponent in (-320..=308).step_by(2) {
         let mesh = shape("torus:12x8").scaled(10_f64.powi(exponent));
@@ -109,24 +109,27 @@ fn the_short_look_at_a_mesh_refuses_what_the_long_one_does() {
         let mut flat = mesh.clone();
         flat.faces = vec![[0, 0, 1]; 3];
         for mesh in [mesh, flat_first, flat] {
-            let long = model_mesh(&mesh).map(drop).map_err(|error| error.to_string());
-            let short = check_mesh(&mesh).map_err(|error| error.to_string());
-            assert_eq!(short, long, "1e{exponent}");
+            let full = model_mesh(&mesh).map(drop).map_err(|error| error.to_string());
+            let quick = check_mesh(&mesh).map_err(|error| error.to_string());
+            assert_eq!(quick, full, "1e{exponent}");
             match model_mesh(&mesh) {
                 Ok((model, _)) => assert!(model.area().is_normal(), "1e{exponent}"),
-                Err(error) => assert_eq!(error.to_string(), "the mesh has no face with an area"),
+                Err(error) => assert_eq!(
+                    error.to_string(),
+                    "the mesh has no face with an area; check its coordinates and faces"
+                ),
             }
-            refused += usize::from(short.is_err());
+            refused += usize::from(quick.is_err());
         }
     }
-    // All flat ones, and the others far away from 1 only.
+    // All flat meshes, and the others at extreme scales only.
     assert!((400..800).contains(&refused), "{refused}");
 }
 
-/// Every number of a summary follows from U and q as they are given out, in the order of the file, which is neither that
-/// of the model nor without faces that have no area.
+/// Every number of a summary follows from the returned U and q, in the order of the file, which differs from that of
+/// the model and includes faces without area.
 #[test]
-fn a_summary_is_what_u_and_q_say() {
+fn a_summary_follows_from_u_and_q() {
     let (mut mesh, _) = shuffled(&shape("torus:40x25"), &mut rng(871));
     let [a, b, _] = mesh.faces[3];
     mesh.faces.insert(3, [a, b, b]);
@@ -168,27 +171,27 @@ fn a_summary_is_what_u_and_q_say() {
     near(found.energy, found.data_term + 0.02 * found.total_variation);
     assert_eq!((summary.faces, summary.vertices), (mesh.faces.len(), mesh.vertices.len()));
     assert_eq!((found.faces, found.vertices), (summary.faces, summary.vertices));
-    // E <= E_eps <= E + lambda sqrt(eps) area, and a q of nothing still says B.
+    // E <= E_eps <= E + lambda sqrt(eps) area, and a useless q still gives B.
     let bias = 0.02 * 1e-3_f64.sqrt() * mesh.area();
     let excess = found.smoothed_energy.unwrap() - energy;
     assert!(0.0 < excess && excess <= bias, "{excess} {bias}");
     let wrong = q.as_ref().map(|q| q * -1.0);
     let question = crate::evaluate::Question { q: wrong.as_ref(), smoothing: None, ..question };
-    let none = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
-    assert_eq!(none.dual_bound, none.baseline);
-    // What has a negative entry is no U, and has no gap, even where its rows sum to one.
+    let useless = crate::evaluate::evaluate(&mesh, &s, &u, question, &mut go).unwrap();
+    assert_eq!(useless.dual_bound, useless.baseline);
+    // A U with a negative entry is infeasible and has no gap, even if its rows sum to one.
     let mut outside = u.clone();
     outside[[7, 0]] += 1e-3 + outside[[7, 1]];
     outside[[7, 1]] = -1e-3;
-    let none = crate::evaluate::evaluate(&mesh, &s, &outside, question, &mut go).unwrap();
-    assert!(!none.feasible && none.gap.is_none() && none.relative_gap.is_none());
-    assert!(none.largest_row_sum_error <= 1e-12 && none.smallest_entry == -1e-3);
+    let infeasible = crate::evaluate::evaluate(&mesh, &s, &outside, question, &mut go).unwrap();
+    assert!(!infeasible.feasible && infeasible.gap.is_none() && infeasible.relative_gap.is_none());
+    assert!(infeasible.largest_row_sum_error <= 1e-12 && infeasible.smallest_entry == -1e-3);
     near(found.rounded_relative_gap, summary.rounded_relative_gap);
     let largest = |row: ndarray::ArrayView1<'_, f64>| row.iter().fold(0.0, |a, &b| f64::max(a, b));
     assert!(u.outer_iter().zip(&labels).all(|(row, &label)| row[label as usize] == largest(row)));
 }
 
-/// A bound above the energy of the labels is false, also where that of U is larger still.
+/// A bound above the energy of the labels is false, even if the energy of U is larger.
 #[test]
 fn labels_below_the_bound_are_a_contradiction() {
     let mesh = shape("grid:6x6");
@@ -221,9 +224,9 @@ fn labels_below_the_bound_are_a_contradiction() {
     }
 }
 
-/// A bound that rounding puts above the labels, and below U, neither contradicts them nor gives them a gap.
+/// A bound that only rounding puts above the energy of the labels neither contradicts it nor gives the labels a gap.
 #[test]
-fn labels_are_settled_as_well() {
+fn the_bound_is_clamped_for_labels() {
     let mesh = shape("grid:6x6");
     let mut f = vec![Row([0.0, 1.0, 1.0]); mesh.vertices.len()];
     f[0] = Row([2.0, 0.0, 1.0]);
@@ -253,12 +256,12 @@ fn labels_are_settled_as_well() {
     assert_eq!((summary.rounded_relative_gap, summary.status), (0.0, Status::Stalled));
 }
 
-/// What was found on a welded mesh has the vertices of the file, and each what it was merged onto.
+/// A solution on a welded mesh is returned for the vertices of the file, each with the row it was merged onto.
 #[test]
 fn a_welded_solution_is_spread_to_all_vertices() {
     let whole = shape("torus:12x8");
     let mut mesh = whole.clone();
-    // The first faces apart from the others.
+    // The first ten faces get corners of their own.
     for face in &mut mesh.faces[..10] {
         for corner in face {
             mesh.vertices.push(mesh.vertices[*corner as usize]);
@@ -280,8 +283,8 @@ fn a_welded_solution_is_spread_to_all_vertices() {
     }
 }
 
-/// Numbers as large as 1e290 are refused, of costs and of lambda times lengths, and differences below 1e-290; what is
-/// forbidden is no number, and costs that do not differ at all are fine.
+/// Costs, and lambda times lengths, from 1e290 on are refused, and total differences below 1e-290. Forbidden labels do
+/// not count, and costs that do not differ at all are accepted.
 #[test]
 fn numbers_out_of_range_are_refused() {
     let mesh = shape("grid:6x6");
@@ -292,20 +295,26 @@ fn numbers_out_of_range_are_refused() {
         check_range(&Problem::new(Stencil::new(&mesh), f, lambda))
             .map_err(|error| error.to_string())
     };
-    assert_eq!(check(1.0, NEVER, 0.1), Ok(()));
-    assert_eq!(check(1e289, NEVER, 0.1), Ok(()));
-    assert!(check(2e290, NEVER, 0.1).unwrap_err().contains("scale them down"));
+    assert_eq!(check(1.0, FORBIDDEN_COST, 0.1), Ok(()));
+    assert_eq!(check(1e289, FORBIDDEN_COST, 0.1), Ok(()));
+    assert!(
+        check(2e290, FORBIDDEN_COST, 0.1)
+            .unwrap_err()
+            .contains("scale the costs, lambda or the mesh down")
+    );
     assert_eq!(check(1.0, 0.0, 1e287), Ok(()));
-    assert!(check(1.0, 0.0, 1e290).unwrap_err().contains("scale them down"));
+    assert!(
+        check(1.0, 0.0, 1e290).unwrap_err().contains("scale the costs, lambda or the mesh down")
+    );
     // 49 vertices.
     assert_eq!(check(3e-292, 0.0, 0.1), Ok(()));
-    assert!(check(1e-292, 0.0, 0.1).unwrap_err().contains("scale them up"));
+    assert!(check(1e-292, 0.0, 0.1).unwrap_err().contains("scale the costs or the mesh up"));
     assert_eq!(check(0.0, 0.0, 0.1), Ok(()));
 }
 
-/// Whatever the layout of an array in memory, what is no number is found, at its place.
+/// NaN and infinities are found at their position in any memory layout.
 #[test]
-fn what_is_no_number_is_found_in_any_layout() {
+fn invalid_numbers_are_found_in_any_memory_layout() {
     let mut rows = Array2::<f64>::zeros((5, 3));
     let mut columns = Array2::<f64>::zeros((3, 5)).reversed_axes();
     assert!(rows.as_slice().is_some() && columns.as_slice().is_none());

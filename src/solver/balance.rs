@@ -12,7 +12,7 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 use super::{Iterate, Setting};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::sweep::{copy, sum};
 
 /// The number of steps before omega is balanced for the first time.
@@ -168,7 +168,8 @@ pub(super) fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -
 fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let max_cost = MAX_COST * problem.lambda * problem.mean_column();
     // Regions that are forbidden everywhere, such as padding regions, do not count.
-    let exists: [bool; M] = std::array::from_fn(|p| problem.f.iter().any(|f| f.0[p] != NEVER));
+    let exists: [bool; M] =
+        std::array::from_fn(|p| problem.f.iter().any(|f| f.0[p] != FORBIDDEN_COST));
     let spread = sum(
         problem.f.len(),
         #[inline(always)]
@@ -236,15 +237,15 @@ mod tests {
                 if v.is_multiple_of(7) && p != v % 2 { cost } else { 0.0 }
             };
             let f = (0..problem.f.len())
-                .map(|v| Row::from_fn(|p| if p == 2 { NEVER } else { seed(v, p) }))
+                .map(|v| Row::from_fn(|p| if p == 2 { FORBIDDEN_COST } else { seed(v, p) }))
                 .collect();
             problem.set_costs(f);
             problem
         };
-        let known = costs_scale(&problem(1.0, NEVER));
+        let known = costs_scale(&problem(1.0, FORBIDDEN_COST));
         assert!(known > 1.0 && known < 100.0, "{known}");
         for lambda in [1e-6, 1e-2, 1e4] {
-            let scale = costs_scale(&problem(lambda, NEVER));
+            let scale = costs_scale(&problem(lambda, FORBIDDEN_COST));
             assert!((scale / lambda - known).abs() <= 1e-12 * known, "{scale}");
             assert_eq!(scale, costs_scale(&problem(lambda, 1e6 * lambda)));
         }
@@ -259,7 +260,7 @@ mod tests {
             let known = costs_scale(&problem);
             let f = problem.f.clone();
             let expensive = (f[5].argmin() + 1) % 3;
-            for cost in [1e12, 1e20, 1e60, NEVER] {
+            for cost in [1e12, 1e20, 1e60, FORBIDDEN_COST] {
                 let mut f = f.clone();
                 f[5].0[expensive] = cost;
                 problem.set_costs(f);

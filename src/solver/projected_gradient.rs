@@ -19,7 +19,7 @@ use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, S
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
-use crate::problem::{NEVER, Problem, Smoothing, SmoothingMode};
+use crate::problem::{FORBIDDEN_COST, Problem, Smoothing, SmoothingMode};
 use crate::prox::project_simplex;
 use crate::sweep::sweep;
 
@@ -131,7 +131,7 @@ impl<const M: usize> ProjectedGradient<M> {
 /// g with the given value at forbidden labels.
 #[inline(always)]
 fn replace_forbidden<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
-    Row::from_fn(|p| if f.0[p] == NEVER { value } else { g.0[p] })
+    Row::from_fn(|p| if f.0[p] == FORBIDDEN_COST { value } else { g.0[p] })
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
@@ -154,7 +154,7 @@ impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
                 },
             ),
             Metric::Full(mass) => {
-                // M^-1 has entries of both signs: NEVER at one vertex would make labels cheap or expensive at others.
+                // M^-1 has entries of both signs: FORBIDDEN_COST at one vertex would make labels cheap or expensive at others.
                 sweep(
                     (&mut gradient[..], &f[..]),
                     #[inline(always)]
@@ -167,7 +167,7 @@ impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
                     (&mut u[..], &gradient[..], &f[..]),
                     #[inline(always)]
                     |_, (u, &g, &f)| {
-                        *u = project_simplex(*u - tau * replace_forbidden(g, f, NEVER));
+                        *u = project_simplex(*u - tau * replace_forbidden(g, f, FORBIDDEN_COST));
                     },
                 );
             }

@@ -1,32 +1,33 @@
-//! What a sweep goes over: slices of one length, alone or in a tuple, each `&` or `&mut`.
+//! The arguments of a sweep: slices of equal length, alone or in a tuple, each `&` or `&mut`.
 //!
-//! Threads share where the slices lie and take the elements one by one. Splitting the slices instead, as zipped
-//! parallel iterators do, is the same loop in the end, and takes twice as long to compile for each of them.
+//! Threads share pointers to the slices and take the elements one by one. Splitting the slices, as zipped parallel
+//! iterators do, ends in the same loop, but each use takes twice as long to compile.
 
 use std::marker::PhantomData;
 
-/// `&[T]`, `&mut [T]`, or a tuple of such.
+/// `&[T]`, `&mut [T]`, or a tuple of these.
 pub trait Columns {
     /// The elements at one index.
     type Item;
-    /// Where the elements lie.
-    type Places: Copy + Send + Sync;
+    /// Pointers to the elements.
+    type Pointers: Copy + Send + Sync;
 
     /// The length of the slices.
     fn length(&self) -> usize;
 
-    fn places(self) -> Self::Places;
+    /// The pointers to the elements, which all threads share.
+    fn pointers(self) -> Self::Pointers;
 
     /// The elements at an index.
     ///
     /// # Safety
-    /// The index is below the length and is asked for once.
-    unsafe fn at(places: Self::Places, index: usize) -> Self::Item;
+    /// The index is below the length and is passed only once.
+    unsafe fn at(pointers: Self::Pointers, index: usize) -> Self::Item;
 }
 
 impl<'a, T: Sync> Columns for &'a [T] {
     type Item = &'a T;
-    type Places = &'a [T];
+    type Pointers = &'a [T];
 
     #[inline(always)]
     fn length(&self) -> usize {
@@ -34,37 +35,37 @@ impl<'a, T: Sync> Columns for &'a [T] {
     }
 
     #[inline(always)]
-    fn places(self) -> Self::Places {
+    fn pointers(self) -> Self::Pointers {
         self
     }
 
     #[inline(always)]
-    unsafe fn at(places: Self::Places, index: usize) -> Self::Item {
+    unsafe fn at(pointers: Self::Pointers, index: usize) -> Self::Item {
         // SAFETY: the index is below the length.
-        unsafe { places.get_unchecked(index) }
+        unsafe { pointers.get_unchecked(index) }
     }
 }
 
-/// The first of the elements that a thread may write.
-pub struct First<'a, T>(*mut T, PhantomData<&'a mut [T]>);
+/// A pointer to the first element of a slice that threads write.
+pub struct FirstElement<'a, T>(*mut T, PhantomData<&'a mut [T]>);
 
-impl<T> Clone for First<'_, T> {
+impl<T> Clone for FirstElement<'_, T> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<T> Copy for First<'_, T> {}
+impl<T> Copy for FirstElement<'_, T> {}
 
-// SAFETY: it stands for a `&mut [T]`, whose elements go to one thread each.
-unsafe impl<T: Send> Send for First<'_, T> {}
+// SAFETY: it represents a `&mut [T]`, each of whose elements goes to one thread.
+unsafe impl<T: Send> Send for FirstElement<'_, T> {}
 // SAFETY: as above.
-unsafe impl<T: Send> Sync for First<'_, T> {}
+unsafe impl<T: Send> Sync for FirstElement<'_, T> {}
 
 impl<'a, T: Send> Columns for &'a mut [T] {
     type Item = &'a mut T;
-    type Places = First<'a, T>;
+    type Pointers = FirstElement<'a, T>;
 
     #[inline(always)]
     fn length(&self) -> usize {
@@ -72,23 +73,23 @@ impl<'a, T: Send> Columns for &'a mut [T] {
     }
 
     #[inline(always)]
-    fn places(self) -> Self::Places {
-        First(self.as_mut_ptr(), PhantomData)
+    fn pointers(self) -> Self::Pointers {
+        FirstElement(self.as_mut_ptr(), PhantomData)
     }
 
     #[inline(always)]
-    unsafe fn at(places: Self::Places, index: usize) -> Self::Item {
+    unsafe fn at(pointers: Self::Pointers, index: usize) -> Self::Item {
         // SAFETY: the index is below the length, and no other reference to this element is made.
-        unsafe { &mut *places.0.add(index) }
+        unsafe { &mut *pointers.0.add(index) }
     }
 }
 
 macro_rules! tuple_of_columns {
     ($first:ident $($column:ident)*) => {
-        #[allow(non_snake_case, reason = "a type and what is of it have one name")]
+        #[allow(non_snake_case, reason = "a type and the value of it share a name")]
         impl<$first: Columns, $($column: Columns),*> Columns for ($first, $($column),*) {
             type Item = ($first::Item, $($column::Item),*);
-            type Places = ($first::Places, $($column::Places),*);
+            type Pointers = ($first::Pointers, $($column::Pointers),*);
 
             #[inline(always)]
             fn length(&self) -> usize {
@@ -99,15 +100,15 @@ macro_rules! tuple_of_columns {
             }
 
             #[inline(always)]
-            fn places(self) -> Self::Places {
+            fn pointers(self) -> Self::Pointers {
                 let ($first, $($column),*) = self;
-                ($first.places(), $($column.places()),*)
+                ($first.pointers(), $($column.pointers()),*)
             }
 
             #[inline(always)]
-            unsafe fn at(places: Self::Places, index: usize) -> Self::Item {
-                let ($first, $($column),*) = places;
-                // SAFETY: what is asked of the caller, and the lengths are the same.
+            unsafe fn at(pointers: Self::Pointers, index: usize) -> Self::Item {
+                let ($first, $($column),*) = pointers;
+                // SAFETY: guaranteed by the caller, and the lengths are equal.
                 unsafe { ($first::at($first, index), $($column::at($column, index)),*) }
             }
         }

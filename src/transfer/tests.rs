@@ -1,4 +1,4 @@
-//! Restriction is the adjoint of prolongation, and what comes up is feasible.
+//! Restriction is the adjoint of prolongation, and prolonged U and q are feasible.
 
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -29,17 +29,19 @@ fn restriction_is_the_adjoint_of_prolongation() {
     }
 }
 
-/// The same, with labels that some vertices forbid: at a coarse vertex they cost the dearest that is allowed there
-/// instead, and are forbidden where nobody allows them.
+/// A label that only some vertices forbid contributes their most expensive allowed cost; one that all of them forbid is
+/// forbidden at the coarse vertex.
 #[test]
-fn restriction_keeps_what_is_forbidden() {
+fn restriction_keeps_labels_forbidden() {
     for (name, mesh) in zoo() {
         let level = mesh.coarsened();
         let mut rng = rng(41);
         let f: Vec<Row<3>> = random_rows(mesh.vertices.len(), &mut rng)
             .into_iter()
             .map(|f: Row<3>| {
-                Row::from_fn(|p| if p > 0 && rng.random::<f64>() < 0.7 { NEVER } else { f.0[p] })
+                Row::from_fn(|p| {
+                    if p > 0 && rng.random::<f64>() < 0.7 { FORBIDDEN_COST } else { f.0[p] }
+                })
             })
             .collect();
         for (c, coarse) in restrict(&level, &f).into_iter().enumerate() {
@@ -50,13 +52,15 @@ fn restriction_keeps_what_is_forbidden() {
             });
             let shares: Vec<(f64, &Row<3>)> = shares.collect();
             for p in 0..3 {
-                if shares.iter().all(|(_, f)| f.0[p] == NEVER) {
-                    assert_eq!(coarse.0[p], NEVER, "{name}");
+                if shares.iter().all(|(_, f)| f.0[p] == FORBIDDEN_COST) {
+                    assert_eq!(coarse.0[p], FORBIDDEN_COST, "{name}");
                     continue;
                 }
-                let dearest =
-                    |f: &Row<3>| f.0.into_iter().filter(|&x| x < NEVER).fold(-2.0, f64::max);
-                let cost = |f: &Row<3>| if f.0[p] == NEVER { dearest(f) } else { f.0[p] };
+                let most_expensive = |f: &Row<3>| {
+                    f.0.into_iter().filter(|&x| x < FORBIDDEN_COST).fold(-2.0, f64::max)
+                };
+                let cost =
+                    |f: &Row<3>| if f.0[p] == FORBIDDEN_COST { most_expensive(f) } else { f.0[p] };
                 let exact: f64 = shares.iter().map(|&(w, f)| w * cost(f)).sum();
                 assert!((coarse.0[p] - exact).abs() <= 1e-13 * shares.len() as f64, "{name}");
             }
@@ -64,7 +68,8 @@ fn restriction_keeps_what_is_forbidden() {
     }
 }
 
-/// Means by area lose nothing: the vertices together have what the faces have, each three times.
+/// Area-weighted means at the vertices keep the integral over the faces: barycentric areas sum to the area of the
+/// faces.
 #[test]
 fn means_at_the_vertices_keep_the_integral() {
     for (name, mesh) in zoo() {
@@ -84,9 +89,9 @@ fn means_at_the_vertices_keep_the_integral() {
     }
 }
 
-/// Rows stay in the simplex of the open regions, tangents in the ball, and D(q) <= E* <= E(u).
+/// Prolonged rows stay in the simplex of the active regions, tangents in the ball, and D(q) <= E* <= E(u).
 #[test]
-fn what_comes_up_is_feasible() {
+fn prolonged_pairs_are_feasible() {
     for (name, mesh) in zoo() {
         let level = mesh.coarsened();
         if level.mesh.faces.is_empty() {
@@ -97,8 +102,8 @@ fn what_comes_up_is_feasible() {
         let mut rng = rng(33);
         let u = random_labels::<12>(level.mesh.vertices.len(), 9, &mut rng);
         let q = random_dual::<12>(level.mesh.faces.len(), lambda, &mut rng).into_iter();
-        let open = |row: Row<12>| Row::from_fn(|p| if p < 9 { row.0[p] } else { 0.0 });
-        let q: Vec<_> = q.map(|q| Tangent(q.0.map(open))).collect();
+        let active = |row: Row<12>| Row::from_fn(|p| if p < 9 { row.0[p] } else { 0.0 });
+        let q: Vec<_> = q.map(|q| Tangent(q.0.map(active))).collect();
         let u = prolong(&level.parents, &u);
         let q = prolong_dual(&level, &mesh, &q, lambda);
         for row in &u {
@@ -112,10 +117,10 @@ fn what_comes_up_is_feasible() {
     }
 }
 
-/// Where every |q_j| = lambda and neighbors are nearly parallel, means are hardly shorter: what comes up fills the ball,
-/// and does not leave it.
+/// If every |q_j| = lambda and neighboring q_j are nearly parallel, prolonged tangents have nearly norm lambda, and
+/// none is larger.
 #[test]
-fn what_comes_up_fills_the_ball_and_stays_inside() {
+fn prolonged_dual_fields_keep_their_norm() {
     for mesh in [shape("grid:20x14"), shape("sphere:4"), shape("torus:60x40").scaled(1e3)] {
         let level = mesh.coarsened();
         let lambda = 0.37 * mesh.area().sqrt();
@@ -134,7 +139,7 @@ fn what_comes_up_fills_the_ball_and_stays_inside() {
     }
 }
 
-/// One vector in space for each region, seen by every face of a flat mesh, stays that vector.
+/// On a flat mesh, a field of one vector in space per region is prolonged exactly.
 #[test]
 fn a_constant_field_stays_constant() {
     let mesh = flipped(shape("grid:20x14"));
@@ -150,9 +155,9 @@ fn a_constant_field_stays_constant() {
     }
 }
 
-/// The frame is that of K: K u = A grad u, written in it, of the linear function with that gradient.
+/// The frame is that of K: for a linear function u, the rows of K u are the coordinates of A grad u in it.
 #[test]
-fn the_frame_is_that_of_the_gradient() {
+fn the_frame_is_that_of_the_operator() {
     let gradient = Vector3::new(0.3, -0.7, 0.2);
     for (name, mesh) in [("bumpy", bumpy(6)), ("flipped", flipped(shape("sphere:2")))] {
         let k = Stencil::new(&mesh);

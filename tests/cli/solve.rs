@@ -253,21 +253,19 @@ fn labels_that_mean_nothing_are_counted() {
             let output = folder.run(line);
             let said = stderr(&output);
             assert_eq!(output.status.code(), Some(0), "{said}");
-            let expected =
-                count.map(|n| format!("nothing is known of {n} vertices (75.00 % of the area)"));
+            let expected = count.map(|n| format!("{n} vertices (75.00 % of the area) are unknown"));
             match expected {
                 Some(text) => assert!(said.contains(&text), "{line}: {said}"),
                 None => assert!(!said.contains("mean nothing"), "{line}: {said}"),
             }
             // Which is no promise for those that have none.
-            let inherit =
-                "where they are connected with others, they take the labels of their neighbors";
+            let inherit = "where they are connected to known vertices, they take the labels of their neighbors";
             assert_eq!(said.contains(inherit), !unknown.is_empty(), "{line}: {said}");
         }
         // A problem for others says what it is without, too.
         let export = "problem export two.obj --costs S.npy --lambda 0.01 --out problem.npz";
         let said = stderr(&folder.run(export));
-        assert_eq!(said.contains("nothing is known of these"), !unknown.is_empty(), "{said}");
+        assert_eq!(said.contains("which marks them as unknown"), !unknown.is_empty(), "{said}");
         assert!(said.contains("1 faces without area were left out"), "{said}");
         folder.done("experiment run e.toml");
         let runs = folder.path("results/e/runs");

@@ -1,11 +1,10 @@
-//! When the alternation ends, and what is said of regions that end empty.
+//! When the alternation ends, and the warnings about empty regions.
 
 use super::*;
 
-/// The parameters are estimated until they move by no more than the share of their range that counts as settled, and no
-/// longer.
+/// Re-estimations end with the first that changes the parameters by no more than the settling threshold.
 #[test]
-fn estimates_end_with_the_first_that_moves_little() {
+fn re_estimations_end_when_the_parameters_settle() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.4);
     let data = Data::new(1, data.values.iter().copied().step_by(3).collect()).unwrap();
@@ -19,7 +18,7 @@ fn estimates_end_with_the_first_that_moves_little() {
     };
     let (estimates, settled) = found(20_000);
     assert!(estimates >= 3);
-    // What is left after so many estimates is too little for another.
+    // After n estimates the remaining iterations are too few for another.
     let after = |n: usize| {
         let (estimates, parameters) = found(alternation.every * (n as u64 + 1));
         assert_eq!(estimates, n);
@@ -30,14 +29,14 @@ fn estimates_end_with_the_first_that_moves_little() {
     assert_eq!(*parameters.last().unwrap(), settled);
     for (n, pair) in parameters.windows(2).enumerate() {
         let moved = pair[0].iter().zip(&pair[1]).map(|(a, b)| (a.mean[0] - b.mean[0]).abs());
-        let little = moved.fold(0.0, f64::max) <= SETTLED * scale.change;
+        let little = moved.fold(0.0, f64::max) <= SETTLED_CHANGE * scale.change;
         assert_eq!(little, n + 2 == estimates, "{n}");
     }
 }
 
-/// The limit is one for all steps, before and after re-estimations; and parameters that still move are said.
+/// The iteration limit counts all steps, before and after re-estimations, and a warning reports unsettled parameters.
 #[test]
-fn the_limit_of_iterations_counts_all() {
+fn the_iteration_limit_counts_all_steps() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.4);
     for most in [5, 25, 95] {
@@ -48,14 +47,14 @@ fn the_limit_of_iterations_counts_all() {
             .unwrap();
         let summary = found.solution.summary;
         assert!(summary.iterations <= most, "{} of {most}", summary.iterations);
-        let said = summary.warnings.iter().any(|warning| warning.contains("still moved"));
-        assert!(said || most > 5, "{:?}", summary.warnings);
+        let reported = summary.warnings.iter().any(|w| w.contains("still changed"));
+        assert!(reported || most > 5, "{:?}", summary.warnings);
     }
 }
 
-/// What ended the run is what could be raised, if anything.
+/// The advice is to raise the limit that ended the run, if there is one.
 #[test]
-fn advice_is_about_what_ended_the_run() {
+fn advice_names_the_limit_that_ended_the_run() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.4);
     let alternation = alternation(Initial::Random, 5);
@@ -65,8 +64,8 @@ fn advice_is_about_what_ended_the_run() {
         let found = segment(&mesh, &PiecewiseConstant::new(&data), &alternation, &request, observe)
             .unwrap();
         let warnings = found.solution.summary.warnings;
-        let said = warnings.into_iter().find(|warning| warning.contains("still moved")).unwrap();
-        said.split_once("raise ").map(|(_, advice)| advice.to_owned())
+        let warning = warnings.into_iter().find(|w| w.contains("still changed")).unwrap();
+        warning.split_once("raise ").map(|(_, advice)| advice.to_owned())
     };
     let few = Stop { iterations: Some(5), ..Stop::default() };
     assert_eq!(advice(few, &mut go).as_deref(), Some("--max-iterations"));
@@ -75,9 +74,9 @@ fn advice_is_about_what_ended_the_run() {
     assert_eq!(advice(Stop::default(), &mut |_| ControlFlow::Break(())), None);
 }
 
-/// Regions that became one are one: the one that is left has nothing, from its first step on.
+/// An inactive region has no mass and no dual field from the first step after the merge on.
 #[test]
-fn regions_that_became_one_share_nothing() {
+fn inactive_regions_are_zero() {
     let mesh = shape("sphere:3");
     let values = mesh.vertices.iter().map(|x| f64::from(u8::from(x.z > 0.1)));
     let data = Data::new(1, values.collect()).unwrap();
@@ -93,14 +92,14 @@ fn regions_that_became_one_share_nothing() {
         let mass = |p: &usize| u.column(*p).sum();
         assert!(summary.empty_regions.iter().all(|p| mass(p) == 0.0), "{seed}");
         let q = q.unwrap();
-        let closed = |p: &usize| q.column(*p).iter().all(|&q| q == 0.0);
-        assert!(summary.empty_regions.iter().all(closed), "{seed}");
+        let zero_field = |p: &usize| q.column(*p).iter().all(|&q| q == 0.0);
+        assert!(summary.empty_regions.iter().all(zero_field), "{seed}");
     }
 }
 
-/// What two regions with one mean become is estimated once more: it has the mean of both.
+/// A merged region is re-estimated and has the mean of both.
 #[test]
-fn a_union_has_the_mean_of_both() {
+fn a_merged_region_has_the_mean_of_both() {
     let mesh = shape("sphere:3");
     let band = |z: f64| if z > 0.3 { 1.0 } else { 0.02 * f64::from(u8::from(z > -0.4)) };
     let data = Data::new(1, mesh.vertices.iter().map(|x| band(x.z)).collect()).unwrap();
@@ -119,12 +118,17 @@ fn a_union_has_the_mean_of_both() {
         let mean = sum / mass;
         assert!((0.005..0.015).contains(&mean), "{seed}: {mean}");
         let found = found.parameters[p as usize].mean[0];
-        assert!((found - mean).abs() <= SETTLED, "{seed}: {found} {mean}");
+        assert!((found - mean).abs() <= SETTLED_CHANGE, "{seed}: {found} {mean}");
     }
 }
 
-/// What is said of empty regions, if anything.
-fn said_of_empty(data: &Data, regions: usize, request: &Request, observe: Observer<'_>) -> String {
+/// The warning about empty regions, if there is one.
+fn empty_warning_of(
+    data: &Data,
+    regions: usize,
+    request: &Request,
+    observe: Observer<'_>,
+) -> String {
     let mesh = shape("sphere:3");
     let alternation = Alternation { regions, ..alternation(Initial::KMeans, 5) };
     let summary = segment(&mesh, &PiecewiseConstant::new(data), &alternation, request, observe)
@@ -132,41 +136,44 @@ fn said_of_empty(data: &Data, regions: usize, request: &Request, observe: Observ
         .solution
         .summary;
     assert!(!summary.empty_regions.is_empty());
-    summary.warnings.into_iter().find(|warning| warning.contains("empty")).unwrap_or_default()
+    summary.warnings.into_iter().find(|w| w.contains("empty")).unwrap_or_default()
 }
 
-/// Data of fewer values than regions: how many they have is said at the end, that it is not the end where it is not, and
-/// nothing to who breaks off.
+/// For data of fewer values than regions, the warning names the number of values if the run converged, says that the
+/// run ended early if it did, and is absent if the run was interrupted.
 #[test]
-fn empty_regions_of_few_values_are_said_at_the_end() {
+fn empty_regions_are_explained_by_few_values() {
     let mesh = shape("sphere:3");
     let values = mesh.vertices.iter().map(|x| f64::from(u8::from(x.z > 0.1)));
     let data = Data::new(1, values.collect()).unwrap();
     let mut request = request(0.02, Mass::Barycentric);
-    let said = said_of_empty(&data, 4, &request, &mut go);
-    let few = "the data have only 2 different values; ask for 2 regions";
-    assert!(said.contains(few), "{said}");
-    assert_eq!(said_of_empty(&data, 4, &request, &mut |_| ControlFlow::Break(())), "");
+    let warning = empty_warning_of(&data, 4, &request, &mut go);
+    let few = "the data have only 2 different values; use --regions 2";
+    assert!(warning.contains(few), "{warning}");
+    assert_eq!(empty_warning_of(&data, 4, &request, &mut |_| ControlFlow::Break(())), "");
     request.stop = Stop { iterations: Some(5), relative_gap: Some(0.0), ..Stop::default() };
-    let said = said_of_empty(&data, 4, &request, &mut go);
-    assert!(said.ends_with("so far: the run ended before its gap was reached"), "{said}");
+    let warning = empty_warning_of(&data, 4, &request, &mut go);
+    assert!(
+        warning.ends_with("so far: the run ended before the gap was reached; raise its limit"),
+        "{warning}"
+    );
 }
 
-/// Where lambda is too large, half of the first that keeps all regions is advised, and keeps them; where two means are
-/// one, fewer regions.
+/// If lambda is too large, the advice is half of the first lambda that keeps all regions, and it does keep them; if
+/// regions were merged, the advice is fewer regions.
 #[test]
-fn empty_regions_are_said_with_what_fills_them() {
+fn the_advice_about_empty_regions_helps() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.1);
     let large = request(3.0, Mass::Barycentric);
     let alternation = alternation(Initial::KMeans, 5);
     let half = Request { lambda: 1.5, ..large.clone() };
     let model = PiecewiseConstant::new(&data);
-    let found = lambda::separating(&mesh, &model, &alternation, &half, &mut go).unwrap();
+    let found = lambda::find_separating(&mesh, &model, &alternation, &half, &mut go).unwrap();
     let advised = 0.5 * found.lambda.unwrap();
-    let said = said_of_empty(&data, 3, &large, &mut go);
+    let warning = empty_warning_of(&data, 3, &large, &mut go);
     let end = format!(": lambda is too large for these data; try --lambda {advised:.1e}");
-    assert!(said.ends_with(&end) && !said.contains("one mean"), "{said}");
+    assert!(warning.ends_with(&end) && !warning.contains("merged"), "{warning}");
     let smaller = Request { lambda: advised, ..large };
     let solution = segment(&mesh, &PiecewiseConstant::new(&data), &alternation, &smaller, &mut go)
         .unwrap()
@@ -174,7 +181,8 @@ fn empty_regions_are_said_with_what_fills_them() {
     assert!(solution.summary.empty_regions.is_empty());
 
     let (data, _) = painted(&mesh, 1e-3);
-    let said = said_of_empty(&data, 4, &request(0.02, Mass::Barycentric), &mut go);
-    let end = ", since regions with one mean became one: the data do not separate into 4 regions; ask for 3";
-    assert!(said.ends_with(end), "{said}");
+    let warning = empty_warning_of(&data, 4, &request(0.02, Mass::Barycentric), &mut go);
+    let end = ", since regions with the same mean were merged: the data do not separate into 4 regions; \
+               use --regions 3";
+    assert!(warning.ends_with(end), "{warning}");
 }

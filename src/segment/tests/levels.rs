@@ -1,10 +1,10 @@
-//! Coarse to fine.
+//! Coarse to fine: the time of the levels, the same regions, and the certificate.
 
 use super::*;
 
-/// Time that the levels take is the finest alternation's no more.
+/// The time of the coarse levels counts towards the time limit.
 #[test]
-fn the_finest_has_the_time_that_is_left() {
+fn the_finest_level_has_the_remaining_time() {
     let mesh = shape("sphere:5");
     let (data, _) = painted(&mesh, 0.6);
     let mut request = Request { coarse_to_fine: true, ..request(0.05, Mass::Barycentric) };
@@ -16,7 +16,7 @@ fn the_finest_has_the_time_that_is_left() {
     assert!(summary.iterations <= 1 && summary.status == Status::TimeLimit, "{summary:?}");
 }
 
-/// From coarser meshes: the same regions, certified as ever.
+/// Coarse to fine finds the same regions, certified as without it.
 #[test]
 fn coarse_to_fine_finds_the_same_regions() {
     let mesh = shape("sphere:5");
@@ -41,9 +41,9 @@ fn coarse_to_fine_finds_the_same_regions() {
     }
 }
 
-/// Also where no step is left for a re-estimation, the certificate is for the parameters that came up from below.
+/// If no re-estimation is possible on the finest mesh, the certificate is for the parameters of the coarser levels.
 #[test]
-fn what_comes_up_is_certified_for_its_own_parameters() {
+fn the_certificate_is_for_parameters_of_coarser_levels() {
     let mesh = shape("sphere:5");
     let (data, _) = painted(&mesh, 0.6);
     let mut request = Request { coarse_to_fine: true, ..request(0.05, Mass::Barycentric) };

@@ -1,4 +1,4 @@
-//! The alternation recovers what was painted, repeats itself, and ends with a valid certificate.
+//! The alternation recovers the painted regions, is reproducible, and ends with a valid certificate.
 
 mod ends;
 mod levels;
@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use rand::RngExt;
 
-use super::alternation::SETTLED;
+use super::alternation::SETTLED_CHANGE;
 use super::*;
 use crate::data::constant::Mean;
 use crate::data::l1::Median;
@@ -108,7 +108,7 @@ fn three_colors_are_recovered() {
     }
 }
 
-/// The final energy is the one of the parameters that are reported, and so is the bound.
+/// The final energy and bound are those of the reported parameters.
 #[test]
 fn the_certificate_is_for_the_reported_parameters() {
     let mesh = shape("sphere:3");
@@ -136,7 +136,7 @@ fn the_certificate_is_for_the_reported_parameters() {
     }
 }
 
-/// U and mu in turn: neither step raises the energy, the steps of U but for the gap they leave.
+/// Neither half of the alternation increases the energy, except that a solve for U leaves a gap.
 fn the_energy_of_a_model_does_not_rise<D: DataModel>(
     mesh: &Mesh,
     model: &D,
@@ -194,9 +194,9 @@ fn the_same_seed_gives_the_same_result() {
     }
 }
 
-/// Means are those of integrals: where vertices lie densely each counts less.
+/// Means are area-weighted: where vertices are dense, each one counts less.
 #[test]
-fn parameters_are_means_by_area() {
+fn parameters_are_area_weighted_means() {
     let mut mesh = shape("grid:60x20");
     mesh.vertices.iter_mut().for_each(|x| x.x = x.x.powi(3));
     let data = Data::new(1, mesh.vertices.iter().map(|x| x.x).collect()).unwrap();
@@ -221,7 +221,7 @@ fn parameters_are_means_by_area() {
     }
 }
 
-/// Data in another unit, and lambda with it, take the same way to the same labels.
+/// Data in another unit, with lambda scaled accordingly, take the same steps to the same labels.
 #[test]
 fn the_unit_of_the_data_does_not_matter() {
     let mesh = shape("sphere:3");
@@ -244,9 +244,9 @@ fn the_unit_of_the_data_does_not_matter() {
     }
 }
 
-/// More regions than colors, in a padded row: the surplus does no harm.
+/// More regions than colors, in padded rows, do no harm.
 #[test]
-fn nine_regions_for_three_colors() {
+fn nine_regions_for_three_colors_are_solved() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.0);
     let alternation = Alternation { regions: 9, ..alternation(Initial::KMeans, 2) };
@@ -259,7 +259,7 @@ fn nine_regions_for_three_colors() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused() {
+fn invalid_requests_are_refused() {
     let mesh = shape("sphere:1");
     let (data, _) = painted(&mesh, 0.0);
     let short = Data::new(3, vec![0.0; 9]).unwrap();

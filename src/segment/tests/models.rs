@@ -1,10 +1,10 @@
-//! Data models other than `constant`: robust ones, costs of any sign, fits that fail.
+//! Data models other than `constant`: robust ones, costs of either sign, fits that fail.
 
 use super::*;
 
-/// Where a tenth of the data are anything, medians stay in the middle of the rest and labels follow them.
+/// With a tenth of outliers, medians and labels are those of the other data.
 #[test]
-fn medians_take_no_notice_of_outliers() {
+fn medians_are_robust_to_outliers() {
     let mesh = shape("sphere:4");
     let (mut data, truth) = painted(&mesh, 0.1);
     let mut rng = rng(112);
@@ -28,8 +28,8 @@ fn medians_take_no_notice_of_outliers() {
     }
 }
 
-/// Costs of any sign that differ from the squared distances by what is the same for all regions, and a fit that fails
-/// after a number of times: what other models may do.
+/// A model as others may write it: its costs are squared distances minus a number per vertex, so they may be negative,
+/// and its fit fails after a given number of calls.
 #[derive(Clone)]
 struct Odd<'a> {
     model: PiecewiseConstant<'a>,
@@ -75,8 +75,8 @@ impl DataModel for Odd<'_> {
 
     fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
         let s: Vec<Row<M>> = self.model.costs(mu);
-        let lower = |k: usize| f64::from(u8::from(self.is_known(k))) * (2.0 + (k as f64).sin());
-        (0..s.len()).map(|k| s[k] - Row([lower(k); M])).collect()
+        let offset = |k: usize| f64::from(u8::from(self.is_known(k))) * (2.0 + (k as f64).sin());
+        (0..s.len()).map(|k| s[k] - Row([offset(k); M])).collect()
     }
 
     fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
@@ -91,9 +91,9 @@ impl DataModel for Odd<'_> {
     }
 }
 
-/// Negative costs end with the same labels and gaps.
+/// Negative costs give the same labels and gaps.
 #[test]
-fn what_is_the_same_for_all_regions_changes_nothing() {
+fn a_constant_per_vertex_does_not_change_the_result() {
     let mesh = shape("sphere:4");
     let (mut data, _) = painted(&mesh, 0.4);
     data.values[..30].fill(f64::NAN);
@@ -118,9 +118,9 @@ fn what_is_the_same_for_all_regions_changes_nothing() {
     assert_eq!(one, other);
 }
 
-/// Wherever a fit fails, its error is that of the segmentation.
+/// Wherever a fit fails, the segmentation returns its error.
 #[test]
-fn a_fit_that_fails_ends_it() {
+fn a_failing_fit_ends_the_segmentation() {
     let mesh = shape("sphere:4");
     let (data, _) = painted(&mesh, 0.4);
     let alternation = alternation(Initial::Random, 5);

@@ -8,7 +8,7 @@ use super::{CONSISTENT, exact, run, solver, uniform, variants};
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::{Problem, rounded};
-use crate::regions::close_from;
+use crate::regions::pad_costs;
 use crate::run::{Run, Status, Stop};
 use crate::samples::{bumpy, disjoint, random_problem, shape, with_isolated_vertices};
 use crate::solver::{
@@ -83,7 +83,7 @@ fn isolated_vertices_do_not_affect_others() {
 fn padding_regions_stay_empty() {
     let mesh = bumpy(6).scaled(1e-4);
     let mut problem = random_problem::<12>(&mesh, 0.02 * mesh.area().sqrt(), 94);
-    close_from(9, &mut problem.f);
+    pad_costs(9, &mut problem.f);
     for variant in variants().chain([CONSISTENT]) {
         let mut solver = solver(variant, &mesh, &problem, uniform(mesh.vertices.len(), 9));
         for n in 1..=30 {

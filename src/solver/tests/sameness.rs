@@ -4,7 +4,7 @@ use super::{CONSISTENT, after, solver, uniform, variants};
 use crate::field::{Row, Tangent};
 use crate::operator::{Matrix, Stencil};
 use crate::problem::Problem;
-use crate::regions::close_from;
+use crate::regions::pad_costs;
 use crate::samples::{bumpy, flipped, needles, random_labels, random_problem, rng, shape};
 use crate::sweep::with_threads;
 
@@ -112,7 +112,7 @@ fn padding_regions_do_not_matter() {
         rows.iter().map(|row| Row::from_fn(|p| if p < 5 { row.0[p] } else { 0.0 })).collect()
     };
     let mut f = wide(&problem.f);
-    close_from(5, &mut f);
+    pad_costs(5, &mut f);
     let padded = Problem::new(Stencil::new(&mesh), f, problem.lambda);
     let start = random_labels::<5>(mesh.vertices.len(), 5, &mut rng(78));
     for variant in variants().chain([CONSISTENT]) {

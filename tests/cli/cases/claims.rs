@@ -224,7 +224,10 @@ fn empty_regions_are_said_with_what_helps() {
     dear.column_mut(1).fill(1e3);
     folder.array("s.npy", &dear);
     let warnings = folder.solve(&format!("{line} 1e-3"), "dear").summary["warnings"].to_string();
-    assert!(warnings.contains("region 1 is empty: nowhere"), "{warnings}");
+    assert!(
+        warnings.contains("region 1 is empty: no vertex has its smallest cost there"),
+        "{warnings}"
+    );
 }
 
 /// Regions with one mean become one, quickly, and so do data of one value.
@@ -242,7 +245,7 @@ fn data_that_do_not_separate_are_said() {
     };
     let (screen, answer) = segment("two", 4);
     let warnings = answer.summary["warnings"].to_string();
-    assert!(warnings.contains("empty") && warnings.contains("ask for 2"), "{warnings}");
+    assert!(warnings.contains("empty") && warnings.contains("use --regions 2"), "{warnings}");
     assert!(screen.contains("empty"), "{screen}");
     assert!(answer.number("iterations") < 5000.0);
     let (screen, answer) = segment("one", 2);

@@ -118,9 +118,9 @@ fn costs_that_do_not_fit() {
         (npy(Array2::<f64>::zeros((3, 2))), "3 rows, the mesh 4 vertices"),
         (npy(Array2::<f64>::zeros((2, 4))), "2 rows, the mesh 4 vertices"),
         (npy(Array2::<f64>::zeros((0, 2))), "0 rows"),
-        (npy(Array2::<f64>::zeros((4, 0))), "0 regions: must be 2 to 64"),
-        (npy(Array2::<f64>::zeros((4, 1))), "1 regions: must be 2 to 64"),
-        (npy(Array2::<f64>::zeros((4, 65))), "65 regions: must be 2 to 64"),
+        (npy(Array2::<f64>::zeros((4, 0))), "0 regions: must be from 2 to 64"),
+        (npy(Array2::<f64>::zeros((4, 1))), "1 regions: must be from 2 to 64"),
+        (npy(Array2::<f64>::zeros((4, 65))), "65 regions: must be from 2 to 64"),
         (npy(with(2, 1, f64::NAN)), "NaN in row 2, column 1"),
         (npy(with(3, 0, f64::NEG_INFINITY)), "-inf in row 3, column 0"),
     ] {
@@ -141,7 +141,7 @@ fn u_that_does_not_fit() {
     let start = "solve square.obj --costs S.npy --init a.npy --lambda 1 --out out";
     for u in [Array2::<f64>::zeros((4, 3)), Array2::zeros((3, 2)), Array2::zeros((4, 0))] {
         folder.write("a.npy", npy(u));
-        refuse(&folder, start, &["a.npy", "entries, the costs"]);
+        refuse(&folder, start, &["a.npy", "entries, but the costs"]);
         refuse(
             &folder,
             "evaluate square.obj --costs S.npy --u a.npy --lambda 1",

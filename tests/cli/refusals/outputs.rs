@@ -28,7 +28,7 @@ fn folders_that_cannot_be_made() {
 fn links_to_nothing_are_no_folders() {
     let folder = folder();
     std::os::unix::fs::symlink("nowhere", folder.path("link")).unwrap();
-    refuse(&folder, "operators square.obj --out link", &["link", "is a link to nothing"]);
+    refuse(&folder, "operators square.obj --out link", &["link", "is a dangling link"]);
 }
 
 /// Where not even the superuser can write.

@@ -16,7 +16,7 @@ use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
-use crate::regions::close_from;
+use crate::regions::pad_costs;
 use crate::samples::{
     assert_within, bumpy, random_dual, random_labels, random_problem, rng, shape,
     with_isolated_vertices, zoo,
@@ -149,7 +149,7 @@ fn raw_u<T: Real, const M: usize>(fused: &Fused<T, M>) -> Vec<Row<M>> {
 fn check_bound_and_change<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
     let mesh = &*mesh.without_degenerate_faces().0;
     let mut problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 118);
-    close_from(M - 1, &mut problem.f);
+    pad_costs(M - 1, &mut problem.f);
     let mut start = start(&problem, 119);
     start.0.fill(Row::one_hot(0));
     let mut bits = Vec::new();
@@ -262,7 +262,7 @@ fn nan_in_the_costs_makes_the_bound_nan() {
 fn iterates_match_after_a_restart_with_other_costs() {
     let mesh = shape("torus:40x30");
     let mut problem = random_problem::<16>(&mesh, 0.02, 115);
-    close_from(9, &mut problem.f);
+    pad_costs(9, &mut problem.f);
     let u = vec![Row::from_fn(|p| if p < 9 { 1.0 / 9.0 } else { 0.0 }); mesh.vertices.len()];
     let start = (u, vec![Tangent::ZERO; mesh.faces.len()]);
     let mut solvers: [Box<dyn Solver<Stencil, 16>>; 2] = [
