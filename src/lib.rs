@@ -44,6 +44,7 @@ pub mod file;
 mod font;
 pub mod mesh;
 pub mod misfit;
+pub mod names;
 pub mod npy;
 mod one_line;
 pub mod operator;

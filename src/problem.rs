@@ -12,7 +12,7 @@
 //! alone. A problem therefore keeps f_k - min_p f_kp and B apart: its energies and bounds are E - B and D - B,
 //! `relative_gap` is (E - D) / (E - B), and nothing that is decided or claimed depends on such a constant.
 
-use strum::{EnumString, IntoStaticStr, VariantNames};
+use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
@@ -147,7 +147,7 @@ pub struct Smoothing {
     pub epsilon: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumIter, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum SmoothingMode {
     /// lambda A_j sqrt(|grad_j U|^2 + eps): the same for every resolution, with a bias of at most
@@ -156,18 +156,6 @@ pub enum SmoothingMode {
     /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as equations (7) and (9) print it. Its bias depends
     /// on the mesh.
     Paper,
-}
-
-impl SmoothingMode {
-    pub const NAMES: [(&'static str, SmoothingMode); 2] =
-        [("paper", SmoothingMode::Paper), ("intrinsic", SmoothingMode::Intrinsic)];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            SmoothingMode::Paper => "paper",
-            SmoothingMode::Intrinsic => "intrinsic",
-        }
-    }
 }
 
 /// sqrt(eps) times the square root of the area, unless something else is asked for. On a torus of 20,000 to

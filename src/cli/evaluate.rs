@@ -53,11 +53,11 @@ pub struct Arguments {
     epsilon: Option<f64>,
 
     /// paper: (1/2) sqrt(xi + eps); intrinsic: A sqrt(|grad u|^2 + eps)
-    #[arg(long, value_parser = named(&SmoothingMode::NAMES), default_value = "intrinsic")]
+    #[arg(long, value_parser = named::<SmoothingMode>(), default_value = "intrinsic")]
     epsilon_mode: SmoothingMode,
 
     /// Quadrature of the data term
-    #[arg(long, value_parser = named(&Mass::NAMES), default_value = "barycentric")]
+    #[arg(long, value_parser = named::<Mass>(), default_value = "barycentric")]
     mass: Mass,
 
     /// Merge vertices as `solve --weld` does, within this length of each other [default: 0, those at equal positions];

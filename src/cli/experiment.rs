@@ -70,7 +70,7 @@ pub struct Run {
     force: bool,
 
     /// Run nothing: print the script that makes all runs on a cluster and collects them
-    #[arg(long, value_name = "CLUSTER", value_parser = named(&Cluster::NAMES), conflicts_with_all = ["shard", "force"])]
+    #[arg(long, value_name = "CLUSTER", value_parser = named::<Cluster>(), conflicts_with_all = ["shard", "force"])]
     emit: Option<Cluster>,
 
     /// Jobs that --emit divides the runs among [default: one each, 100 at most]

@@ -50,7 +50,7 @@ pub struct Export {
     lambda: Option<f64>,
 
     /// Quadrature of the data term; barycentric, if nothing is said
-    #[arg(long, value_parser = named(&Mass::NAMES))]
+    #[arg(long, value_parser = named::<Mass>())]
     mass: Option<Mass>,
 
     /// Where U starts: uniform, random, argmin, or a file U.npy; argmin, if nothing is said

@@ -8,13 +8,15 @@ use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
 use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, palette};
 use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::mesh::{Mesh, Source};
+use meshseg::mesh::{Mesh, Normalize, Source};
+use meshseg::names::Named;
 use meshseg::outcome::{self, Looks, Shown};
 use meshseg::render;
 use meshseg::segment::{Alternation, Segmentation, lambda, segment};
 use meshseg::solve::{Request, Solution, Summary, check_mesh};
 use meshseg::{Result, sweep};
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
@@ -46,11 +48,11 @@ pub struct Arguments {
 
     /// cover: an image laid along two axes keeps its aspect, and what is too long is cut off at both ends; stretch:
     /// it loses its aspect
-    #[arg(long, value_parser = named(&Fit::NAMES), default_value = "cover")]
+    #[arg(long, value_parser = named::<Fit>(), default_value = "cover")]
     fit: Fit,
 
     /// What a vertex takes of an image. mean: the mean over its third of its faces; vertex: the color at its place
-    #[arg(long, value_parser = named(&Texel::NAMES), default_value = "mean")]
+    #[arg(long, value_parser = named::<Texel>(), default_value = "mean")]
     texel: Texel,
 
     /// Number of regions, 2 to 64
@@ -59,7 +61,7 @@ pub struct Arguments {
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median but for
     /// outliers, costs are distances, summed over the columns of the data
-    #[arg(long, value_parser = named(&Model::NAMES), default_value = "constant")]
+    #[arg(long, value_parser = named::<Model>(), default_value = "constant")]
     model: Model,
 
     /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1) [default:
@@ -74,7 +76,7 @@ pub struct Arguments {
     every: u64,
 
     /// Where the region parameters start. kmeans: means of clusters (medians for l1); random: those of random regions
-    #[arg(long, value_parser = named(&Initial::NAMES), default_value = "kmeans")]
+    #[arg(long, value_parser = named::<Initial>(), default_value = "kmeans")]
     init: Initial,
 
     /// Seed of the start
@@ -82,7 +84,7 @@ pub struct Arguments {
     seed: u64,
 
     /// area: scale the mesh to total area 1, so that lambda means the same for every mesh; none: keep its units
-    #[arg(long, value_parser = named(&Normalize::NAMES), default_value = "area")]
+    #[arg(long, value_parser = named::<Normalize>(), default_value = "area")]
     normalize: Normalize,
 
     /// Merge vertices within this length of each other, in the units of the file, onto the first of them [default: 0,
@@ -107,33 +109,11 @@ Examples:
   meshseg segment grid:300x200 --data image:photo.jpg --regions 3 --out results/photo
   meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny";
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "lowercase")]
 enum Model {
     Constant,
     L1,
-}
-
-impl Model {
-    const NAMES: [(&'static str, Model); 2] = [("constant", Model::Constant), ("l1", Model::L1)];
-
-    fn name(self) -> &'static str {
-        match self {
-            Model::Constant => "constant",
-            Model::L1 => "l1",
-        }
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum Normalize {
-    Area,
-    None,
-}
-
-impl Normalize {
-    const NAMES: [(&'static str, Normalize); 2] =
-        [("area", Normalize::Area), ("none", Normalize::None)];
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -149,10 +129,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
     let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
     let area = welded.area();
-    let scale = match arguments.normalize {
-        Normalize::Area if area > 0.0 && area.is_finite() => 1.0 / area.sqrt(),
-        Normalize::Area | Normalize::None => 1.0,
-    };
+    let scale = arguments.normalize.scale(area);
     let scaled = welded.clone().scaled(scale);
     check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
     let mapping =
@@ -194,7 +171,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
         seed: arguments.seed,
         every: arguments.every,
         re_estimations: estimates,
-        normalize: arguments.normalize,
+        normalize: arguments.normalize.name(),
         scale,
         region_parameters: &regions,
     };
@@ -325,7 +302,7 @@ struct SegmentSummary<'a> {
     seed: u64,
     every: u64,
     re_estimations: usize,
-    normalize: Normalize,
+    normalize: &'static str,
     scale: f64,
     region_parameters: &'a [Region],
 }

@@ -193,6 +193,7 @@ mod tests {
     use crate::operator::Mass;
     use crate::samples::{bumpy, needles, random_labels, rng, shape, with_isolated_vertices};
     use rand::RngExt;
+    use strum::IntoEnumIterator;
 
     fn random_data(n: usize, dimension: usize) -> Data {
         let mut rng = rng(121);
@@ -220,7 +221,7 @@ mod tests {
             let data = random_data(n, 2);
             let model = PiecewiseConstant::new(&data);
             let u = random_labels::<3>(n, 3, &mut rng(122));
-            for mass in Mass::NAMES.map(|(_, mass)| mass) {
+            for mass in Mass::iter() {
                 let energy = |mu: &[Mean]| -> f64 {
                     let f = mass.on(&mesh).integrate(&model.costs::<3>(mu));
                     u.iter().zip(&f).map(|(u, &f)| u.dot(f)).sum()

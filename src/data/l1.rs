@@ -266,6 +266,7 @@ mod tests {
     use crate::data::constant::Mean;
     use crate::operator::Mass;
     use crate::samples::{bumpy, needles, random_labels, rng, shape};
+    use strum::IntoEnumIterator;
 
     fn random_data(n: usize, dimension: usize) -> Data {
         let mut rng = rng(131);
@@ -292,7 +293,7 @@ mod tests {
             let data = random_data(n, 2);
             let model = L1::new(&data);
             let u = random_labels::<3>(n, 3, &mut rng(132));
-            for mass in Mass::NAMES.map(|(_, mass)| mass) {
+            for mass in Mass::iter() {
                 let energy = |mu: &[Median]| -> f64 {
                     let f = mass.on(&mesh).integrate(&model.costs::<3>(mu));
                     u.iter().zip(&f).map(|(u, &f)| u.dot(f)).sum()

@@ -20,6 +20,7 @@ use std::fmt::Debug;
 
 use rand_pcg::Pcg64;
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use crate::error::{Error, Result};
 use crate::field::Row;
@@ -156,24 +157,13 @@ impl Data {
 }
 
 /// Where the region parameters start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "lowercase")]
 pub enum Initial {
     /// Clusters of the data: area-weighted k-means++, and Lloyd's iteration.
     KMeans,
     /// What fits a random partition of the vertices.
     Random,
-}
-
-impl Initial {
-    pub const NAMES: [(&'static str, Initial); 2] =
-        [("kmeans", Initial::KMeans), ("random", Initial::Random)];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Initial::KMeans => "kmeans",
-            Initial::Random => "random",
-        }
-    }
 }
 
 /// What the numbers of a model are measured by. Costs and distances should not be those of a few values far away.

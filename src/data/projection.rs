@@ -9,6 +9,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::charts::{around, latitude};
@@ -30,15 +32,12 @@ pub enum Projection {
 }
 
 /// How an image fills a box of another aspect.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Fit {
     #[default]
     Cover,
     Stretch,
-}
-
-impl Fit {
-    pub const NAMES: [(&'static str, Fit); 2] = [("cover", Fit::Cover), ("stretch", Fit::Stretch)];
 }
 
 /// Texture coordinates, and what was done in words.

@@ -2,19 +2,17 @@
 //!
 //! Each job makes a shard: every N-th run. Shards write to one folder; that two of them meet does no harm.
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use super::plan::Plan;
 use super::quoting::{braces, one_line, plain, python, shell};
 
 /// What runs the jobs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Cluster {
     Slurm,
     Snakemake,
-}
-
-impl Cluster {
-    pub const NAMES: [(&'static str, Cluster); 2] =
-        [("slurm", Cluster::Slurm), ("snakemake", Cluster::Snakemake)];
 }
 
 /// Jobs at the most, unless another number is asked for.

@@ -9,6 +9,7 @@ use crate::coarse::Record;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
 use crate::mesh::{Mesh, Weld};
+use crate::names::Named;
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, relative_gap, rounded};
 use crate::regions;

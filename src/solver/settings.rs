@@ -6,11 +6,9 @@
 use std::collections::BTreeMap;
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
 use std::ops::RangeBounds;
-use std::str::FromStr;
-
-use strum::VariantNames;
 
 use crate::error::{Error, Result};
+use crate::names::{Named, must_be_one_of};
 
 /// Settings of a method that can be named.
 pub trait Adjustable: Default {
@@ -35,7 +33,7 @@ enum Value<'a> {
 /// Where a number may lie.
 type Range = (Bound<f64>, Bound<f64>);
 
-/// An enumeration whose variants have names.
+/// A variant of an enumeration.
 trait Choice {
     fn names(&self) -> &'static [&'static str];
 
@@ -45,17 +43,17 @@ trait Choice {
     fn choose(&mut self, name: &str) -> bool;
 }
 
-impl<T: FromStr + Into<&'static str> + VariantNames + Copy> Choice for T {
+impl<T: Named> Choice for T {
     fn names(&self) -> &'static [&'static str] {
-        T::VARIANTS
+        T::names()
     }
 
     fn name(&self) -> &'static str {
-        (*self).into()
+        Named::name(*self)
     }
 
     fn choose(&mut self, name: &str) -> bool {
-        name.parse().map(|variant| *self = variant).is_ok()
+        T::named(name).map(|variant| *self = variant).is_some()
     }
 }
 
@@ -82,11 +80,7 @@ impl<'a> Setting<'a> {
     }
 
     /// A variant of an enumeration.
-    pub fn choice<T: FromStr + Into<&'static str> + VariantNames + Copy>(
-        key: &'static str,
-        place: &'a mut T,
-        help: &'static str,
-    ) -> Self {
+    pub fn choice<T: Named>(key: &'static str, place: &'a mut T, help: &'static str) -> Self {
         Setting { key, help, value: Value::Choice(place) }
     }
 
@@ -135,7 +129,7 @@ impl<'a> Setting<'a> {
             Value::Optional(place, range, _) => **place = Some(within(range)?),
             Value::Choice(choice) => {
                 if !choice.choose(text) {
-                    return Err(format!("must be one of {}", choice.names().join(", ")));
+                    return Err(must_be_one_of(choice.names()));
                 }
             }
         }

@@ -13,22 +13,20 @@
 //! color reaches over two). Where that is more than `most`, the samples are of a smaller image, means of
 //! 2^l x 2^l texels.
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use super::shrink::Channel;
 
 /// Sides of the triangles that are sampled once, in texels.
 const SPACING: f64 = 1.5;
 
 /// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Texel {
     #[default]
     Mean,
     Vertex,
-}
-
-impl Texel {
-    pub const NAMES: [(&'static str, Texel); 2] =
-        [("mean", Texel::Mean), ("vertex", Texel::Vertex)];
 }
 
 /// A texture in one of its sizes.
