@@ -17,7 +17,7 @@
 use crate::field::{Row, Tangent};
 use crate::mesh::partition::Partition;
 use crate::operator::{Adjoint, Cholesky, Operator, normal_matrix};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN, Problem};
 use crate::prox::project_ball;
 use crate::sweep::sweep;
 
@@ -44,13 +44,13 @@ impl<const M: usize> Constant<M> {
         let component: Vec<u32> = (0..n as u32).map(|v| partition.root(v)).collect();
         let mut total = vec![Row::ZERO; n];
         for (f, &c) in problem.f.iter().zip(&component) {
-            total[c as usize] += Row::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { f.0[p] });
+            total[c as usize] += Row::from_fn(|p| if f.0[p] == FORBIDDEN { 0.0 } else { f.0[p] });
         }
         // What one vertex forbids, its component cannot have. The sum of all that is closed would leave the range of
         // numbers.
         for (f, &c) in problem.f.iter().zip(&component) {
             let total = &mut total[c as usize];
-            *total = Row::from_fn(|p| if f.0[p] == NEVER { NEVER } else { total.0[p] });
+            *total = Row::from_fn(|p| if f.0[p] == FORBIDDEN { FORBIDDEN } else { total.0[p] });
         }
         Constant { component, total }
     }
@@ -79,9 +79,9 @@ impl<const M: usize> Constant<M> {
             .map(|v| {
                 let total = &self.total[self.component[v] as usize];
                 let best = total.min();
-                let cost = |p: usize| if total.0[p] == NEVER { best } else { total.0[p] };
+                let cost = |p: usize| if total.0[p] == FORBIDDEN { best } else { total.0[p] };
                 let f = f[v];
-                Row::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { cost(p) * part(v) - f.0[p] })
+                Row::from_fn(|p| if f.0[p] == FORBIDDEN { 0.0 } else { cost(p) * part(v) - f.0[p] })
             })
             .collect();
         // What is missing, and by how many it is shared.
@@ -89,13 +89,13 @@ impl<const M: usize> Constant<M> {
         for (v, divergence) in divergence.iter().enumerate() {
             let (sum, count) = &mut missing[self.component[v] as usize];
             *sum += *divergence;
-            *count += Row::from_fn(|p| f64::from(f[v].0[p] == NEVER));
+            *count += Row::from_fn(|p| f64::from(f[v].0[p] == FORBIDDEN));
         }
         for (v, divergence) in divergence.iter_mut().enumerate() {
             let (sum, count) = &missing[self.component[v] as usize];
             let rest = |p: usize| -sum.0[p] / count.0[p];
             *divergence =
-                Row::from_fn(|p| if f[v].0[p] == NEVER { rest(p) } else { divergence.0[p] });
+                Row::from_fn(|p| if f[v].0[p] == FORBIDDEN { rest(p) } else { divergence.0[p] });
         }
         // The sums over a component vanish, and so does phi at its smallest vertex, where 1 is added.
         let grounded: Vec<f64> =
@@ -132,7 +132,7 @@ mod tests {
     fn large_lambdas_are_certified_in_closed_form() {
         for (name, mesh) in zoo() {
             let mut problem = random_problem::<4>(&mesh, 1e6 * mesh.area().sqrt(), 811);
-            problem.f.iter_mut().for_each(|f| f.0[3] = NEVER);
+            problem.f.iter_mut().for_each(|f| f.0[3] = FORBIDDEN);
             let constant = Constant::new(&problem);
             let (energy, spread) = (problem.energy(&constant.labels()), problem.spread());
             let bound = problem.dual_bound(&constant.field(&problem).unwrap());
@@ -172,7 +172,7 @@ mod tests {
         let mut problem = random_problem::<3>(&mesh, 1e6, 813);
         let best = |problem: &Problem<_, 3>| Constant::new(problem).labels()[0].argmax();
         let before = best(&problem);
-        problem.f[7].0[before] = NEVER;
+        problem.f[7].0[before] = FORBIDDEN;
         let constant = Constant::new(&problem);
         let labels = constant.labels();
         assert_ne!(labels[0].argmax(), before);

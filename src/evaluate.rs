@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::names::Named;
 use crate::operator::{Mass, Stencil};
-use crate::problem::{NEVER, Problem, Smoothing, label_gap, relative_gap, rounded};
+use crate::problem::{FORBIDDEN, Problem, Smoothing, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};
 use crate::run::Certificate;
 use crate::solve::{Observer, check_range, integrate, model_mesh};
@@ -220,7 +220,7 @@ fn without_forbidden<const M: usize>(
     m: usize,
     u: &[Row<M>],
 ) -> Result<Vec<Row<M>>> {
-    let forbidden = |v: usize, p: usize| problem.f[v].0[p] == NEVER;
+    let forbidden = |v: usize, p: usize| problem.f[v].0[p] == FORBIDDEN;
     for (v, row) in u.iter().enumerate() {
         if let Some(p) = (0..m).find(|&p| forbidden(v, p) && row.0[p].abs() > FEASIBLE) {
             return Err(Error::unsuitable(format!(
@@ -236,7 +236,7 @@ fn without_forbidden<const M: usize>(
 /// U for rounding: no label that is forbidden, or that does not exist, is the largest, even where all others are negative.
 fn without_closed<const M: usize>(problem: &Problem<Stencil, M>, u: &[Row<M>]) -> Vec<Row<M>> {
     let f = &problem.f;
-    let open = |v: usize, p: usize| f[v].0[p] != NEVER;
+    let open = |v: usize, p: usize| f[v].0[p] != FORBIDDEN;
     let row = |v: usize| Row::from_fn(|p| if open(v, p) { u[v].0[p] } else { f64::NEG_INFINITY });
     (0..u.len()).map(row).collect()
 }

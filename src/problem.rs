@@ -21,7 +21,7 @@ use crate::sweep::{collect, sum, sum_blocks, sweep};
 
 /// Costs of regions that only fill up a row to its compiled length. It stands for +infinity, which is
 /// no number to multiply by zero; u is exactly zero there from the start to the end.
-pub const NEVER: f64 = 1e300;
+pub const FORBIDDEN: f64 = 1e300;
 
 pub struct Problem<K, const M: usize> {
     pub k: K,
@@ -62,7 +62,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
             #[inline(always)]
             |_, f| {
                 let least = f.min();
-                *f = Row::from_fn(|p| if f.0[p] == NEVER { NEVER } else { f.0[p] - least });
+                *f = Row::from_fn(|p| if f.0[p] == FORBIDDEN { FORBIDDEN } else { f.0[p] - least });
             },
         );
         self.f = f;
@@ -118,7 +118,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
             #[inline(always)]
             |v| {
                 let f = self.f[v];
-                Row::<M>::from_fn(|p| if f.0[p] == NEVER { 0.0 } else { f.0[p] }).max()
+                Row::<M>::from_fn(|p| if f.0[p] == FORBIDDEN { 0.0 } else { f.0[p] }).max()
             },
         )
     }

@@ -1,13 +1,13 @@
 //! The number of regions: a number outside, a type inside. The one place where one becomes the other.
 //!
-//! Sizes that are not compiled are rounded up, with regions that cost [`NEVER`]
+//! Sizes that are not compiled are rounded up, with regions that cost [`FORBIDDEN`]
 //! and start with no mass; the projection onto the simplex then keeps them at exactly zero.
 
 use ndarray::{Array2, ArrayView2};
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN;
 use crate::sweep::{collect, sweep};
 
 /// What users may ask for.
@@ -105,7 +105,7 @@ pub fn array<const M: usize>(rows: &[Row<M>], m: usize) -> Array2<f64> {
 
 /// Closes the regions from m on: no one can afford them.
 pub fn close_from<const M: usize>(m: usize, f: &mut [Row<M>]) {
-    sweep(f, |_, row| row.0[m..].fill(NEVER));
+    sweep(f, |_, row| row.0[m..].fill(FORBIDDEN));
 }
 
 #[cfg(test)]
@@ -128,7 +128,7 @@ mod tests {
         assert!(padded.iter().all(|row| row.0[9..] == [0.0; 3]));
         assert_eq!(array(&padded, 9), array_9);
         close_from(9, &mut padded);
-        assert!(padded.iter().all(|row| row.0[9..] == [NEVER; 3]));
+        assert!(padded.iter().all(|row| row.0[9..] == [FORBIDDEN; 3]));
         assert_eq!(array(&padded, 9), array_9);
     }
 }

@@ -11,7 +11,7 @@ use crate::field::{Row, Tangent};
 use crate::mesh::{Mesh, Shape};
 use crate::operator::mass::Quadrature;
 use crate::operator::{Adjoint, Mass, Operator, Stencil};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN, Problem};
 use crate::prox::project_ball;
 
 pub fn rng(seed: u64) -> Pcg64 {
@@ -251,7 +251,7 @@ pub fn known_optimum<const M: usize>(
             let balance = -k.adjoint().at(&q, v);
             Row::from_fn(|p| {
                 let nu = if u[v].0[p] == 0.0 { share * rng.random::<f64>() } else { 0.0 };
-                if p < m { balance.0[p] + theta + nu } else { NEVER }
+                if p < m { balance.0[p] + theta + nu } else { FORBIDDEN }
             })
         })
         .collect();

@@ -19,7 +19,7 @@ use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::operator::{Quadrature, Stencil};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN, Problem};
 use crate::regions::{self, with_regions};
 use crate::remarks::{empty_regions, named};
 pub use crate::request::{Observer, Request};
@@ -158,7 +158,7 @@ pub(crate) fn integrate<const M: usize>(
         (&mut f[..], s),
         #[inline(always)]
         |_, (f, s)| {
-            *f = Row::from_fn(|p| if p < m && s.0[p] < f64::INFINITY { f.0[p] } else { NEVER });
+            *f = Row::from_fn(|p| if p < m && s.0[p] < f64::INFINITY { f.0[p] } else { FORBIDDEN });
         },
     );
     f

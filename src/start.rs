@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::order::Order;
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN;
 use crate::prox::project_simplex;
 use crate::sweep::collect;
 
@@ -62,8 +62,10 @@ impl Start {
             Start::Given(u) => {
                 let rows = order.applied(crate::regions::rows::<M>(u.view()));
                 collect(rows.len(), |v| {
-                    let open = |p: usize| p < m && f[v].0[p] < NEVER;
-                    project_simplex(Row::from_fn(|p| if open(p) { rows[v].0[p] } else { -NEVER }))
+                    let open = |p: usize| p < m && f[v].0[p] < FORBIDDEN;
+                    project_simplex(Row::from_fn(
+                        |p| if open(p) { rows[v].0[p] } else { -FORBIDDEN },
+                    ))
                 })
             }
             Start::Random { seed } => {
@@ -98,7 +100,7 @@ pub fn cheapest<const M: usize>(f: &[Row<M>]) -> Vec<Row<M>> {
 
 /// A row of the simplex without what it gives to labels that f forbids.
 pub fn allowed<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
-    let forbidden = |p: usize| f.0[p] == NEVER;
+    let forbidden = |p: usize| f.0[p] == FORBIDDEN;
     if (0..M).all(|p| !forbidden(p) || u.0[p] == 0.0) {
         return u;
     }
@@ -127,14 +129,14 @@ mod tests {
     fn every_start_lies_in_the_simplex_of_the_allowed_regions() {
         let mut f = costs();
         for (k, f) in f.iter_mut().enumerate() {
-            (0..8).filter(|p| (k >> p) & 1 == 1).for_each(|p| f.0[p] = NEVER);
+            (0..8).filter(|p| (k >> p) & 1 == 1).for_each(|p| f.0[p] = FORBIDDEN);
         }
         let given = Array2::from_shape_fn((f.len(), 9), |(k, p)| f64::from(k % 9 == p));
         let starts =
             [Start::Uniform, Start::Random { seed: 4 }, Start::Argmin, Start::Given(given)];
         for start in starts {
             for (u, f) in start.rows::<12>(9, &f, &as_it_is()).into_iter().zip(&f) {
-                assert!((0..12).all(|p| f.0[p] < NEVER || u.0[p] == 0.0), "{start:?}");
+                assert!((0..12).all(|p| f.0[p] < FORBIDDEN || u.0[p] == 0.0), "{start:?}");
                 assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14, "{start:?}");
                 assert!(u.min() >= 0.0 && u.0[9..] == [0.0; 3], "{start:?}");
             }

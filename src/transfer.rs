@@ -13,7 +13,7 @@ use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::coarsen::{Coarsening, Parents};
 use crate::mesh::geometry::frame;
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN;
 use crate::prox::project_ball;
 use crate::sweep::sweep;
 
@@ -23,16 +23,17 @@ pub fn restrict<const M: usize>(level: &Coarsening, f: &[Row<M>]) -> Vec<Row<M>>
     let n = level.mesh.vertices.len();
     let (mut coarse, mut allowed) = (vec![Row::<M>::ZERO; n], vec![[false; M]; n]);
     for (parents, f) in level.parents.iter().zip(f) {
-        let dearest = Row::<M>::from_fn(|p| if f.0[p] == NEVER { f.min() } else { f.0[p] }).max();
-        let finite = Row::from_fn(|p| if f.0[p] == NEVER { dearest } else { f.0[p] });
+        let dearest =
+            Row::<M>::from_fn(|p| if f.0[p] == FORBIDDEN { f.min() } else { f.0[p] }).max();
+        let finite = Row::from_fn(|p| if f.0[p] == FORBIDDEN { dearest } else { f.0[p] });
         for (&c, w) in parents.corners.iter().zip(parents.weights) {
             coarse[c as usize] += finite * w;
             let open = &mut allowed[c as usize];
-            (0..M).for_each(|p| open[p] |= w > 0.0 && f.0[p] < NEVER);
+            (0..M).for_each(|p| open[p] |= w > 0.0 && f.0[p] < FORBIDDEN);
         }
     }
     for (coarse, allowed) in coarse.iter_mut().zip(&allowed) {
-        *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { NEVER });
+        *coarse = Row::from_fn(|p| if allowed[p] { coarse.0[p] } else { FORBIDDEN });
     }
     coarse
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::mesh::shapes::MOST_FACES;
+use meshseg::mesh::shapes::MAX_FACES;
 use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, io};
 use meshseg::{Error, Result};
 
@@ -59,9 +59,9 @@ pub fn run(verb: &Verb) -> Outcome {
                 mesh = welded(mesh, tolerance)?;
             }
             let faces = (mesh.faces.len() as u64).saturating_mul(4_u64.pow((*subdivide).into()));
-            if faces > MOST_FACES {
+            if faces > MAX_FACES {
                 return Err(Error::unsuitable(format!(
-                    "--subdivide {subdivide}: would give {faces} faces; at most {MOST_FACES} are possible"
+                    "--subdivide {subdivide}: would give {faces} faces; at most {MAX_FACES} are possible"
                 ))
                 .into());
             }

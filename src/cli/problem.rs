@@ -139,7 +139,7 @@ impl Export {
         let start = init.start(&s, self.seed.unwrap_or(0))?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
         let problem = Exchanged::new(&mesh, &s, lambda, mass, &start)?;
-        warn(&welding::seams(&mesh, welding::CONVERT));
+        warn(&welding::seams(&mesh, welding::CONVERT_COMMAND));
         warn(&costs::checked(&s, mass)?.1);
         warn(&model_mesh(&mesh)?.1);
         Ok(problem)

@@ -10,7 +10,7 @@ use super::*;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::order::Order;
 use crate::operator::Mass;
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN;
 use crate::regions;
 use crate::run::FIRST_INTERVAL;
 use crate::samples::{
@@ -347,7 +347,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
     let mut f = problem.f.clone();
     f.iter_mut().zip(&mesh.vertices).for_each(|(f, x)| {
         if x.x > 0.0 {
-            f.0[1] = NEVER;
+            f.0[1] = FORBIDDEN;
         }
     });
     problem.set_costs(f);

@@ -32,7 +32,7 @@ use crate::names::Named;
 use crate::npy;
 use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN;
 use crate::regions::{self, with_regions};
 use crate::request::check_lambda;
 use crate::solve::{self, check_mesh, model_mesh};
@@ -46,7 +46,7 @@ const MOST_BYTES: u64 = 1 << 26;
 const MOST_INFLATED: u64 = 64;
 
 /// Beyond it a cost would pass for that of a closed region.
-const LARGEST_COST: f64 = 1e-10 * NEVER;
+const LARGEST_COST: f64 = 1e-10 * FORBIDDEN;
 
 /// A problem in the order of its file.
 #[derive(Clone, Debug)]

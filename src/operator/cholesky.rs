@@ -12,7 +12,7 @@ use sprs::CsMat;
 use crate::field::Row;
 
 /// One thread: a parallel triangular solve of so thin a right-hand side is several times slower.
-const ALONE: Par = Par::Seq;
+const ONE_THREAD: Par = Par::Seq;
 
 pub struct Cholesky {
     symbolic: Box<SymbolicCholesky<usize>>,
@@ -47,14 +47,14 @@ impl Cholesky {
         .ok()
         .filter(|symbolic| symbolic.len_val() <= entries_of_l)?;
         let mut values = vec![0.0; symbolic.len_val()];
-        let room = symbolic.factorize_numeric_llt_scratch::<f64>(ALONE, Default::default());
+        let room = symbolic.factorize_numeric_llt_scratch::<f64>(ONE_THREAD, Default::default());
         symbolic
             .factorize_numeric_llt(
                 &mut values,
                 entries,
                 Side::Lower,
                 Default::default(),
-                ALONE,
+                ONE_THREAD,
                 MemStack::new(&mut MemBuffer::try_new(room).ok()?),
                 Default::default(),
             )
@@ -66,11 +66,11 @@ impl Cholesky {
     pub fn solve<const M: usize>(&self, g: &mut [Row<M>]) {
         let rows = g.len();
         let flat = Row::peel_slice_mut(g).as_flattened_mut();
-        let room = self.symbolic.solve_in_place_scratch::<f64>(M, ALONE);
+        let room = self.symbolic.solve_in_place_scratch::<f64>(M, ONE_THREAD);
         LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
             Conj::No,
             MatMut::from_row_major_slice_mut(flat, rows, M),
-            ALONE,
+            ONE_THREAD,
             MemStack::new(&mut MemBuffer::new(room)),
         );
     }

@@ -12,17 +12,19 @@ use crate::mesh::Mesh;
 use crate::sweep;
 
 /// No face; face j is j + 1, so that an empty picture is memory that the system cleared.
-const EMPTY: u32 = 0;
+const NO_FACE: u32 = 0;
 
 /// Rows that a thread takes at once to look for the faces that are seen.
-const BAND: usize = 64;
+const BAND_ROWS: usize = 64;
 
 /// Samples of a pixel.
 pub const SAMPLES: usize = 8;
 
 /// Their places from the middle of the pixel; the first is the nearest.
-const X: [f32; SAMPLES] = [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
-const Y: [f32; SAMPLES] = [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.4375, -0.4375];
+const SAMPLE_X: [f32; SAMPLES] =
+    [0.0625, -0.0625, 0.3125, -0.1875, -0.3125, -0.4375, 0.1875, 0.4375];
+const SAMPLE_Y: [f32; SAMPLES] =
+    [-0.1875, 0.1875, 0.0625, -0.3125, 0.3125, -0.0625, 0.4375, -0.4375];
 
 /// One cache line: the bits of the reciprocal distances, and the faces, of its samples.
 type Pixel = [[u32; SAMPLES]; 2];
@@ -34,10 +36,10 @@ pub struct Fragment {
     pub samples: u8,
 }
 
-/// The faces that are seen, in their order, and at which place among them each of these is.
+/// The faces that are seen, in their order, and the index of each among them.
 pub struct Visible {
     pub faces: Vec<u32>,
-    pub place: Vec<u32>,
+    pub index: Vec<u32>,
 }
 
 /// `component` names the connected component of each vertex.
@@ -95,7 +97,7 @@ impl Edge {
     #[inline(always)]
     fn offsets(&self) -> [f32; SAMPLES] {
         let (dx, dy) = (self.dx as f32, self.dy as f32);
-        std::array::from_fn(|s| dx * Y[s] - dy * X[s])
+        std::array::from_fn(|s| dx * SAMPLE_Y[s] - dy * SAMPLE_X[s])
     }
 }
 
@@ -117,7 +119,7 @@ impl<'a> Visibility<'a> {
                 *to = camera.project(point);
             }
         });
-        let mut pixels = vec![[[0; SAMPLES], [EMPTY; SAMPLES]]; width * height];
+        let mut pixels = vec![[[0; SAMPLES], [NO_FACE; SAMPLES]]; width * height];
         for_each_band(&mut pixels, width, |first, band| {
             // With the widest vectors there are; the bits are the same.
             Arch::new().dispatch(
@@ -142,14 +144,14 @@ impl<'a> Visibility<'a> {
     pub fn fragments(&self, i: usize, mut see: impl FnMut(Fragment)) {
         let [_, faces] = &self.pixels[i];
         if faces.iter().fold(0, |differ, face| differ | (face ^ faces[0])) == 0 {
-            if faces[0] != EMPTY {
+            if faces[0] != NO_FACE {
                 see(Fragment { face: faces[0] as usize - 1, samples: u8::MAX });
             }
             return;
         }
         let mut left = 0_u8;
         for (s, &face) in faces.iter().enumerate() {
-            left |= u8::from(face != EMPTY) << s;
+            left |= u8::from(face != NO_FACE) << s;
         }
         while left != 0 {
             let face = faces[left.trailing_zeros() as usize];
@@ -168,8 +170,8 @@ impl<'a> Visibility<'a> {
         let [mut x, mut y] = [0.0; 2];
         // All of them lie around the middle of the pixel.
         for s in (0..SAMPLES).filter(|_| samples != u8::MAX).filter(|s| samples >> s & 1 == 1) {
-            x += X[s];
-            y += Y[s];
+            x += SAMPLE_X[s];
+            y += SAMPLE_Y[s];
         }
         let count = f64::from(samples.count_ones());
         [
@@ -180,7 +182,7 @@ impl<'a> Visibility<'a> {
 
     /// The sample that stands for pixel i: the first one that sees the surface.
     fn first(&self, i: usize) -> Option<usize> {
-        self.pixels[i][1].iter().position(|&face| face != EMPTY)
+        self.pixels[i][1].iter().position(|&face| face != NO_FACE)
     }
 
     /// The face that sample s of pixel i sees.
@@ -251,19 +253,19 @@ impl<'a> Visibility<'a> {
         let count = self.mesh.faces.len();
         let mut seen = Vec::with_capacity(count);
         seen.resize_with(count, AtomicBool::default);
-        let bands = self.pixels.chunks(BAND * self.width).collect();
+        let bands = self.pixels.chunks(BAND_ROWS * self.width).collect();
         sweep::each(bands, &|band: &[Pixel]| {
-            let mut last = EMPTY;
+            let mut last = NO_FACE;
             for &face in band.iter().flat_map(|[_, faces]| faces) {
-                if face != last && face != EMPTY {
+                if face != last && face != NO_FACE {
                     seen[face as usize - 1].store(true, Ordering::Relaxed);
                 }
                 last = face;
             }
         });
-        let mut visible = Visible { faces: Vec::new(), place: vec![0; count] };
+        let mut visible = Visible { faces: Vec::new(), index: vec![0; count] };
         for (j, _) in seen.iter().enumerate().filter(|(_, seen)| seen.load(Ordering::Relaxed)) {
-            visible.place[j] = visible.faces.len() as u32;
+            visible.index[j] = visible.faces.len() as u32;
             visible.faces.push(j as u32);
         }
         visible

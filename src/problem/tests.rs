@@ -303,14 +303,14 @@ fn a_bound_is_settled_by_rounding_alone() {
 fn the_spread_ignores_closed_regions_and_forbidden_labels() {
     let mesh = shape("grid:1x1");
     let f = vec![
-        Row([1.0, -2.0, NEVER]),
-        Row([3.0, 4.0, NEVER]),
-        Row([NEVER, 0.5, NEVER]),
-        Row([2.0, 2.0, NEVER]),
+        Row([1.0, -2.0, FORBIDDEN]),
+        Row([3.0, 4.0, FORBIDDEN]),
+        Row([FORBIDDEN, 0.5, FORBIDDEN]),
+        Row([2.0, 2.0, FORBIDDEN]),
     ];
     let problem = Problem::new(Stencil::new(&mesh), f, 1.0);
     assert_eq!((problem.spread(), problem.baseline), (3.0 + 1.0, -2.0 + 3.0 + 0.5 + 2.0));
-    assert_eq!(problem.f[2], Row([NEVER, 0.0, NEVER]));
+    assert_eq!(problem.f[2], Row([FORBIDDEN, 0.0, FORBIDDEN]));
 }
 
 #[test]
@@ -324,9 +324,9 @@ fn rounding_takes_the_first_of_the_largest() {
 fn what_is_closed_stays_closed() {
     let mesh = shape("grid:2x2");
     for cost in [-1e289, -1.0, 0.0, 1e289] {
-        let f = vec![Row([cost, 2.0 * cost, NEVER]); mesh.vertices.len()];
+        let f = vec![Row([cost, 2.0 * cost, FORBIDDEN]); mesh.vertices.len()];
         let problem = Problem::new(Stencil::new(&mesh), f, 1.0);
-        assert!(problem.f.iter().all(|f| f.0[2] == NEVER && f.min() == 0.0), "{cost:e}");
+        assert!(problem.f.iter().all(|f| f.0[2] == FORBIDDEN && f.min() == 0.0), "{cost:e}");
     }
 }
 

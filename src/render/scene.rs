@@ -130,7 +130,7 @@ impl Scene {
 
         // The colors of a fragment in the two pictures.
         let colors = |i: usize, fragment: &Fragment| {
-            let facet = &facets[seen.place[fragment.face] as usize];
+            let facet = &facets[seen.index[fragment.face] as usize];
             let region = match facet.region {
                 Some(p) => self.regions[p as usize],
                 None => self.mixed(field, &visibility, &facet.planes, i, fragment),

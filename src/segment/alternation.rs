@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::operator::Stencil;
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN, Problem};
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request, check_range};
 use crate::solver::{Iterate, Setup, Solver};
@@ -73,7 +73,7 @@ impl<D: DataModel, const M: usize> Level<'_, D, M> {
     pub fn costs(&self, mu: &[D::Parameters], open: &[bool]) -> Vec<Row<M>> {
         let f = (self.integrate)(&self.model.costs(mu));
         let open: [bool; M] = std::array::from_fn(|p| p < open.len() && open[p]);
-        let row = |f: &Row<M>| Row::from_fn(|p| if open[p] { f.0[p] } else { NEVER });
+        let row = |f: &Row<M>| Row::from_fn(|p| if open[p] { f.0[p] } else { FORBIDDEN });
         collect(f.len(), |v| row(&f[v]))
     }
 

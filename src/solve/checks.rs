@@ -7,7 +7,7 @@ use ndarray::Array2;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::operator::{Operator, Stencil};
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN, Problem};
 use crate::sweep;
 
 pub(crate) fn check_finite(what: &str, array: &Array2<f64>) -> Result<()> {
@@ -73,11 +73,11 @@ pub fn check_mesh(mesh: &Mesh) -> Result<()> {
 /// Refuses numbers so large that sums of them overflow or that closed regions would look cheap, and so small that they
 /// have lost their digits.
 pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Result<()> {
-    let in_range = |x: f64| x.abs() < 1e-10 * NEVER;
+    let in_range = |x: f64| x.abs() < 1e-10 * FORBIDDEN;
     let costs = sweep::all(
         problem.f.len(),
         #[inline(always)]
-        |v| problem.f[v].0.iter().all(|&f| f == NEVER || in_range(f)),
+        |v| problem.f[v].0.iter().all(|&f| f == FORBIDDEN || in_range(f)),
     );
     let length = sweep::sum(
         problem.k.faces(),

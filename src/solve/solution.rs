@@ -86,8 +86,8 @@ impl Solution {
             }
             all
         });
-        match order.places() {
-            Some(places) => self.gathered(&places),
+        match order.indices() {
+            Some(indices) => self.gathered(&indices),
             None => self,
         }
     }
@@ -99,16 +99,16 @@ impl Solution {
         self.gathered(&weld.of)
     }
 
-    /// Rows from these places.
-    fn gathered(mut self, places: &[u32]) -> Self {
+    /// Rows from these indices.
+    fn gathered(mut self, indices: &[u32]) -> Self {
         let rows = self.u.as_slice().expect("rows are contiguous");
         let m = self.u.ncols();
-        let mut moved = Vec::with_capacity(places.len() * m);
-        for &v in places {
+        let mut moved = Vec::with_capacity(indices.len() * m);
+        for &v in indices {
             moved.extend_from_slice(&rows[v as usize * m..][..m]);
         }
-        self.u = Array2::from_shape_vec((places.len(), m), moved).expect("rows of m numbers");
-        self.labels = places.iter().map(|&v| self.labels[v as usize]).collect();
+        self.u = Array2::from_shape_vec((indices.len(), m), moved).expect("rows of m numbers");
+        self.labels = indices.iter().map(|&v| self.labels[v as usize]).collect();
         self
     }
 }

@@ -12,7 +12,7 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 use super::{Iterate, Setting};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
-use crate::problem::{NEVER, Problem};
+use crate::problem::{FORBIDDEN, Problem};
 use crate::sweep::{copy, sum};
 
 /// Steps until omega is looked at for the first time.
@@ -148,7 +148,7 @@ pub(super) fn dual_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -
 fn costs_scale<K: Operator, const M: usize>(problem: &Problem<K, M>) -> f64 {
     let most = UNPAID * problem.lambda * problem.mean_column();
     // Regions that do not exist are no choice.
-    let exists: [bool; M] = std::array::from_fn(|p| problem.f.iter().any(|f| f.0[p] != NEVER));
+    let exists: [bool; M] = std::array::from_fn(|p| problem.f.iter().any(|f| f.0[p] != FORBIDDEN));
     let spread = sum(
         problem.f.len(),
         #[inline(always)]
@@ -216,15 +216,15 @@ mod tests {
                 if v.is_multiple_of(7) && p != v % 2 { cost } else { 0.0 }
             };
             let f = (0..problem.f.len())
-                .map(|v| Row::from_fn(|p| if p == 2 { NEVER } else { seed(v, p) }))
+                .map(|v| Row::from_fn(|p| if p == 2 { FORBIDDEN } else { seed(v, p) }))
                 .collect();
             problem.set_costs(f);
             problem
         };
-        let known = costs_scale(&problem(1.0, NEVER));
+        let known = costs_scale(&problem(1.0, FORBIDDEN));
         assert!(known > 1.0 && known < 100.0, "{known}");
         for lambda in [1e-6, 1e-2, 1e4] {
-            let scale = costs_scale(&problem(lambda, NEVER));
+            let scale = costs_scale(&problem(lambda, FORBIDDEN));
             assert!((scale / lambda - known).abs() <= 1e-12 * known, "{scale}");
             assert_eq!(scale, costs_scale(&problem(lambda, 1e6 * lambda)));
         }
@@ -239,7 +239,7 @@ mod tests {
             let known = costs_scale(&problem);
             let f = problem.f.clone();
             let dear = (f[5].argmin() + 1) % 3;
-            for cost in [1e12, 1e20, 1e60, NEVER] {
+            for cost in [1e12, 1e20, 1e60, FORBIDDEN] {
                 let mut f = f.clone();
                 f[5].0[dear] = cost;
                 problem.set_costs(f);

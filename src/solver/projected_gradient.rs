@@ -19,7 +19,7 @@ use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, S
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
-use crate::problem::{NEVER, Problem, Smoothing, SmoothingMode};
+use crate::problem::{FORBIDDEN, Problem, Smoothing, SmoothingMode};
 use crate::prox::project_simplex;
 use crate::sweep::sweep;
 
@@ -125,7 +125,7 @@ impl<const M: usize> ProjectedGradient<M> {
 /// g with another value in the regions that are closed.
 #[inline(always)]
 fn replace_closed<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M> {
-    Row::from_fn(|p| if f.0[p] == NEVER { value } else { g.0[p] })
+    Row::from_fn(|p| if f.0[p] == FORBIDDEN { value } else { g.0[p] })
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
@@ -161,7 +161,7 @@ impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
                     (&mut u[..], &gradient[..], &f[..]),
                     #[inline(always)]
                     |_, (u, &g, &f)| {
-                        *u = project_simplex(*u - tau * replace_closed(g, f, NEVER));
+                        *u = project_simplex(*u - tau * replace_closed(g, f, FORBIDDEN));
                     },
                 );
             }

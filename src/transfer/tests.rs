@@ -39,7 +39,9 @@ fn restriction_keeps_what_is_forbidden() {
         let f: Vec<Row<3>> = random_rows(mesh.vertices.len(), &mut rng)
             .into_iter()
             .map(|f: Row<3>| {
-                Row::from_fn(|p| if p > 0 && rng.random::<f64>() < 0.7 { NEVER } else { f.0[p] })
+                Row::from_fn(
+                    |p| if p > 0 && rng.random::<f64>() < 0.7 { FORBIDDEN } else { f.0[p] },
+                )
             })
             .collect();
         for (c, coarse) in restrict(&level, &f).into_iter().enumerate() {
@@ -50,13 +52,13 @@ fn restriction_keeps_what_is_forbidden() {
             });
             let shares: Vec<(f64, &Row<3>)> = shares.collect();
             for p in 0..3 {
-                if shares.iter().all(|(_, f)| f.0[p] == NEVER) {
-                    assert_eq!(coarse.0[p], NEVER, "{name}");
+                if shares.iter().all(|(_, f)| f.0[p] == FORBIDDEN) {
+                    assert_eq!(coarse.0[p], FORBIDDEN, "{name}");
                     continue;
                 }
                 let dearest =
-                    |f: &Row<3>| f.0.into_iter().filter(|&x| x < NEVER).fold(-2.0, f64::max);
-                let cost = |f: &Row<3>| if f.0[p] == NEVER { dearest(f) } else { f.0[p] };
+                    |f: &Row<3>| f.0.into_iter().filter(|&x| x < FORBIDDEN).fold(-2.0, f64::max);
+                let cost = |f: &Row<3>| if f.0[p] == FORBIDDEN { dearest(f) } else { f.0[p] };
                 let exact: f64 = shares.iter().map(|&(w, f)| w * cost(f)).sum();
                 assert!((coarse.0[p] - exact).abs() <= 1e-13 * shares.len() as f64, "{name}");
             }

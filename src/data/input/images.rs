@@ -10,7 +10,7 @@ use crate::data::texture::{
     Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_a_face,
 };
 use crate::error::{Error, Result};
-use crate::mesh::shapes::MOST_FACES;
+use crate::mesh::shapes::MAX_FACES;
 use crate::mesh::{Mesh, Shape, Source};
 
 /// Above so many texels a face, the mesh is said to be too coarse for its texture, and should have at most so many.
@@ -170,7 +170,7 @@ impl Reader<'_> {
             return None;
         }
         let faces = self.mesh.faces.len() as u64;
-        let fits = |times: &u32| faces.saturating_mul(4_u64.pow(*times)) <= MOST_FACES / 10;
+        let fits = |times: &u32| faces.saturating_mul(4_u64.pow(*times)) <= MAX_FACES / 10;
         let wanted = ((texels_a_face / FEW_TEXELS).log2() / 2.0).ceil() as u32;
         let times = (1..=wanted.min(8)).rev().find(fits);
         let finer = times.map_or(String::new(), |times| {

@@ -128,7 +128,7 @@ impl<'a> Paints<'a> {
     ) -> Self {
         let mut paints = Paints::new(uv, Vec::new());
         let mut known = HashMap::new();
-        let mut place_of = |image: &PathBuf, placement: Placement, material: &str| {
+        let mut index_of = |image: &PathBuf, placement: Placement, material: &str| {
             *known.entry((image.clone(), placement.bits())).or_insert_with(|| {
                 paints.pictures.push(Picture {
                     content: Content::File(whereabouts(image, given), Turn::AsStored),
@@ -139,10 +139,10 @@ impl<'a> Paints<'a> {
                 paints.pictures.len() - 1
             })
         };
-        let place_of = |material: &Material| {
-            Some(place_of(material.image.as_ref()?, material.placement, &material.name))
+        let index_of = |material: &Material| {
+            Some(index_of(material.image.as_ref()?, material.placement, &material.name))
         };
-        let of_materials: Vec<Option<usize>> = materials.all.iter().map(place_of).collect();
+        let of_materials: Vec<Option<usize>> = materials.all.iter().map(index_of).collect();
         for (j, material) in materials.of_faces.iter().enumerate() {
             match material.and_then(|m| of_materials[m as usize]) {
                 Some(picture) => {
@@ -192,7 +192,7 @@ impl<'a> Paints<'a> {
             let mut of_tiles: HashMap<Option<u32>, Option<usize>> = HashMap::new();
             for &j in &picture.faces {
                 let number = number_of(tile(&uv[j as usize]));
-                let place = *of_tiles.entry(number).or_insert_with(|| {
+                let index = *of_tiles.entry(number).or_insert_with(|| {
                     let path = tiled.path(number?);
                     if !path.exists() {
                         self.missing.push(name_of(&path));
@@ -204,8 +204,8 @@ impl<'a> Paints<'a> {
                     self.pictures.push(Picture { content, material, placement, faces: Vec::new() });
                     Some(self.pictures.len() - 1)
                 });
-                match place {
-                    Some(place) => self.pictures[place].faces.push(j),
+                match index {
+                    Some(index) => self.pictures[index].faces.push(j),
                     None => self.without_tile += 1,
                 }
             }

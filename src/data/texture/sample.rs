@@ -18,7 +18,7 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 use super::shrink::Channel;
 
 /// Sides of the triangles that are sampled once, in texels.
-const SPACING: f64 = 1.5;
+const MAX_SAMPLE_SPACING: f64 = 1.5;
 
 /// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
@@ -84,7 +84,7 @@ impl Footprint {
             let inside = |corner: &[f64; 2]| (-texel..=1.0 + texel).contains(&corner[axis]);
             if clamp || corners.iter().all(inside) { Edge::Clamp } else { Edge::Repeat }
         });
-        let length = longest(&corners, extent) / SPACING;
+        let length = longest(&corners, extent) / MAX_SAMPLE_SPACING;
         let k = (length.ceil() as u32).clamp(1, most);
         let spacing = length / f64::from(k);
         let level = if spacing > 1.0 { spacing.log2().ceil() as usize } else { 0 };

@@ -40,7 +40,7 @@ use crate::mesh::{Mesh, Placement};
 
 use self::places::warn;
 use self::rules::{
-    NO_NUMBERS, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
+    INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
     place_in_image, uv_of_vertices, warn_untextured,
 };
 

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::mesh::extent::{bounding_box, components};
 
 /// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
-const NEARLY: f64 = 1e-6;
+const NEARLY_COINCIDENT: f64 = 1e-6;
 
 /// How many vertices of faces lie at the position of an earlier one: what [`Weld::exact`] merges.
 pub fn coincident(mesh: &Mesh) -> usize {
@@ -24,7 +24,7 @@ pub fn free_cuts(coincident: usize) -> String {
 /// How many vertices lie near an earlier one, but not at its position, and how near that is.
 pub fn nearly_coincident(mesh: &Mesh) -> (usize, f64) {
     let Some(corners) = bounding_box(mesh) else { return (0, 0.0) };
-    let tolerance = NEARLY * corners.diagonal();
+    let tolerance = NEARLY_COINCIDENT * corners.diagonal();
     let within = moved(&near(mesh, firsts(mesh), tolerance));
     (within - coincident(mesh), tolerance)
 }

@@ -3,7 +3,7 @@
 use super::{CONSISTENT, after, exact, run, solver, solver_from, uniform, variants, variants_of};
 use crate::field::Row;
 use crate::operator::{Adjoint, Operator};
-use crate::problem::NEVER;
+use crate::problem::FORBIDDEN;
 use crate::run::Status;
 use crate::samples::{
     bumpy, disjoint, known_optimum, needles, random_labels, random_problem, rng, shape,
@@ -312,7 +312,7 @@ fn the_consistent_metric_does_not_see_what_is_forbidden() {
     };
     let mut forbidding = random_problem::<3>(&mesh, 0.05, 98);
     let mut without = random_problem::<3>(&mesh, 0.05, 98);
-    forbidding.f[40].0[1] = NEVER;
+    forbidding.f[40].0[1] = FORBIDDEN;
     let mut solver = solver(CONSISTENT, &mesh, &forbidding, start());
     let (u, q) = after(&mut *solver, &forbidding, 1);
     without.f[40].0[1] = -without.k.adjoint().at(&q, 40).0[1];

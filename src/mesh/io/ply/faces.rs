@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::mesh::io::colors::Colors;
 use crate::mesh::io::places::Places;
 use crate::mesh::io::polygon::Polygons;
-use crate::mesh::io::{NO_NUMBERS, TOO_FEW_CORNERS, fan, place_in_image};
+use crate::mesh::io::{INVALID_TEXTURE, TOO_FEW_CORNERS, fan, place_in_image};
 
 /// What the elements `face` and `tristrips` hold. What only some faces have may end early.
 #[derive(Default)]
@@ -237,7 +237,7 @@ impl Faces {
     /// What was left out, and polygons cut inside themselves, now that the positions are known.
     pub fn finish(&mut self, path: &Path, vertices: &[Point3<f64>]) {
         self.too_few.warn(path, TOO_FEW_CORNERS);
-        self.no_numbers.warn(path, NO_NUMBERS);
+        self.no_numbers.warn(path, INVALID_TEXTURE);
         self.odd.warn(
             path,
             "faces whose texcoord is not a pair for each corner have unknown texture coordinates",

@@ -113,7 +113,7 @@ impl Element {
         sizes.sum()
     }
 
-    /// The place of the property of that name.
+    /// The index of the property of that name.
     fn find(&self, path: &Path, name: &str) -> Result<Option<(usize, Kind)>> {
         let mut found =
             self.properties.iter().enumerate().filter(|(_, property)| property.name == name);
@@ -128,7 +128,7 @@ impl Element {
         Error::malformed(path, format!("{} property {name} {message}", self.name))
     }
 
-    /// The place of a scalar property that must be there.
+    /// The index of a scalar property that must be there.
     pub fn scalar(&self, path: &Path, name: &str) -> Result<usize> {
         match self.find(path, name)? {
             None => Err(Error::malformed(path, format!("the element {} has no {name}", self.name))),
@@ -139,7 +139,7 @@ impl Element {
         }
     }
 
-    /// The place and type of the first property of that name, if it is a scalar.
+    /// The index and type of the first property of that name, if it is a scalar.
     pub fn any_scalar(&self, name: &str) -> Option<(usize, Scalar)> {
         let mut named = self.properties.iter().enumerate().filter(|(_, p)| p.name == name);
         named.find_map(|(at, property)| match property.kind {
@@ -148,12 +148,12 @@ impl Element {
         })
     }
 
-    /// The place of the first property of that name, if it is a list.
+    /// The index of the first property of that name, if it is a list.
     pub fn any_list(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name && matches!(p.kind, Kind::List { .. }))
     }
 
-    /// The place of a list property that must be there if it is named, and the type of its items.
+    /// The index of a list property that must be there if it is named, and the type of its items.
     fn list(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
         match self.find(path, name)? {
             None => Ok(None),
@@ -164,7 +164,7 @@ impl Element {
         }
     }
 
-    /// The place of the list of vertex indices.
+    /// The index of the list of vertex indices.
     pub fn indices(&self, path: &Path) -> Result<usize> {
         let names = ["vertex_indices", "vertex_index"];
         for name in names {
