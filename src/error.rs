@@ -7,7 +7,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::misfit::Misfit;
+use crate::format_error::FormatError;
 
 pub type Result<T> = std::result::Result<T, Error>;
 
@@ -27,7 +27,7 @@ pub enum Error {
     Unsuitable(String),
     /// An experiment file that asks for what is not there.
     #[error(transparent)]
-    Misfit(#[from] Box<Misfit>),
+    Format(#[from] Box<FormatError>),
 }
 
 impl Error {

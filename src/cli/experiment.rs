@@ -354,14 +354,14 @@ impl Left {
     }
 }
 
-/// What is wrong with an experiment file, drawn beside its lines, for people.
-pub fn draw(misfit: &experiment::Misfit) {
+/// Shows an error beside the lines of the experiment file, in a terminal.
+pub fn draw(error: &experiment::FormatError) {
     if !std::io::stderr().is_terminal() {
         return;
     }
-    let place = misfit.place.start..misfit.place.end.max(misfit.place.start + 1);
-    let path = misfit.path.display().to_string();
-    let lines = Snippet::source(&misfit.text).path(path);
+    let place = error.place.start..error.place.end.max(error.place.start + 1);
+    let path = error.path.display().to_string();
+    let lines = Snippet::source(&error.text).path(path);
     let lines = lines.annotation(AnnotationKind::Primary.span(place));
     let renderer = match std::env::var_os("NO_COLOR") {
         Some(_) => Renderer::plain(),

@@ -180,7 +180,7 @@ impl Export {
         };
         let instance = places
             .instance(cell)
-            .map_err(|missing| spec.misfit(places.blame(cell), Error::from(missing)))?;
+            .map_err(|missing| spec.format_error(places.blame(cell), Error::from(missing)))?;
         Exchanged::new(&instance.mesh, &instance.costs, instance.lambda, cell.mass, &Start::Argmin)
     }
 }
