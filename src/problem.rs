@@ -130,7 +130,7 @@ impl<K: Operator, const M: usize> Problem<K, M> {
     }
 
     /// The bound, or the energy where rounding alone puts the bound above it: by no more than a small multiple of the unit
-    /// roundoff times the sizes of all terms that the two sum up. Costs that no one pays are none of these.
+    /// roundoff times the sizes of all terms that the two sum up. Costs that are not paid do not count.
     pub fn settled(&self, energy: f64, bound: f64) -> f64 {
         let rounding = 64.0 * f64::EPSILON * (energy + self.lambda * self.columns);
         if bound > energy && bound - energy <= rounding { energy } else { bound }
@@ -206,8 +206,8 @@ impl Smoothing {
     }
 }
 
-/// (E - D) / (E - B), for E - B and D - B: the share of what labels cost beyond B that may be saved at the most. Where the
-/// labels cost B, or what is bounded by, nothing can be saved.
+/// (E - D) / (E - B), for E - B and D - B: at most this share of what labels cost beyond B can be saved; nothing where
+/// they cost B, or where energy and bound are equal.
 pub fn relative_gap(energy: f64, bound: f64) -> f64 {
     if energy == 0.0 || energy == bound { 0.0 } else { (energy - bound) / energy }
 }

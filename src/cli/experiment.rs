@@ -320,7 +320,7 @@ struct Left {
 }
 
 impl Left {
-    /// Like another repetition; else like what the same solver takes in the mean; else no one knows.
+    /// Like another repetition; else like the mean of the same solver; otherwise unknown.
     fn add(&mut self, run: &Planned<'_>, done: &[Done], spec: &Spec) {
         self.runs += 1;
         let mean = |same: &dyn Fn(&Done) -> bool| {

@@ -26,7 +26,7 @@ pub struct Curved {
 /// The middle 96 % of the values of normal noise span four deviations, of a few values repeated somewhat more.
 const NOISE_SPAN: f64 = 6.0;
 
-/// No differences below this share of the curvature itself mean anything.
+/// Differences below this share of the curvature itself are rounding.
 const CURVATURE_ROUNDING: f64 = 1e-6;
 
 /// # Errors

@@ -11,7 +11,7 @@ use super::range::robust_unit_range;
 use crate::colormap::sequential;
 use crate::sweep;
 
-/// Vertices that principal components are estimated from, at the most.
+/// Principal components are estimated from at most this many vertices.
 const MAX_SAMPLED_VERTICES: usize = 20_000;
 
 /// A color per vertex, NaN where the data are not known. `area` are those of the vertices.

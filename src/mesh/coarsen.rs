@@ -45,7 +45,7 @@ impl Coarsening {
     }
 }
 
-/// So many faces around a coarse vertex are searched for the nearest point; a hub may have any number.
+/// At most this many faces around a coarse vertex are searched for the nearest point; a hub may have any number.
 const MAX_FACES_SEARCHED: usize = 32;
 
 impl Mesh {

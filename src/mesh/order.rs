@@ -11,8 +11,8 @@ use std::borrow::Cow;
 use super::{Incidence, Mesh};
 use crate::sweep::{collect, join, ranges, sum};
 
-/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are more in the
-/// mean than this many square roots of V, or if the last vertices of a face and the next are as far apart. A
+/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are on average more than
+/// this many square roots of V, or if the last vertices of a face and the next are as far apart. A
 /// strip-wise numbered surface has about 1 or 2, a random order V / 2 in all.
 const SCATTERED_FRONT: f64 = 4.0;
 
@@ -77,7 +77,7 @@ impl Order {
         self.vertices.as_deref()
     }
 
-    /// The present number of each of so many faces at its new index.
+    /// The present number of each of `count` faces at its new index.
     pub fn faces(&self, count: usize) -> Vec<usize> {
         match &self.faces {
             Some(order) => order.iter().map(|&j| j as usize).collect(),

@@ -33,10 +33,10 @@ pub struct Oriented {
     pub open_patches: usize,
 }
 
-/// Of the area: a patch to speak of.
+/// Smaller patches, as a fraction of the area, do not count.
 const SMALLEST_PATCH: f64 = 0.01;
 
-/// No volume to speak of, relative to the sum of its terms without signs.
+/// Smaller volumes, relative to the sum of the absolute values of their terms, count as zero.
 const NEGLIGIBLE_VOLUME: f64 = 1e-9;
 
 const NO_FACE: u32 = u32::MAX;
@@ -156,7 +156,7 @@ fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
     (signs, patches, count as usize)
 }
 
-/// Which patches face inwards, or the other way than most of their area, and how many to speak of are open.
+/// Which patches face inwards, or the other way than most of their area, and how many of those that count are open.
 fn patches_to_turn<'a>(
     mesh: &Mesh,
     edges: impl Iterator<Item = &'a [Side]>,
@@ -227,7 +227,7 @@ mod tests {
         mesh
     }
 
-    /// A band of n cells with so many half twists.
+    /// A band of n cells with that number of half twists.
     fn band(n: u32, twists: u32) -> Mesh {
         let point = |i: u32, side: f64| {
             let s = TAU * f64::from(i) / f64::from(n);
@@ -322,7 +322,7 @@ mod tests {
         }
     }
 
-    /// Two cubes at an edge are two closed surfaces; three sheets at an edge disagree by one direction at the most.
+    /// Two cubes at an edge are two closed surfaces; three sheets at an edge disagree in at most one direction.
     #[test]
     fn edges_of_many_faces_part_the_surfaces() {
         let cube = |shift: f64| {

@@ -66,7 +66,7 @@ impl Triangle {
     }
 }
 
-/// Into so many parts the rows are cut, but into none smaller than [`SMALLEST_PART`].
+/// The rows are cut into at most this many parts, each of at least [`SMALLEST_PART`] rows.
 const MAX_PARTS: usize = 32;
 const SMALLEST_PART: usize = 256;
 

@@ -103,7 +103,7 @@ impl<'a> Setting<'a> {
     }
 
     /// # Errors
-    /// What the value must be, if it is none: whoever writes the fields may write any number.
+    /// What the value must be, if it is invalid: the fields are public and may hold any number.
     fn check(&self) -> std::result::Result<(), String> {
         let within =
             |number: f64, range: &Range| match number.is_finite() && range.contains(&number) {
@@ -118,7 +118,7 @@ impl<'a> Setting<'a> {
     }
 
     /// # Errors
-    /// What the value must be, if it is none.
+    /// What the value must be, if it is invalid.
     fn set(&mut self, text: &str) -> std::result::Result<(), String> {
         let within = |range: &Range| {
             let number = text.parse().ok().filter(|x: &f64| x.is_finite() && range.contains(x));
@@ -157,7 +157,7 @@ fn words((low, high): Range) -> String {
 }
 
 /// # Errors
-/// Which of the settings has a value that is none.
+/// Which of the settings has an invalid value.
 pub(super) fn check(settings: &[Setting<'_>]) -> Result<()> {
     for setting in settings {
         setting.check().map_err(|message| {

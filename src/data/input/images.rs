@@ -13,11 +13,12 @@ use crate::error::{Error, Result};
 use crate::mesh::shapes::MAX_FACES;
 use crate::mesh::{Mesh, Shape, Source};
 
-/// Above so many texels a face, the mesh is said to be too coarse for its texture, and should have at most so many.
+/// A mesh with more texels per face than this is reported as too coarse for its texture.
 const MANY_TEXELS: f64 = 16.0;
+/// Texels per face that are recommended then.
 const FEW_TEXELS: f64 = 4.0;
 
-/// The image files that these data are taken from, those of materials and tiles among them; none where there are none.
+/// The image files that these data are taken from, those of materials and tiles among them; empty if there are none.
 pub fn image_files(
     source: &Source,
     mesh: &Mesh,

@@ -99,7 +99,7 @@ fn the_scale_has_the_unit_of_the_data() {
     let area = vec![0.5; 1000];
     let scale = |data: &Data| L1::new(data).scale(&area).cost;
     let one = scale(&data);
-    // Half of the deviations of two coordinates: numbers from 0 to 1 deviate by a quarter in the mean.
+    // Half of the deviations of two coordinates: numbers from 0 to 1 deviate by a quarter on average.
     assert!((one - 0.25).abs() < 0.02, "{one}");
     let values = data.values.iter().map(|x| 2.0 * x).collect();
     assert_eq!(scale(&Data { dimension: 2, values }), 2.0 * one);

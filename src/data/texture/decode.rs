@@ -111,7 +111,7 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     Ok(Decoded { width, height, k, texels: rows.finish() })
 }
 
-/// How many pixels of a row, of so many bytes, whose last ones are alpha, are not opaque.
+/// How many pixels of a row are not opaque; each has that many bytes, the last of them alpha.
 fn hidden(row: &[u8], pixel: usize, alpha: usize) -> u64 {
     if alpha == 0 {
         return 0;
@@ -226,7 +226,7 @@ fn cannot_decode(name: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::malformed(name, format!("cannot decode the image: {reason}"))
 }
 
-/// The least k for which so many bytes become few enough in boxes of 2^k x 2^k.
+/// The least k for which that many bytes become few enough in boxes of 2^k x 2^k.
 fn shrinking(bytes: u64) -> u32 {
     (0..).find(|k| bytes >> (2 * k) <= MAX_BYTES).unwrap_or_default()
 }

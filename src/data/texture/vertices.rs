@@ -9,10 +9,10 @@ use crate::sweep;
 /// The color of what has no area.
 const MID_GRAY: [f64; 3] = [0.5; 3];
 
-/// All faces together take about so many samples.
+/// Approximate number of samples of all faces together.
 const TOTAL_SAMPLES: f64 = (1_u64 << 24) as f64;
 
-/// As many faces are sampled before their colors are added.
+/// Number of faces that are sampled before their colors are added.
 const FACES_AT_ONCE: usize = 1 << 16;
 
 /// Whether a face lies somewhere in a texture.

@@ -23,11 +23,11 @@ use nalgebra::{Point3, Vector2, Vector3};
 
 use super::places::Places;
 
-/// Below this part of the square of its longest side the doubled area of a triangle is rounding.
+/// A triangle whose doubled area is at most this fraction of its longest side squared is flat up to rounding.
 const FLAT_FATNESS: f64 = 1e-12;
-/// Above it, a triangle is no needle.
+/// A triangle above this fraction is not a needle.
 const NEEDLE_FATNESS: f64 = 1e-3;
-/// Points in triangles that are looked at for one file, a second or two, before polygons stay fans.
+/// Point-in-triangle tests for one file, a second or two; after that polygons stay fans.
 const MAX_POINTS_TESTED: usize = 1 << 30;
 
 /// The polygons of a file with more than three corners.

@@ -1,4 +1,4 @@
-//! What holds in every format: what is a coordinate, a face, a place in an image, and what becomes of what is none.
+//! What holds in every format: valid coordinates, faces and texture coordinates, and what becomes of invalid ones.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub(super) const TOO_FEW_CORNERS: &str = "faces with fewer than 3 corners are le
 pub(super) const INVALID_TEXTURE: &str =
     "texture coordinates that are not finite numbers, or are beyond 1e9, count as unknown";
 
-/// Texture coordinates, both NaN if they are no place in an image.
+/// Texture coordinates, both NaN if they are not a position in an image.
 pub(super) fn place_in_image(
     t: [f64; 2],
     odd: &mut Places,

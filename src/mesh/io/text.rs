@@ -35,7 +35,7 @@ pub struct Text<'a> {
     comment: Option<u8>,
     /// Whether a backslash before the end of a line joins the next one to it.
     continued: bool,
-    /// How a comment begins that says something all the same.
+    /// The beginning of comments that are read nevertheless.
     remark: Option<&'static [u8]>,
 }
 

@@ -14,7 +14,7 @@ pub fn coincident(mesh: &Mesh) -> usize {
     firsts(mesh).map_or(0, |first| moved(&first))
 }
 
-/// What so many coincident vertices mean, in words.
+/// What that number of coincident vertices means, in words.
 pub fn free_cuts(coincident: usize) -> String {
     format!(
         "{coincident} vertices lie at the positions of others, and cuts along such seams are free"

@@ -1,4 +1,4 @@
-//! What one property of an element is, and what is said of it.
+//! Single properties of an element, and errors about them.
 
 use super::header::{Element, Kind, Property, Scalar};
 use super::values::Values;

@@ -149,7 +149,7 @@ fn elements(
 ) -> Result<(Vertices, Faces)> {
     let mut vertices = Vertices::default();
     for element in elements {
-        // Without properties there is nothing to read, however many there are said to be.
+        // Without properties there is nothing to read, whatever the declared count.
         if element.properties.is_empty() && element.count > 0 {
             if matches!(element.name.as_str(), "vertex" | "face" | "tristrips") {
                 let message = format!("the element {} has no properties", element.name);

@@ -15,9 +15,9 @@ use crate::mesh::Mesh;
 use crate::mesh::io::coordinates;
 use crate::mesh::io::places::warn;
 
-/// Of the shortest edge, may be lost without a word.
+/// Losses up to this fraction of the shortest edge need no warning.
 const TOLERATED_LOSS: f64 = 1e-4;
-/// So many times smaller an error is worth another origin.
+/// Another origin is used if it divides the error by at least this.
 const WORTHWHILE_GAIN: f64 = 8.0;
 
 /// What rounding does to the corners.
@@ -51,7 +51,7 @@ impl Loss {
 /// The point that the file's coordinates are relative to: 0 unless rounding them would lose too much.
 ///
 /// # Errors
-/// Positions would merge all the same, coordinates are too large, or the faces too many for their count.
+/// Positions would still merge, coordinates are too large, or the faces too many for their count.
 pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
     if u32::try_from(mesh.faces.len()).is_err() {
         return Err(Error::unsuitable(format!(
