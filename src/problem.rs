@@ -129,8 +129,8 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         self.columns / self.f.len() as f64
     }
 
-    /// The bound, or the energy where rounding alone puts the bound above it: by no more than a small multiple of the unit
-    /// roundoff times the sizes of all terms that the two sum up. Costs that are not paid do not count.
+    /// The bound, or the energy where rounding alone puts the bound above it: by no more than a small multiple of the
+    /// unit roundoff times the sizes of all terms that the two sum up. Costs that are not paid do not count.
     pub fn settled(&self, energy: f64, bound: f64) -> f64 {
         let rounding = 64.0 * f64::EPSILON * (energy + self.lambda * self.columns);
         if bound > energy && bound - energy <= rounding { energy } else { bound }

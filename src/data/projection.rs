@@ -139,7 +139,7 @@ fn cylinder(mesh: &Mesh, bounds: &Bounds, axis: Axis, extent: f64) -> Vec<[[f64;
     sweep::collect(mesh.faces.len(), |j| {
         let corners = corners(mesh, j);
         let turns = around(corners.map(|x| {
-            let [x, y, _] = bounds.from_middle(frame, x);
+            let [x, y, _] = bounds.relative_to_middle(frame, x);
             [x, y]
         }));
         std::array::from_fn(|i| [turns[i], bounds.along(axis, extent, corners[i])])
@@ -149,7 +149,7 @@ fn cylinder(mesh: &Mesh, bounds: &Bounds, axis: Axis, extent: f64) -> Vec<[[f64;
 fn sphere(mesh: &Mesh, bounds: &Bounds, axis: Axis) -> Vec<[[f64; 2]; 3]> {
     let frame = axis.frame();
     sweep::collect(mesh.faces.len(), |j| {
-        let corners = corners(mesh, j).map(|x| bounds.from_middle(frame, x));
+        let corners = corners(mesh, j).map(|x| bounds.relative_to_middle(frame, x));
         let turns = around(corners.map(|[x, y, _]| [x, y]));
         std::array::from_fn(|i| [turns[i], latitude(corners[i])])
     })
@@ -198,7 +198,7 @@ impl Bounds {
     }
 
     /// A point relative to the middle of the box, along three axes.
-    fn from_middle(&self, frame: [Axis; 3], x: [f64; 3]) -> [f64; 3] {
+    fn relative_to_middle(&self, frame: [Axis; 3], x: [f64; 3]) -> [f64; 3] {
         frame.map(|Axis { index, reversed }| {
             let t = x[index] - 0.5 * (self.low[index] + self.high[index]);
             if reversed { -t } else { t }

@@ -11,9 +11,9 @@ use std::borrow::Cow;
 use super::{Incidence, Mesh};
 use crate::sweep::{collect, join, ranges, sum};
 
-/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are on average more than
-/// this many square roots of V, or if the last vertices of a face and the next are as far apart. A
-/// strip-wise numbered surface has about 1 or 2, a random order V / 2 in all.
+/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are on average more
+/// than this many square roots of V, or if the last vertices of a face and the next are as far apart. A strip-wise
+/// numbered surface has about 1 or 2, a random order V / 2 in all.
 const SCATTERED_FRONT: f64 = 4.0;
 
 /// Where the vertices and faces of a mesh should be; `None` is where they are.
