@@ -42,6 +42,8 @@ struct Direction {
 impl DataModel for Directions {
     type Parameters = Direction;
 
+    type Datum = Vector3<f64>;
+
     const TOLD: &'static str = "direction";
 
     fn told(mu: &Direction) -> &[f64] {
@@ -52,18 +54,8 @@ impl DataModel for Directions {
         self.n.len()
     }
 
-    fn is_known(&self, _: usize) -> bool {
-        true
-    }
-
-    fn different(&self, most: usize) -> usize {
-        let mut found: Vec<&Vector3<f64>> = Vec::new();
-        for n in &self.n {
-            if found.len() < most && !found.contains(&n) {
-                found.push(n);
-            }
-        }
-        found.len()
+    fn at(&self, k: usize) -> Option<&Vector3<f64>> {
+        Some(&self.n[k])
     }
 
     fn in_order(&self, order: &Order) -> Cow<'_, Self> {

@@ -7,7 +7,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::misfit::Misfit;
+use crate::format_error::FormatError;
 
 /// A result whose error is an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -46,7 +46,7 @@ pub enum Error {
     Unsuitable(String),
     /// An experiment file with a wrong key or value.
     #[error(transparent)]
-    Misfit(#[from] Box<Misfit>),
+    Format(#[from] Box<FormatError>),
 }
 
 impl Error {

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
+use crate::names::Named;
 use crate::operator::{Mass, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem, Smoothing, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};

@@ -3,10 +3,15 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
+use pulp::bytemuck::TransparentWrapper;
+
 /// u_k in R^m: one number per region at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Row<const M: usize>(pub [f64; M]);
+
+// SAFETY: `repr(transparent)`, without any other field.
+unsafe impl<const M: usize> TransparentWrapper<[f64; M]> for Row<M> {}
 
 /// q_j in R^{2 x m}: one tangent vector per region on a face.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -45,8 +45,9 @@ pub mod figure;
 pub mod file;
 #[cfg(feature = "experiments")]
 mod font;
+pub mod format_error;
 pub mod mesh;
-pub mod misfit;
+pub mod names;
 pub mod npy;
 mod one_line;
 pub mod operator;

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::file;
 
 /// A well-formed header has a handful; a parser need not recurse further.
-const MOST_BRACKETS: usize = 16;
+const MAX_BRACKETS: usize = 16;
 
 /// A V x m array of numbers of any kind (floats of 16 to 64 bits, integers, bool; either endianness), in C or Fortran
 /// order, every entry finite.
@@ -141,7 +141,7 @@ impl Header {
             .ok_or_else(|| malformed("ends inside its header"))?;
         let text = std::str::from_utf8(&bytes[start..end])
             .map_err(|_| malformed("has a header that is no text"))?;
-        if text.matches(['(', '[', '{']).count() > MOST_BRACKETS {
+        if text.matches(['(', '[', '{']).count() > MAX_BRACKETS {
             return Err(malformed(
                 "does not hold plain numbers; convert it with numpy's astype(float)",
             ));
@@ -176,7 +176,7 @@ impl Header {
     }
 
     fn check_size(&self, path: &Path, available: usize) -> Result<()> {
-        // The digits count bytes, but of texts letters, which have four.
+        // The digits count bytes, but characters of four bytes in texts.
         let unit = if self.element.get(1..2) == Some("U") { 4 } else { 1 };
         let digits = self.element.get(2..).and_then(|digits| digits.parse::<usize>().ok());
         let Some(width) = digits.and_then(|digits| digits.checked_mul(unit)) else {
@@ -398,7 +398,7 @@ mod tests {
             let message = read_matrix(&path).unwrap_err().to_string();
             assert!(!message.contains('\n') && message.contains("s.npy"), "{message}");
         }
-        // Texts of five letters of four bytes: whole, but no numbers.
+        // Texts of five characters of four bytes: complete, but not numbers.
         let texts = [&replaced(b"<f8", b"<U5")[..], &[0; 4 * 20 - 4 * 8]].concat();
         let (_folder, path) = written("s.npy", &texts);
         let message = read_matrix(&path).unwrap_err().to_string();

@@ -12,7 +12,7 @@
 //! problem therefore stores f_k - min_p f_kp and B separately: its energies and bounds are E - B and D - B,
 //! `relative_gap` is (E - D) / (E - B), and no decision and no claim depends on such a constant.
 
-use strum::{EnumString, IntoStaticStr, VariantNames};
+use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
@@ -155,7 +155,7 @@ pub struct Smoothing {
 }
 
 /// The formula of eps_j, see [`Smoothing::radius`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumIter, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum SmoothingMode {
     /// lambda A_j sqrt(|grad_j U|^2 + eps): independent of the resolution, with a bias of at most lambda sqrt(eps)
@@ -164,20 +164,6 @@ pub enum SmoothingMode {
     /// (lambda/2) sqrt(xi + eps), xi = 4 |(K U)_j|^2, as printed in equations (7) and (9). Its bias depends
     /// on the mesh.
     Paper,
-}
-
-impl SmoothingMode {
-    /// All variants with their names, as [`SmoothingMode::name`] returns them.
-    pub const NAMES: [(&'static str, SmoothingMode); 2] =
-        [("paper", SmoothingMode::Paper), ("intrinsic", SmoothingMode::Intrinsic)];
-
-    /// `paper` or `intrinsic`.
-    pub fn name(self) -> &'static str {
-        match self {
-            SmoothingMode::Paper => "paper",
-            SmoothingMode::Intrinsic => "intrinsic",
-        }
-    }
 }
 
 /// sqrt(eps) times the square root of the area, by default. On a torus of 20,000 to 200,000 faces with noisy data, the

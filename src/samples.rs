@@ -4,10 +4,13 @@ use nalgebra::{DMatrix, Point3, Rotation3, Vector3};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use strum::IntoEnumIterator;
 
+use crate::data::{Data, DataModel};
 use crate::field::{Row, Tangent};
 use crate::mesh::{Mesh, Shape};
-use crate::operator::{Adjoint, Operator, Stencil};
+use crate::operator::mass::Quadrature;
+use crate::operator::{Adjoint, Mass, Operator, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::prox::project_ball;
 
@@ -143,6 +146,33 @@ pub fn random_tangents<const M: usize>(n: usize, rng: &mut Pcg64) -> Vec<Tangent
 pub fn random_dual<const M: usize>(n: usize, lambda: f64, rng: &mut Pcg64) -> Vec<Tangent<M>> {
     let tangents = random_tangents(n, rng);
     tangents.into_iter().map(|q| project_ball(q * lambda, lambda)).collect()
+}
+
+/// Entries from 0 to 1.
+pub fn random_data(n: usize, dimension: usize, seed: u64) -> Data {
+    let mut rng = rng(seed);
+    Data::new(dimension, (0..n * dimension).map(|_| rng.random()).collect()).unwrap()
+}
+
+/// Data, labels, meshes of several scales and quadratures, to fit the parameters of regions to.
+pub fn to_fit(seed: u64) -> impl Iterator<Item = (Mesh, Data, Vec<Row<3>>, Mass)> {
+    let meshes = [shape("sphere:2"), bumpy(6).scaled(1e-3), needles(4, 1e-4)];
+    meshes.into_iter().flat_map(move |mesh| {
+        let n = mesh.vertices.len();
+        let (data, u) = (random_data(n, 2, seed), random_labels(n, 3, &mut rng(seed + 1)));
+        Mass::iter().map(move |mass| (mesh.clone(), data.clone(), u.clone(), mass))
+    })
+}
+
+/// sum <u, M s>, which the parameters are fitted to.
+pub fn fitted_energy<D: DataModel>(
+    model: &D,
+    quadrature: &Quadrature<'_>,
+    u: &[Row<3>],
+    mu: &[D::Parameters],
+) -> f64 {
+    let f = quadrature.integrate(&model.costs::<3>(mu));
+    u.iter().zip(&f).map(|(u, &f)| u.dot(f)).sum()
 }
 
 /// Rows in the simplex of the first m regions: in its interior, on its edges and at its vertices.

@@ -1,12 +1,13 @@
 //! `meshseg evaluate`: energies and certificate of any U, as JSON.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use meshseg::certificate::DUAL_STEPS;
-use meshseg::evaluate::{Question, evaluate};
+use meshseg::evaluate::{Evaluation, Question, evaluate};
+use meshseg::mesh::{Mesh, Weld};
 use meshseg::operator::Mass;
 use meshseg::problem::{Smoothing, SmoothingMode};
-use meshseg::{Error, npy};
+use meshseg::{Error, Result, npy};
 use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
@@ -53,11 +54,11 @@ pub struct Arguments {
     epsilon: Option<f64>,
 
     /// paper: (1/2) sqrt(xi + eps); intrinsic: A sqrt(|grad u|^2 + eps)
-    #[arg(long, value_parser = named(&SmoothingMode::NAMES), default_value = "intrinsic")]
+    #[arg(long, value_parser = named::<SmoothingMode>(), default_value = "intrinsic")]
     epsilon_mode: SmoothingMode,
 
     /// Quadrature of the data term
-    #[arg(long, value_parser = named(&Mass::NAMES), default_value = "barycentric")]
+    #[arg(long, value_parser = named::<Mass>(), default_value = "barycentric")]
     mass: Mass,
 
     /// Merge vertices as `solve --weld` does, within this length of each other [default: 0, those at equal positions];
@@ -72,26 +73,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
         .transpose()?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
-    let u = npy::read_matrix(&arguments.u)?;
-    if u.dim() != costs.dim() {
-        let (rows, columns) = u.dim();
-        let (needed, regions) = costs.dim();
-        let message =
-            format!("has {rows} x {columns} entries, the costs have {needed} x {regions}");
-        return Err(Error::malformed(&arguments.u, message).into());
-    }
-    let q = arguments.q.as_deref().map(npy::read_matrix).transpose()?;
-    if let (Some(path), Some(q)) = (&arguments.q, &q)
-        && q.dim() != (2 * mesh.faces.len(), costs.ncols())
-    {
-        let (rows, columns) = q.dim();
-        let message = format!(
-            "has {rows} x {columns} entries; two rows for each of the {} faces and {} columns are needed",
-            mesh.faces.len(),
-            costs.ncols()
-        );
-        return Err(Error::malformed(path, message).into());
-    }
+    let u = labels(&arguments.u, &costs)?;
+    let q =
+        arguments.q.as_deref().map(|path| dual_field(path, &mesh, costs.ncols())).transpose()?;
     let question = Question {
         lambda: arguments.lambda,
         mass: arguments.mass,
@@ -99,25 +83,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
         q: q.as_ref(),
         dual_steps: arguments.dual_steps,
     };
-    let mut progress = Progress::new(0.0);
-    let mut observe = |sample: Option<&_>| progress.observe(sample);
     let weld = match arguments.weld {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
     };
-    let mut evaluation = match &weld {
-        Some(weld) => {
-            let weights = arguments.mass.weights(&mesh);
-            let costs = welding::costs(weld, &costs, &weights)?;
-            let means = welding::means(weld, &u, &weights);
-            let mut evaluation = evaluate(&weld.mesh, &costs, &means, question, &mut observe)?;
-            evaluation.vertices = mesh.vertices.len();
-            evaluation.warnings.extend(apart(&u, &means, &weld.of));
-            evaluation
-        }
-        None => evaluate(&mesh, &costs, &u, question, &mut observe)?,
-    };
-    progress.finish();
+    let mut evaluation = evaluated(&mesh, &costs, &u, question, weld.as_ref())?;
     if let Some(tolerance) = arguments.weld {
         note(&welding::note(weld.as_ref(), tolerance));
     }
@@ -128,6 +98,58 @@ pub fn run(arguments: &Arguments) -> Outcome {
     warn(&evaluation.warnings);
     print_json(&evaluation)?;
     Ok(())
+}
+
+/// U, with the rows and columns of the costs.
+fn labels(path: &Path, costs: &Array2<f64>) -> Result<Array2<f64>> {
+    let u = npy::read_matrix(path)?;
+    if u.dim() == costs.dim() {
+        return Ok(u);
+    }
+    let (rows, columns) = u.dim();
+    let (needed, regions) = costs.dim();
+    let message = format!("has {rows} x {columns} entries, the costs have {needed} x {regions}");
+    Err(Error::malformed(path, message))
+}
+
+/// q, two rows for each face.
+fn dual_field(path: &Path, mesh: &Mesh, regions: usize) -> Result<Array2<f64>> {
+    let q = npy::read_matrix(path)?;
+    let faces = mesh.faces.len();
+    if q.dim() == (2 * faces, regions) {
+        return Ok(q);
+    }
+    let (rows, columns) = q.dim();
+    let message = format!(
+        "has {rows} x {columns} entries; two rows for each of the {faces} faces and {regions} columns are needed"
+    );
+    Err(Error::malformed(path, message))
+}
+
+/// The evaluation of U, or of its means on the welded mesh.
+fn evaluated(
+    mesh: &Mesh,
+    costs: &Array2<f64>,
+    u: &Array2<f64>,
+    question: Question<'_>,
+    weld: Option<&Weld>,
+) -> Result<Evaluation> {
+    let mut progress = Progress::new(0.0);
+    let mut observe = |sample: Option<&_>| progress.observe(sample);
+    let evaluation = match weld {
+        Some(weld) => {
+            let weights = question.mass.weights(mesh);
+            let costs = welding::costs(weld, costs, &weights)?;
+            let means = welding::means(weld, u, &weights);
+            let mut evaluation = evaluate(&weld.mesh, &costs, &means, question, &mut observe)?;
+            evaluation.vertices = mesh.vertices.len();
+            evaluation.warnings.extend(apart(u, &means, &weld.of));
+            evaluation
+        }
+        None => evaluate(mesh, costs, u, question, &mut observe)?,
+    };
+    progress.finish();
+    Ok(evaluation)
 }
 
 /// That merged vertices do not agree on their rows of U.

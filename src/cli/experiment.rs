@@ -70,7 +70,7 @@ pub struct Run {
     force: bool,
 
     /// Run nothing: print the script that makes all runs on a cluster and collects them
-    #[arg(long, value_name = "CLUSTER", value_parser = named(&Cluster::NAMES), conflicts_with_all = ["shard", "force"])]
+    #[arg(long, value_name = "CLUSTER", value_parser = named::<Cluster>(), conflicts_with_all = ["shard", "force"])]
     emit: Option<Cluster>,
 
     /// Jobs that --emit divides the runs among [default: one each, 100 at most]
@@ -320,7 +320,7 @@ struct Left {
 }
 
 impl Left {
-    /// Like another repetition; else like what the same solver takes in the mean; else no one knows.
+    /// Like another repetition; else like the mean of the same solver; otherwise unknown.
     fn add(&mut self, run: &Planned<'_>, done: &[Done], spec: &Spec) {
         self.runs += 1;
         let mean = |same: &dyn Fn(&Done) -> bool| {
@@ -354,14 +354,14 @@ impl Left {
     }
 }
 
-/// What is wrong with an experiment file, drawn beside its lines, for people.
-pub fn draw(misfit: &experiment::Misfit) {
+/// Shows an error beside the lines of the experiment file, in a terminal.
+pub fn draw(error: &experiment::FormatError) {
     if !std::io::stderr().is_terminal() {
         return;
     }
-    let place = misfit.place.start..misfit.place.end.max(misfit.place.start + 1);
-    let path = misfit.path.display().to_string();
-    let lines = Snippet::source(&misfit.text).path(path);
+    let place = error.place.start..error.place.end.max(error.place.start + 1);
+    let path = error.path.display().to_string();
+    let lines = Snippet::source(&error.text).path(path);
     let lines = lines.annotation(AnnotationKind::Primary.span(place));
     let renderer = match std::env::var_os("NO_COLOR") {
         Some(_) => Renderer::plain(),

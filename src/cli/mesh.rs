@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::mesh::shapes::MOST_FACES;
-use meshseg::mesh::{Mesh, Shape, Source, Statistics, io};
+use meshseg::mesh::shapes::MAX_FACES;
+use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, io};
 use meshseg::{Error, Result};
 
 use super::{Outcome, note, print, print_json, table, warn, welding};
@@ -59,9 +59,9 @@ pub fn run(verb: &Verb) -> Outcome {
                 mesh = welded(mesh, tolerance)?;
             }
             let faces = (mesh.faces.len() as u64).saturating_mul(4_u64.pow((*subdivide).into()));
-            if faces > MOST_FACES {
+            if faces > MAX_FACES {
                 return Err(Error::unsuitable(format!(
-                    "--subdivide {subdivide}: would give {faces} faces; at most {MOST_FACES} are possible"
+                    "--subdivide {subdivide}: would give {faces} faces; at most {MAX_FACES} are possible"
                 ))
                 .into());
             }
@@ -107,62 +107,58 @@ fn info(path: &Path, json: bool) -> Outcome {
     let statistics = Statistics::of(&mesh);
     if json {
         print_json(&statistics)?;
-        return Ok(());
+    } else {
+        print(&table::pairs(&lines(&statistics)))?;
     }
-    let Statistics {
-        vertices,
-        faces,
-        area,
-        edges,
-        boundary_edges,
-        boundary_loops,
-        components,
-        euler_characteristic,
-        non_manifold_edges,
-        inconsistent_edges,
-        degenerate_faces,
-        duplicate_faces,
-        unreferenced_vertices,
-        coincident_vertices,
-        nearly_coincident_vertices,
-        bounding_box,
-        has_colors,
-        has_face_colors,
-        has_uv,
-        materials,
-        materials_with_images,
-    } = statistics;
-    let yes_or_no = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
-    let painted = match materials {
-        0 => "none".to_owned(),
-        _ => format!("{materials}, {materials_with_images} with an image"),
-    };
-    let corners = bounding_box.map_or_else(String::new, |corners| {
-        let number = table::together(table::largest(corners.min.iter().chain(&corners.max)), 6);
-        let point = |x: [f64; 3]| format!("({})", x.map(&number).join(", "));
-        format!("{} to {}", point(corners.min), point(corners.max))
-    });
-    print(&table::pairs(&[
-        ("vertices", vertices.to_string()),
-        ("faces", faces.to_string()),
-        ("area", table::together(area, 9)(area)),
-        ("edges", edges.to_string()),
-        ("boundary edges", boundary_edges.to_string()),
-        ("boundary loops", boundary_loops.to_string()),
-        ("components", components.to_string()),
-        ("Euler characteristic", euler_characteristic.to_string()),
-        ("non-manifold edges", non_manifold_edges.to_string()),
-        ("inconsistently oriented edges", inconsistent_edges.to_string()),
-        ("degenerate faces", degenerate_faces.to_string()),
-        ("duplicate faces", duplicate_faces.to_string()),
-        ("unreferenced vertices", unreferenced_vertices.to_string()),
-        ("coincident vertices", coincident_vertices.to_string()),
-        ("nearly coincident vertices", nearly_coincident_vertices.to_string()),
-        ("bounding box", corners),
-        ("vertex colors", yes_or_no(has_colors)),
-        ("face colors", yes_or_no(has_face_colors)),
-        ("texture coordinates", yes_or_no(has_uv)),
-        ("materials", painted),
-    ]))?;
     Ok(())
+}
+
+fn lines(statistics: &Statistics) -> Vec<(&'static str, String)> {
+    let counts = [
+        ("edges", statistics.edges),
+        ("boundary edges", statistics.boundary_edges),
+        ("boundary loops", statistics.boundary_loops),
+        ("components", statistics.components),
+    ];
+    let defects = [
+        ("non-manifold edges", statistics.non_manifold_edges),
+        ("inconsistently oriented edges", statistics.inconsistent_edges),
+        ("degenerate faces", statistics.degenerate_faces),
+        ("duplicate faces", statistics.duplicate_faces),
+        ("unreferenced vertices", statistics.unreferenced_vertices),
+        ("coincident vertices", statistics.coincident_vertices),
+        ("nearly coincident vertices", statistics.nearly_coincident_vertices),
+    ];
+    let count = |(name, count): (&'static str, usize)| (name, count.to_string());
+    let mut lines =
+        [("vertices", statistics.vertices), ("faces", statistics.faces)].map(count).to_vec();
+    lines.push(("area", table::together(statistics.area, 9)(statistics.area)));
+    lines.extend(counts.map(count));
+    lines.push(("Euler characteristic", statistics.euler_characteristic.to_string()));
+    lines.extend(defects.map(count));
+    lines
+        .push(("bounding box", statistics.bounding_box.as_ref().map_or_else(String::new, corners)));
+    lines.extend(looks(statistics));
+    lines
+}
+
+fn corners(bounding_box: &BoundingBox) -> String {
+    let BoundingBox { min, max } = bounding_box;
+    let number = table::together(table::largest(min.iter().chain(max)), 6);
+    let point = |x: &[f64; 3]| format!("({})", x.map(&number).join(", "));
+    format!("{} to {}", point(min), point(max))
+}
+
+fn looks(statistics: &Statistics) -> [(&'static str, String); 4] {
+    let yes_or_no = |yes: bool| if yes { "yes" } else { "no" }.to_owned();
+    let materials = match statistics.materials {
+        0 => "none".to_owned(),
+        materials => format!("{materials}, {} with an image", statistics.materials_with_images),
+    };
+    [
+        ("vertex colors", yes_or_no(statistics.has_colors)),
+        ("face colors", yes_or_no(statistics.has_face_colors)),
+        ("texture coordinates", yes_or_no(statistics.has_uv)),
+        ("materials", materials),
+    ]
 }

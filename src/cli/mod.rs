@@ -88,8 +88,8 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Input(error)) => {
             note(&format!("error: {}", one_line(&error.to_string())));
-            if let Error::Misfit(misfit) = &error {
-                experiment::draw(misfit);
+            if let Error::Format(error) = &error {
+                experiment::draw(error);
             }
             ExitCode::from(1)
         }

@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mesh = source(&arguments.mesh)?;
     let (mesh, warnings) = model_mesh(&mesh).map_err(|error| error.of_file(&arguments.mesh))?;
     warn(&warnings);
-    warn(&welding::seams(&mesh, welding::CONVERT));
+    warn(&welding::seams(&mesh, welding::CONVERT_COMMAND));
     let k = Matrix::new(&mesh);
     let matrices = [
         ("K", k.csr().clone()),

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use meshseg::Error;
+use meshseg::names::Named;
 
 /// Why a verb did not end well.
 pub(super) enum Failure {
@@ -57,11 +58,7 @@ pub(super) fn warn(warnings: &[String]) {
 }
 
 /// A value given by one of its names.
-pub(super) fn named<T: Copy + Send + Sync + 'static>(
-    names: &'static [(&'static str, T)],
-) -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(names.iter().map(|(name, _)| *name)).map(|given| {
-        let (_, value) = names.iter().find(|(name, _)| *name == given).expect("one of the names");
-        *value
-    })
+pub(super) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(T::names())
+        .map(|name| T::named(&name).expect("one of the possible values"))
 }

@@ -50,7 +50,7 @@ pub struct Export {
     lambda: Option<f64>,
 
     /// Quadrature of the data term; barycentric, if nothing is said
-    #[arg(long, value_parser = named(&Mass::NAMES))]
+    #[arg(long, value_parser = named::<Mass>())]
     mass: Option<Mass>,
 
     /// Where U starts: uniform, random, argmin, or a file U.npy; argmin, if nothing is said
@@ -139,7 +139,7 @@ impl Export {
         let start = init.start(&s, self.seed.unwrap_or(0))?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
         let problem = Exchanged::new(&mesh, &s, lambda, mass, &start)?;
-        warn(&welding::seams(&mesh, welding::CONVERT));
+        warn(&welding::seams(&mesh, welding::CONVERT_COMMAND));
         warn(&costs::checked(&s, mass)?.1);
         warn(&model_mesh(&mesh)?.1);
         Ok(problem)
@@ -180,7 +180,7 @@ impl Export {
         };
         let instance = places
             .instance(cell)
-            .map_err(|missing| spec.misfit(places.blame(cell), Error::from(missing)))?;
+            .map_err(|missing| spec.format_error(places.blame(cell), Error::from(missing)))?;
         Exchanged::new(&instance.mesh, &instance.costs, instance.lambda, cell.mass, &Start::Argmin)
     }
 }

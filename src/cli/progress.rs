@@ -12,9 +12,9 @@ use meshseg::run::Sample;
 use super::{interrupt, note, table};
 
 /// Between renewals of the line on a terminal.
-const RENEWAL: Duration = Duration::from_millis(100);
+const RENEWAL_INTERVAL: Duration = Duration::from_millis(100);
 /// Between lines elsewhere.
-const LINE: Duration = Duration::from_secs(5);
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 pub struct Progress {
     line: Option<ProgressBar>,
@@ -52,7 +52,7 @@ impl Progress {
     /// For [`meshseg::run::Run::advance`].
     pub fn observe(&mut self, sample: Option<&Sample>) -> ControlFlow<()> {
         if let Some(sample) = sample {
-            let interval = if self.line.is_some() { RENEWAL } else { LINE };
+            let interval = if self.line.is_some() { RENEWAL_INTERVAL } else { LINE_INTERVAL };
             if self.shown.elapsed() >= interval {
                 self.shown = Instant::now();
                 let message = self.message(sample);

@@ -8,13 +8,15 @@ use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
 use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, palette};
 use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::mesh::{Mesh, Source};
+use meshseg::mesh::{Mesh, Normalize, Source, Weld};
+use meshseg::names::Named;
 use meshseg::outcome::{self, Looks, Shown};
 use meshseg::render;
 use meshseg::segment::{Alternation, Segmentation, lambda, segment};
 use meshseg::solve::{Request, Solution, Summary, check_mesh};
 use meshseg::{Result, sweep};
 use serde::Serialize;
+use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
@@ -32,7 +34,7 @@ pub struct Arguments {
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
     /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as it is stored), image:IMAGE (laid on the surface, see
     /// --project; a JPEG photo upright, as its EXIF orientation says),
-    /// curvature (mean curvature, positive where the surface is convex as input from outside, its middle 96 % mapped to
+    /// curvature (mean curvature, positive where the surface is convex as seen from outside, its middle 96 % mapped to
     /// [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
     /// by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
@@ -46,11 +48,11 @@ pub struct Arguments {
 
     /// cover: an image laid along two axes keeps its aspect, and what is too long is cut off at both ends; stretch:
     /// it loses its aspect
-    #[arg(long, value_parser = named(&Fit::NAMES), default_value = "cover")]
+    #[arg(long, value_parser = named::<Fit>(), default_value = "cover")]
     fit: Fit,
 
     /// What a vertex takes of an image. mean: the mean over its third of its faces; vertex: the color at its place
-    #[arg(long, value_parser = named(&Texel::NAMES), default_value = "mean")]
+    #[arg(long, value_parser = named::<Texel>(), default_value = "mean")]
     texel: Texel,
 
     /// Number of regions, 2 to 64
@@ -59,7 +61,7 @@ pub struct Arguments {
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median but for
     /// outliers, costs are distances, summed over the columns of the data
-    #[arg(long, value_parser = named(&Model::NAMES), default_value = "constant")]
+    #[arg(long, value_parser = named::<Model>(), default_value = "constant")]
     model: Model,
 
     /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1) [default:
@@ -74,7 +76,7 @@ pub struct Arguments {
     every: u64,
 
     /// Where the region parameters start. kmeans: means of clusters (medians for l1); random: those of random regions
-    #[arg(long, value_parser = named(&Initial::NAMES), default_value = "kmeans")]
+    #[arg(long, value_parser = named::<Initial>(), default_value = "kmeans")]
     init: Initial,
 
     /// Seed of the start
@@ -82,7 +84,7 @@ pub struct Arguments {
     seed: u64,
 
     /// area: scale the mesh to total area 1, so that lambda means the same for every mesh; none: keep its units
-    #[arg(long, value_parser = named(&Normalize::NAMES), default_value = "area")]
+    #[arg(long, value_parser = named::<Normalize>(), default_value = "area")]
     normalize: Normalize,
 
     /// Merge vertices within this length of each other, in the units of the file, onto the first of them [default: 0,
@@ -107,33 +109,11 @@ Examples:
   meshseg segment grid:300x200 --data image:photo.jpg --regions 3 --out results/photo
   meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny";
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "lowercase")]
 enum Model {
     Constant,
     L1,
-}
-
-impl Model {
-    const NAMES: [(&'static str, Model); 2] = [("constant", Model::Constant), ("l1", Model::L1)];
-
-    fn name(self) -> &'static str {
-        match self {
-            Model::Constant => "constant",
-            Model::L1 => "l1",
-        }
-    }
-}
-
-#[derive(Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum Normalize {
-    Area,
-    None,
-}
-
-impl Normalize {
-    const NAMES: [(&'static str, Normalize); 2] =
-        [("area", Normalize::Area), ("none", Normalize::None)];
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -143,104 +123,150 @@ pub fn run(arguments: &Arguments) -> Outcome {
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(arguments.lambda.unwrap_or(0.0))?;
-    let source = Source::parse(&arguments.mesh)?;
-    let mesh = source.mesh()?;
-    let tolerance = arguments.weld.unwrap_or(0.0);
-    let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
-    let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
-    let area = welded.area();
-    let scale = match arguments.normalize {
-        Normalize::Area if area > 0.0 && area.is_finite() => 1.0 / area.sqrt(),
-        Normalize::Area | Normalize::None => 1.0,
-    };
-    let scaled = welded.clone().scaled(scale);
-    check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
-    let mapping =
-        Mapping { texel: arguments.texel, project: arguments.project, fit: arguments.fit };
-    let input = input::read(&source, welded, weld.as_ref(), arguments.data.as_ref(), &mapping)?;
+    let surface = Surface::read(arguments)?;
+    let input = surface.input(arguments)?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
 
-    let found = match arguments.model {
-        Model::Constant => {
-            found(&scaled, &PiecewiseConstant::new(&input.data), &input, arguments, request)
-        }
-        Model::L1 => found(&scaled, &L1::new(&input.data), &input, arguments, request),
-    };
-    let Found { mut solution, regions, told, estimates } = found?;
-    let lambda = solution.summary.lambda;
-
-    let mut colors = input.colors;
-    let warnings = &mut solution.summary.warnings;
-    warnings.extend(input.warnings);
-    warnings.extend(match arguments.weld {
-        Some(_) => welding::unmended(welded),
-        None => welding::shattered(welded, "--weld"),
-    });
-    if let Some(weld) = &weld {
-        warnings.extend(welding::side_effect(weld, "--no-weld keeps them apart"));
-        colors = weld.spread(&colors);
-        solution = solution.spread(&mesh, weld);
+    let mut found = segmented(&surface, &input, arguments, request)?;
+    let lambda = found.solution.summary.lambda;
+    found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
+    if let Some(weld) = &surface.weld {
+        found.solution = found.solution.spread(&surface.mesh, weld);
     }
-    let summary = SegmentSummary {
-        summary: &solution.summary,
+    let summary = summary(&found, &surface, &input, arguments);
+    let looks = looks(&found, &surface, &input, solving);
+    outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks)?;
+
+    surface.tell(arguments);
+    warn(&found.solution.summary.warnings);
+    let printed = print(&report(&found, lambda, arguments));
+    exit(found.solution.summary.status, printed)
+}
+
+/// The mesh that is segmented.
+struct Surface {
+    source: Source,
+    /// As it is in its file.
+    mesh: Mesh,
+    weld: Option<Weld>,
+    /// By which the welded mesh is scaled.
+    scale: f64,
+    /// Welded and scaled.
+    scaled: Mesh,
+}
+
+impl Surface {
+    fn read(arguments: &Arguments) -> Result<Self> {
+        let source = Source::parse(&arguments.mesh)?;
+        let mesh = source.mesh()?;
+        let tolerance = arguments.weld.unwrap_or(0.0);
+        let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
+        let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
+        let scale = arguments.normalize.scale(welded.area());
+        let scaled = welded.clone().scaled(scale);
+        check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
+        Ok(Surface { source, mesh, weld, scale, scaled })
+    }
+
+    fn welded(&self) -> &Mesh {
+        self.weld.as_ref().map_or(&self.mesh, |weld| &weld.mesh)
+    }
+
+    /// The data on the welded mesh.
+    fn input(&self, arguments: &Arguments) -> Result<InputData> {
+        let Arguments { texel, project, fit, .. } = *arguments;
+        let mapping = Mapping { texel, project, fit };
+        let data = arguments.data.as_ref();
+        input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
+    }
+
+    /// Says what was done to the mesh.
+    fn tell(&self, arguments: &Arguments) {
+        if self.weld.is_some() {
+            let welded = welding::note(self.weld.as_ref(), arguments.weld.unwrap_or(0.0));
+            note(&format!("{welded} (--no-weld keeps them apart)"));
+        } else if let Some(tolerance) = arguments.weld {
+            note(&welding::note(None, tolerance));
+        }
+        if self.scale != 1.0 {
+            note(&format!(
+                "scaled by {:.6e} to total area 1, which lambda refers to; --normalize none keeps the units",
+                self.scale
+            ));
+        }
+    }
+}
+
+fn warnings(surface: &Surface, input: &InputData, arguments: &Arguments) -> Vec<String> {
+    let mut warnings = input.warnings.clone();
+    warnings.extend(match arguments.weld {
+        Some(_) => welding::unmended(surface.welded()),
+        None => welding::shattered(surface.welded(), "--weld"),
+    });
+    let side_effect = |weld| welding::side_effect(weld, "--no-weld keeps them apart");
+    warnings.extend(surface.weld.as_ref().and_then(side_effect));
+    warnings
+}
+
+fn summary<'a>(
+    found: &'a Found,
+    surface: &Surface,
+    input: &'a InputData,
+    arguments: &Arguments,
+) -> SegmentSummary<'a> {
+    SegmentSummary {
+        summary: &found.solution.summary,
         data: &input.name,
-        // What is said of lengths is said of the scaled mesh.
-        data_unit_range: input.unit_range.map(|range| range.map(|h| h / scale)),
+        // Lengths are those of the scaled mesh.
+        data_unit_range: input.unit_range.map(|range| range.map(|h| h / surface.scale)),
         data_sign: input.sign,
-        welded_vertices: weld.as_ref().map_or(0, |weld| weld.merged),
+        welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
         model: arguments.model.name(),
         init: arguments.init.name(),
         seed: arguments.seed,
         every: arguments.every,
-        re_estimations: estimates,
-        normalize: arguments.normalize,
-        scale,
-        region_parameters: &regions,
-    };
-    let number = number_format(&regions);
+        re_estimations: found.estimates,
+        normalize: arguments.normalize.name(),
+        scale: surface.scale,
+        region_parameters: &found.regions,
+    }
+}
+
+/// How regions and data are drawn on the mesh of the file.
+fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving) -> Looks {
+    let number = number_format(&found.regions);
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
         mean: region.color,
-        text: preview::legend(p, region.share, told, &region.told, &number),
+        text: preview::legend(p, region.share, found.told, &region.told, &number),
     };
-    let looks = Looks {
-        regions: regions.iter().enumerate().map(drawn).collect(),
+    let colors = || match &surface.weld {
+        Some(weld) => weld.spread(&input.colors),
+        None => input.colors.clone(),
+    };
+    let areas = || barycentric_areas(&surface.scaled);
+    let caption = || palette::words(&input.data, &input.name, input.unit_range, &areas());
+    Looks {
+        regions: found.regions.iter().enumerate().map(drawn).collect(),
         data: (!solving.no_preview).then(|| Shown {
-            colors,
-            caption: palette::words(
-                &input.data,
-                &input.name,
-                input.unit_range,
-                &barycentric_areas(&scaled),
-            ),
+            colors: colors(),
+            caption: caption(),
             view: solving.view,
         }),
-    };
-    outcome::write(&solving.out, &summary, &solution, &mesh, &looks)?;
+    }
+}
 
-    if weld.is_some() {
-        let welded = welding::note(weld.as_ref(), tolerance);
-        note(&format!("{welded} (--no-weld keeps them apart)"));
-    } else if arguments.weld.is_some() {
-        note(&welding::note(None, tolerance));
-    }
-    if scale != 1.0 {
-        note(&format!(
-            "scaled by {scale:.6e} to total area 1, which lambda refers to; --normalize none keeps the units"
-        ));
-    }
-    warn(&solution.summary.warnings);
-    let mut lines = summary_lines(&solution.summary);
+/// What is printed in the end.
+fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
+    let mut lines = summary_lines(&found.solution.summary);
     if arguments.lambda.is_none() {
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
-    lines.push(("written to", solving.out.display().to_string()));
-    let next = next_step(arguments, lambda);
-    let printed =
-        print(&(table::pairs(&lines) + "\n" + &regions_table(told, &regions) + "\n" + &next));
-    exit(solution.summary.status, printed)
+    lines.push(("written to", arguments.solving.out.display().to_string()));
+    let table = regions_table(found.told, &found.regions);
+    table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, lambda)
 }
 
 /// What a model of any kind makes of the data.
@@ -252,8 +278,24 @@ struct Found {
     estimates: usize,
 }
 
+/// Segments the data by the model that the arguments name.
+fn segmented(
+    surface: &Surface,
+    input: &InputData,
+    arguments: &Arguments,
+    request: Request,
+) -> Result<Found> {
+    let (mesh, data) = (&surface.scaled, &input.data);
+    match arguments.model {
+        Model::Constant => {
+            segmented_by(mesh, &PiecewiseConstant::new(data), input, arguments, request)
+        }
+        Model::L1 => segmented_by(mesh, &L1::new(data), input, arguments, request),
+    }
+}
+
 /// Segments the data, after a lambda for them is found if none is given.
-fn found<D: DataModel>(
+fn segmented_by<D: DataModel>(
     mesh: &Mesh,
     model: &D,
     input: &InputData,
@@ -325,7 +367,7 @@ struct SegmentSummary<'a> {
     seed: u64,
     every: u64,
     re_estimations: usize,
-    normalize: Normalize,
+    normalize: &'static str,
     scale: f64,
     region_parameters: &'a [Region],
 }

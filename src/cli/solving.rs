@@ -5,19 +5,22 @@ use std::path::PathBuf;
 use clap::Args;
 use meshseg::coarse::Record;
 use meshseg::empty_regions;
+use meshseg::names::Named;
 use meshseg::operator::Mass;
 use meshseg::render::View;
 use meshseg::run::{Status, Stop, time_limit};
 use meshseg::solve::{Request, Summary};
+use meshseg::solver::chambolle_pock::Precision;
 use meshseg::solver::{Method, Options};
 use meshseg::{Error, Result};
+use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::{Failure, Outcome, named, table};
 
 #[derive(Args)]
 pub struct Solving {
     /// Quadrature of the data term
-    #[arg(long, value_parser = named(&Mass::NAMES), default_value = "barycentric")]
+    #[arg(long, value_parser = named::<Mass>(), default_value = "barycentric")]
     mass: Mass,
 
     /// See `meshseg solvers`
@@ -31,8 +34,8 @@ pub struct Solving {
 
     /// Of the iterates: f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are always
     /// evaluated in f64. Short for --solver-option precision=...
-    #[arg(long, value_name = "PRECISION", value_parser = ["f64", "f32"])]
-    precision: Option<String>,
+    #[arg(long, value_name = "PRECISION", value_parser = named::<Precision>())]
+    precision: Option<Precision>,
 
     /// Stop when the certified gap (E - D) / (E - B) is at most this; B is the sum of the least costs of all vertices,
     /// below which no labels can be
@@ -63,7 +66,7 @@ pub struct Solving {
 
     /// What else to write into the folder: q, the dual field of the lower bound as q.npy (2F x m, rows as those of K),
     /// from which `evaluate --q` finds the same bound
-    #[arg(long, value_name = "WHAT", value_parser = named(&Saved::NAMES))]
+    #[arg(long, value_name = "WHAT", value_parser = named::<Saved>())]
     save: Vec<Saved>,
 
     /// Threads; the result does not depend on their number [default: one per core]
@@ -90,13 +93,10 @@ pub struct Solving {
     pub no_preview: bool,
 }
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Saved {
     Q,
-}
-
-impl Saved {
-    const NAMES: [(&'static str, Saved); 1] = [("q", Saved::Q)];
 }
 
 impl Solving {
@@ -119,7 +119,7 @@ impl Solving {
             })?),
         };
         let change = self.stop_change.map(|delta| not_negative("--stop-change", delta));
-        let precision = self.precision.iter().map(|precision| format!("precision={precision}"));
+        let precision = self.precision.map(|precision| format!("precision={}", precision.name()));
         let options: Vec<String> = self.solver_options.iter().cloned().chain(precision).collect();
         let request = Request {
             lambda,

@@ -21,8 +21,8 @@ pub fn columns(rows: &[Vec<String>]) -> String {
         .collect()
 }
 
-/// How numbers are written that are read together, `largest` among them: so many digits behind the point, or that many
-/// significant ones where half of those would be zeros, or there are too many before the point.
+/// How numbers are written that are read together, `largest` among them: with `digits` digits behind the point, or
+/// as many significant ones where half of those would be zeros, or there are too many before the point.
 pub fn together(largest: f64, digits: usize) -> impl Fn(f64) -> String {
     let least = 0.1_f64.powf(0.5 * digits as f64);
     let plain = largest == 0.0 || (least..1e7).contains(&largest);

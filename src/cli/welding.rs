@@ -8,7 +8,7 @@ use meshseg::{Error, Result};
 use ndarray::Array2;
 
 /// What welds a mesh for the verbs that take it as it is.
-pub const CONVERT: &str = "`meshseg mesh convert --weld`";
+pub const CONVERT_COMMAND: &str = "`meshseg mesh convert --weld`";
 
 /// Merges vertices within a tolerance, if there are any.
 ///

@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
-use crate::sweep::{collect, sum};
+use crate::sweep::sum;
 
 /// The likelihood of piecewise constant data in R^d: squared distances to one mean per region.
 #[derive(Clone)]
@@ -44,6 +44,8 @@ impl<'a> PiecewiseConstant<'a> {
 impl DataModel for PiecewiseConstant<'_> {
     type Parameters = Mean;
 
+    type Datum = [f64];
+
     const TOLD: &'static str = "mean";
 
     fn told(mu: &Mean) -> &[f64] {
@@ -54,19 +56,13 @@ impl DataModel for PiecewiseConstant<'_> {
         self.data.len()
     }
 
-    fn is_known(&self, k: usize) -> bool {
-        self.data.is_known(k)
-    }
-
-    fn different(&self, most: usize) -> usize {
-        self.data.different(most)
+    fn at(&self, k: usize) -> Option<&[f64]> {
+        self.data.known(k)
     }
 
     fn in_order(&self, order: &Order) -> Cow<'_, Self> {
-        match self.data.in_order(order) {
-            Cow::Borrowed(_) => Cow::Borrowed(self),
-            Cow::Owned(data) => Cow::Owned(PiecewiseConstant { data: Cow::Owned(data) }),
-        }
+        let data = self.data.in_order(order).map(Cow::Owned);
+        data.map_or(Cow::Borrowed(self), |data| Cow::Owned(PiecewiseConstant { data }))
     }
 
     /// The means of the data:
@@ -120,11 +116,7 @@ impl DataModel for PiecewiseConstant<'_> {
 
     fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
         assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
-        let cost = |k: usize, mu: &[f64]| -> f64 {
-            self.data.at(k).iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
-        };
-        let row = |k: usize| Row::from_fn(|p| mu.get(p).map_or(0.0, |mu| cost(k, &mu.mean)));
-        collect(self.data.len(), |k| if self.is_known(k) { row(k) } else { Row::ZERO })
+        self.data.costs(mu, |c, mu| c.iter().zip(&mu.mean).map(|(c, mu)| (c - mu).powi(2)).sum())
     }
 
     fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
@@ -193,13 +185,8 @@ fn range(data: &Data) -> f64 {
 mod tests {
     use super::*;
     use crate::operator::Mass;
-    use crate::samples::{bumpy, needles, random_labels, rng, shape, with_isolated_vertices};
+    use crate::samples::{bumpy, fitted_energy, random_data, rng, to_fit, with_isolated_vertices};
     use rand::RngExt;
-
-    fn random_data(n: usize, dimension: usize) -> Data {
-        let mut rng = rng(121);
-        Data::new(dimension, (0..n * dimension).map(|_| rng.random()).collect()).unwrap()
-    }
 
     fn means<const P: usize>(means: [&[f64]; P]) -> Vec<Mean> {
         means.map(|mean| Mean { mean: mean.to_vec() }).to_vec()
@@ -217,33 +204,25 @@ mod tests {
     /// d raises it by exactly d^2 times the mass of the region.
     #[test]
     fn the_fit_is_the_minimizer() {
-        for mesh in [shape("sphere:2"), bumpy(6).scaled(1e-3), needles(4, 1e-4)] {
-            let n = mesh.vertices.len();
-            let data = random_data(n, 2);
-            let model = PiecewiseConstant::new(&data);
-            let u = random_labels::<3>(n, 3, &mut rng(122));
-            for mass in Mass::NAMES.map(|(_, mass)| mass) {
-                let energy = |mu: &[Mean]| -> f64 {
-                    let f = mass.on(&mesh).integrate(&model.costs::<3>(mu));
-                    u.iter().zip(&f).map(|(u, &f)| u.dot(f)).sum()
-                };
-                let mut mu = means([&[0.5; 2]; 3]);
-                let before = energy(&mu);
-                let weights = mass.on(&mesh).integrate(&u);
-                model.fit(&weights, &mut mu).unwrap();
-                let least = energy(&mu);
-                assert!(least < before);
-                for p in 0..3 {
-                    let region: f64 = weights.iter().map(|w| w.0[p]).sum();
-                    for (i, d) in [(0, 1e-2), (1, -1e-2), (0, -0.3), (1, 0.3)] {
-                        let mut moved = mu.clone();
-                        moved[p].mean[i] += d;
-                        let rise = energy(&moved) - least;
-                        assert!((rise - d * d * region).abs() <= 1e-12 * before, "{mass:?}, {d}");
-                    }
+        for (mesh, data, u, mass) in to_fit(121) {
+            let (model, quadrature) = (PiecewiseConstant::new(&data), mass.on(&mesh));
+            let energy = |mu: &[Mean]| fitted_energy(&model, &quadrature, &u, mu);
+            let mut mu = means([&[0.5; 2]; 3]);
+            let before = energy(&mu);
+            let weights = quadrature.integrate(&u);
+            model.fit(&weights, &mut mu).unwrap();
+            let least = energy(&mu);
+            assert!(least < before);
+            for p in 0..3 {
+                let region: f64 = weights.iter().map(|w| w.0[p]).sum();
+                for (i, d) in [(0, 1e-2), (1, -1e-2), (0, -0.3), (1, 0.3)] {
+                    let mut moved = mu.clone();
+                    moved[p].mean[i] += d;
+                    let rise = energy(&moved) - least;
+                    assert!((rise - d * d * region).abs() <= 1e-12 * before, "{mass:?}, {d}");
                 }
-                assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
             }
+            assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
         }
     }
 
@@ -258,29 +237,6 @@ mod tests {
         assert_eq!(mu, means([&[2.0, 2.0], &[4.0, 3.0]]));
         assert!(model.is_known(0) && !model.is_known(1));
         assert_eq!(data.variance(&[1.0, 5.0, 1.0]), 5.0);
-    }
-
-    #[test]
-    fn an_empty_region_keeps_its_parameters() {
-        let data = random_data(5, 2);
-        let mut mu = means([&[0.1; 2], &[7.0, -3.0]]);
-        let change = PiecewiseConstant::new(&data).fit(&[Row([0.2, 0.0]); 5], &mut mu).unwrap();
-        assert_eq!(mu[1].mean, [7.0, -3.0]);
-        let moved = f64::max((mu[0].mean[0] - 0.1).abs(), (mu[0].mean[1] - 0.1).abs());
-        assert_eq!(change, moved);
-        assert!(change > 0.0);
-    }
-
-    /// Regions beyond those of the model are padding; their costs are the business of `regions.rs`.
-    #[test]
-    fn padded_regions_have_no_parameters() {
-        let data = random_data(4, 1);
-        let model = PiecewiseConstant::new(&data);
-        let mut mu = means([&[0.5]; 9]);
-        let u = random_labels::<12>(4, 9, &mut rng(123));
-        model.fit(&u, &mut mu).unwrap();
-        assert_eq!(mu.len(), 9);
-        assert!(model.costs::<12>(&mu).iter().all(|s| s.0[9..] == [0.0; 3]));
     }
 
     /// A vertex of which nothing is known has no weight in any mean.
@@ -306,7 +262,7 @@ mod tests {
     #[test]
     fn means_have_the_restricted_costs_up_to_a_constant() {
         let mesh = with_isolated_vertices(bumpy(12));
-        let data = random_data(mesh.vertices.len(), 2);
+        let data = random_data(mesh.vertices.len(), 2, 121);
         let model = PiecewiseConstant::new(&data);
         let weights = Mass::Barycentric.weights(&mesh);
         let level = mesh.coarsened();

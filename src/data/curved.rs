@@ -12,7 +12,7 @@ use crate::mesh::{Mesh, resolution};
 use crate::unreached::INHERIT;
 
 /// The sign, in words.
-pub const SIGN: &str = "positive where the surface is convex as seen from outside";
+pub const CURVATURE_SIGN: &str = "positive where the surface is convex as seen from outside";
 
 /// Curvature as data.
 pub struct Curved {
@@ -26,10 +26,10 @@ pub struct Curved {
 }
 
 /// The middle 96 % of the values of normal noise span four deviations, of a few values repeated somewhat more.
-const NOISE: f64 = 6.0;
+const NOISE_SPAN: f64 = 6.0;
 
-/// No differences below this share of the curvature itself mean anything.
-const ROUNDING: f64 = 1e-6;
+/// Differences below this share of the curvature itself are rounding.
+const CURVATURE_ROUNDING: f64 = 1e-6;
 
 /// The mean curvature at the V vertices, of which the extreme 2 % at each end are cut off, mapped to [0, 1].
 ///
@@ -72,8 +72,8 @@ pub fn curved(mesh: &Mesh) -> Result<Curved> {
     }
     let area = barycentric_areas(&oriented);
     let [low, high] = robust_range(&curvature, &area);
-    let noise = NOISE * median(&rounding_noise(&oriented, resolution(mesh)), &area);
-    let negligible = noise.max(ROUNDING * low.abs().max(high.abs()));
+    let noise = NOISE_SPAN * median(&rounding_noise(&oriented, resolution(mesh)), &area);
+    let negligible = noise.max(CURVATURE_ROUNDING * low.abs().max(high.abs()));
     let values = if high - low <= negligible {
         warnings.push(format!(
             "the mean curvature is the same everywhere to rounding ({:.6e}, up to {negligible:.0e}): there is nothing \

@@ -9,7 +9,7 @@ mod source;
 
 use std::path::Path;
 
-use super::curved::{Curved, SIGN, curved};
+use super::curved::{CURVATURE_SIGN, Curved, curved};
 use super::{Data, palette};
 use crate::colormap::sequential;
 use crate::error::{Error, Result};
@@ -85,7 +85,7 @@ fn read_choice(
                 name: "mean curvature".into(),
                 unit_range: Some(range),
                 notes: Vec::new(),
-                sign: Some(SIGN),
+                sign: Some(CURVATURE_SIGN),
                 warnings,
             })
         }

@@ -17,8 +17,8 @@ use super::range::median;
 use crate::sweep::collect;
 
 const SEEDINGS: usize = 8;
-const SUBSET: usize = 4096;
-const STEPS: usize = 50;
+const SUBSET_SIZE: usize = 4096;
+const LLOYD_STEPS: usize = 50;
 
 /// The centers c_p of `regions` clusters, as many rows of d values.
 ///
@@ -119,7 +119,7 @@ fn clusters<C: Center>(
     let all = Weighted::positive(data, d, area);
     assert!(!all.weight.is_empty(), "no datum has a positive weight");
 
-    let subset = all.subset(SUBSET, rng);
+    let subset = all.subset(SUBSET_SIZE, rng);
     let mut best = (f64::INFINITY, Vec::new());
     for _ in 0..SEEDINGS {
         let mut centers = subset.seed::<C>(regions, rng);
@@ -200,7 +200,7 @@ impl Weighted {
     fn lloyd<C: Center>(&self, centers: &mut [f64]) -> f64 {
         let mut assigned = vec![usize::MAX; self.weight.len()];
         let mut cost = f64::INFINITY;
-        for _ in 0..STEPS {
+        for _ in 0..LLOYD_STEPS {
             let mut changed = false;
             cost = 0.0;
             let found = collect(self.weight.len(), |k| nearest::<C>(self.row(k), centers));

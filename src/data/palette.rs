@@ -11,8 +11,8 @@ use super::range::robust_unit_range;
 use crate::colormap::sequential;
 use crate::sweep;
 
-/// Vertices that principal components are estimated from, at the most.
-const SAMPLED: usize = 20_000;
+/// Principal components are estimated from at most this many vertices.
+const MAX_SAMPLED_VERTICES: usize = 20_000;
 
 /// A color per vertex, RGB in [0, 1], NaN where the data are not known. `area` has the V areas of the vertices.
 pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
@@ -105,7 +105,7 @@ fn common_range(data: &Data, area: &[f64]) -> [f64; 2] {
 fn principal(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     let d = data.dimension;
     let known = |k: usize| data.at(k).iter().all(|x| !x.is_nan());
-    let step = data.len().div_ceil(SAMPLED).max(1);
+    let step = data.len().div_ceil(MAX_SAMPLED_VERTICES).max(1);
     let sample: Vec<usize> =
         (0..data.len()).step_by(step).filter(|&k| known(k) && area[k] > 0.0).collect();
     let total: f64 = sample.iter().map(|&k| area[k]).sum();

@@ -9,6 +9,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::charts::{around, latitude};
@@ -38,18 +40,14 @@ pub enum Projection {
 }
 
 /// How an image fills a box of another aspect. Cylinder and sphere always stretch it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Fit {
     /// The image keeps its aspect and is cut off at both ends of what is too long. The default.
     #[default]
     Cover,
     /// All of the image is seen, with the aspect of the box.
     Stretch,
-}
-
-impl Fit {
-    /// All variants with their names.
-    pub const NAMES: [(&'static str, Fit); 2] = [("cover", Fit::Cover), ("stretch", Fit::Stretch)];
 }
 
 /// Texture coordinates, and what was done in words.
@@ -72,112 +70,154 @@ impl Projection {
     ///
     /// Fails if the mesh has no extent along an axis that the image runs along.
     pub fn lay(self, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Result<Laid> {
-        let (low, high) = bounds(mesh);
-        let extent = |axis: Axis| {
-            let extent = high[axis.index] - low[axis.index];
-            let widest =
-                [0, 1, 2].iter().fold(0.0, |widest, &i| f64::max(widest, high[i] - low[i]));
-            if extent > 1e-9 * widest {
-                Ok(extent)
-            } else {
-                Err(Error::unsuitable(format!(
-                    "has no extent along {}; choose another --project: {}",
-                    NAMES[axis.index],
-                    Projection::SYNTAX
-                )))
-            }
-        };
-        // A position along an axis, 0 to 1 in the box.
-        let along = |axis: Axis, extent: f64, x: [f64; 3]| {
-            let t = (x[axis.index] - low[axis.index]) / extent;
-            if axis.reversed { 1.0 - t } else { t }
-        };
-        let faces = mesh.faces.len();
-        let corners = |j: usize| mesh.corners(j).map(|x| [x.x, x.y, x.z]);
+        let bounds = Bounds::of(mesh);
         let [width, height] = size;
-        let image = format!("image {width} x {height}");
-        match self {
+        let (uv, how) = match self {
             Projection::Plane { across, up } => {
-                let (wide, high) = (extent(across)?, extent(up)?);
-                // Of the image's width and height, in the box.
-                let ratio = (f64::from(width) / f64::from(height)) / (wide / high);
-                let shown = match fit {
-                    Fit::Cover => [1.0_f64.min(1.0 / ratio), 1.0_f64.min(ratio)],
-                    Fit::Stretch => [1.0; 2],
-                };
-                let uv = sweep::collect(faces, |j| {
-                    corners(j).map(|x| {
-                        let [s, t] = [along(across, wide, x), along(up, high, x)];
-                        [0.5 + shown[0] * (s - 0.5), 0.5 + shown[1] * (t - 0.5)]
-                    })
-                });
-                let hidden = |side: &str, shown: f64| {
-                    // As many digits as tell it from all.
-                    let digits = (-(100.0 * shown).log10()).ceil().max(1.0) as usize;
-                    format!(", {:.digits$} % of its {side} cut off", 100.0 * (1.0 - shown))
-                };
-                let rest = match fit {
-                    Fit::Stretch if ratio > 1.0 => {
-                        format!(", {ratio:.2} times as high for its width as it was")
-                    }
-                    Fit::Stretch => {
-                        format!(", {:.2} times as wide for its height as it was", 1.0 / ratio)
-                    }
-                    Fit::Cover if shown[0] < 0.9995 => hidden("width", shown[0]),
-                    Fit::Cover if shown[1] < 0.9995 => hidden("height", shown[1]),
-                    Fit::Cover => String::new(),
-                };
-                Ok(Laid { uv, how: format!("{image} laid over {self}{rest}") })
+                let extent = [bounds.extent(across)?, bounds.extent(up)?];
+                let ratio = (f64::from(width) / f64::from(height)) / (extent[0] / extent[1]);
+                let shown = fit.shown(ratio);
+                let loss = fit.loss(ratio, shown);
+                (
+                    plane(mesh, &bounds, [across, up], extent, shown),
+                    format!("laid over {self}{loss}"),
+                )
             }
             Projection::Cylinder(axis) => {
-                let tall = extent(axis)?;
-                let frame = axis.frame();
-                let uv = sweep::collect(faces, |j| {
-                    let corners = corners(j);
-                    let turns = around(corners.map(|x| {
-                        let [x, y, _] = from_middle(frame, low, high, x);
-                        [x, y]
-                    }));
-                    std::array::from_fn(|i| [turns[i], along(axis, tall, corners[i])])
-                });
-                Ok(Laid { uv, how: format!("{image} wrapped around {axis} as a cylinder") })
+                let extent = bounds.extent(axis)?;
+                let uv = cylinder(mesh, &bounds, axis, extent);
+                (uv, format!("wrapped around {axis} as a cylinder"))
             }
             Projection::Sphere(axis) => {
-                let frame = axis.frame();
-                let uv = sweep::collect(faces, |j| {
-                    let corners = corners(j).map(|x| from_middle(frame, low, high, x));
-                    let turns = around(corners.map(|[x, y, _]| [x, y]));
-                    std::array::from_fn(|i| [turns[i], latitude(corners[i])])
-                });
-                Ok(Laid { uv, how: format!("{image} wrapped around {axis} as a sphere") })
+                (sphere(mesh, &bounds, axis), format!("wrapped around {axis} as a sphere"))
             }
+        };
+        Ok(Laid { uv, how: format!("image {width} x {height} {how}") })
+    }
+}
+
+impl Fit {
+    /// The part of the image's width and height that is in the box; `ratio` is the aspect of the image by that of the
+    /// box.
+    fn shown(self, ratio: f64) -> [f64; 2] {
+        match self {
+            Fit::Cover => [1.0_f64.min(1.0 / ratio), 1.0_f64.min(ratio)],
+            Fit::Stretch => [1.0; 2],
+        }
+    }
+
+    /// What the image loses, in words.
+    fn loss(self, ratio: f64, shown: [f64; 2]) -> String {
+        let hidden = |side: &str, shown: f64| {
+            // Enough digits to differ from 100 %.
+            let digits = (-(100.0 * shown).log10()).ceil().max(1.0) as usize;
+            format!(", {:.digits$} % of its {side} cut off", 100.0 * (1.0 - shown))
+        };
+        match self {
+            Fit::Stretch if ratio > 1.0 => {
+                format!(", {ratio:.2} times as high for its width as it was")
+            }
+            Fit::Stretch => format!(", {:.2} times as wide for its height as it was", 1.0 / ratio),
+            Fit::Cover if shown[0] < 0.9995 => hidden("width", shown[0]),
+            Fit::Cover if shown[1] < 0.9995 => hidden("height", shown[1]),
+            Fit::Cover => String::new(),
         }
     }
 }
 
-/// The bounding box of the faces.
-fn bounds(mesh: &Mesh) -> ([f64; 3], [f64; 3]) {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for &k in mesh.faces.as_flattened() {
-        let x = mesh.vertices[k as usize];
-        for i in 0..3 {
-            low[i] = low[i].min(x[i]);
-            high[i] = high[i].max(x[i]);
-        }
-    }
-    (low, high)
+/// The positions of the corners of face j.
+fn corners(mesh: &Mesh, j: usize) -> [[f64; 3]; 3] {
+    mesh.corners(j).map(|x| [x.x, x.y, x.z])
 }
 
-/// A point from the middle of the box, along three axes.
-fn from_middle(frame: [Axis; 3], low: [f64; 3], high: [f64; 3], x: [f64; 3]) -> [f64; 3] {
-    frame.map(|Axis { index, reversed }| {
-        let t = x[index] - 0.5 * (low[index] + high[index]);
-        if reversed { -t } else { t }
+fn plane(
+    mesh: &Mesh,
+    bounds: &Bounds,
+    axes: [Axis; 2],
+    extent: [f64; 2],
+    shown: [f64; 2],
+) -> Vec<[[f64; 2]; 3]> {
+    sweep::collect(mesh.faces.len(), |j| {
+        corners(mesh, j).map(|x| {
+            let [s, t] = [0, 1].map(|i| bounds.along(axes[i], extent[i], x));
+            [0.5 + shown[0] * (s - 0.5), 0.5 + shown[1] * (t - 0.5)]
+        })
     })
 }
 
-const NAMES: [&str; 3] = ["x", "y", "z"];
+fn cylinder(mesh: &Mesh, bounds: &Bounds, axis: Axis, extent: f64) -> Vec<[[f64; 2]; 3]> {
+    let frame = axis.frame();
+    sweep::collect(mesh.faces.len(), |j| {
+        let corners = corners(mesh, j);
+        let turns = around(corners.map(|x| {
+            let [x, y, _] = bounds.relative_to_middle(frame, x);
+            [x, y]
+        }));
+        std::array::from_fn(|i| [turns[i], bounds.along(axis, extent, corners[i])])
+    })
+}
+
+fn sphere(mesh: &Mesh, bounds: &Bounds, axis: Axis) -> Vec<[[f64; 2]; 3]> {
+    let frame = axis.frame();
+    sweep::collect(mesh.faces.len(), |j| {
+        let corners = corners(mesh, j).map(|x| bounds.relative_to_middle(frame, x));
+        let turns = around(corners.map(|[x, y, _]| [x, y]));
+        std::array::from_fn(|i| [turns[i], latitude(corners[i])])
+    })
+}
+
+/// The bounding box of the faces.
+struct Bounds {
+    low: [f64; 3],
+    high: [f64; 3],
+}
+
+impl Bounds {
+    fn of(mesh: &Mesh) -> Self {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for &k in mesh.faces.as_flattened() {
+            let x = mesh.vertices[k as usize];
+            for i in 0..3 {
+                low[i] = low[i].min(x[i]);
+                high[i] = high[i].max(x[i]);
+            }
+        }
+        Bounds { low, high }
+    }
+
+    /// The length of the box along an axis.
+    fn extent(&self, axis: Axis) -> Result<f64> {
+        let lengths = [0, 1, 2].map(|i| self.high[i] - self.low[i]);
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        let extent = lengths[axis.index];
+        if extent > 1e-9 * longest {
+            Ok(extent)
+        } else {
+            Err(Error::unsuitable(format!(
+                "has no extent along {}; choose another --project: {}",
+                AXIS_NAMES[axis.index],
+                Projection::SYNTAX
+            )))
+        }
+    }
+
+    /// A position along an axis, 0 to 1 in the box.
+    fn along(&self, axis: Axis, extent: f64, x: [f64; 3]) -> f64 {
+        let t = (x[axis.index] - self.low[axis.index]) / extent;
+        if axis.reversed { 1.0 - t } else { t }
+    }
+
+    /// A point relative to the middle of the box, along three axes.
+    fn relative_to_middle(&self, frame: [Axis; 3], x: [f64; 3]) -> [f64; 3] {
+        frame.map(|Axis { index, reversed }| {
+            let t = x[index] - 0.5 * (self.low[index] + self.high[index]);
+            if reversed { -t } else { t }
+        })
+    }
+}
+
+const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 const X: Axis = Axis { index: 0, reversed: false };
 const Y: Axis = Axis { index: 1, reversed: false };
 const Z: Axis = Axis { index: 2, reversed: false };
@@ -192,7 +232,7 @@ impl Axis {
 
 impl fmt::Display for Axis {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}{}", if self.reversed { "-" } else { "" }, NAMES[self.index])
+        write!(f, "{}{}", if self.reversed { "-" } else { "" }, AXIS_NAMES[self.index])
     }
 }
 
@@ -204,7 +244,7 @@ impl FromStr for Axis {
             Some(name) => (true, name),
             None => (false, text.strip_prefix('+').unwrap_or(text)),
         };
-        let index = NAMES.iter().position(|known| name == *known).ok_or(())?;
+        let index = AXIS_NAMES.iter().position(|known| name == *known).ok_or(())?;
         Ok(Axis { index, reversed })
     }
 }

@@ -2,7 +2,7 @@
 //! triangles leave, in curvature above all.
 
 /// The share of the area clipped at each end.
-const CLIPPED: f64 = 0.02;
+const CLIPPED_SHARE: f64 = 0.02;
 
 /// Values clipped at their area-weighted 2 % and 98 % quantiles, then mapped affinely to [0, 1]; and the
 /// two quantiles, so that the map can be undone. Values that are constant after clipping become 0.5; NaN, for
@@ -18,8 +18,8 @@ pub fn robust_range(values: &[f64], area: &[f64]) -> [f64; 2] {
     if order.is_empty() {
         return [0.0; 2];
     }
-    let low = quantile(area, order.iter(), CLIPPED);
-    [low, quantile(area, order.iter().rev(), CLIPPED)]
+    let low = quantile(area, order.iter(), CLIPPED_SHARE);
+    [low, quantile(area, order.iter().rev(), CLIPPED_SHARE)]
 }
 
 /// The area-weighted median of the values that are not NaN; 0 if there are none.

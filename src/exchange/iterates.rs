@@ -18,6 +18,7 @@ use serde::{Deserialize, Deserializer};
 
 use crate::error::{Error, Result};
 use crate::file;
+use crate::names::Named;
 use crate::problem::{Smoothing, SmoothingMode};
 
 /// One line of `trace.csv`, and the files that belong to it.
@@ -150,10 +151,9 @@ impl Iterates {
             None => None,
             Some(epsilon) => {
                 let mode = line.epsilon_mode.as_deref().unwrap_or("paper");
-                let named = SmoothingMode::NAMES.iter().find(|(name, _)| *name == mode);
-                let (_, mode) = named
+                let mode = SmoothingMode::named(mode)
                     .ok_or_else(|| wrong(format!("epsilon_mode {mode:?}: paper or intrinsic")))?;
-                Some(Smoothing::new(*mode, epsilon).map_err(|error| wrong(error.to_string()))?)
+                Some(Smoothing::new(mode, epsilon).map_err(|error| wrong(error.to_string()))?)
             }
         };
         let u = us

@@ -28,6 +28,7 @@ use crate::file;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::mesh::order::Order;
+use crate::names::Named;
 use crate::npy;
 use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
@@ -161,8 +162,8 @@ impl Exchanged {
         let Some(corners) = corners else {
             return Err(unsuitable(format!("faces has indices outside of 0 to {vertices}")));
         };
-        let (_, mass) = (Mass::NAMES.iter().find(|(name, _)| *name == mass))
-            .ok_or_else(|| unsuitable(format!("mass {mass:?} is unknown")))?;
+        let mass =
+            Mass::named(&mass).ok_or_else(|| unsuitable(format!("mass {mass:?} is unknown")))?;
         let of_file = |error: Error| error.of_file(path);
         check_lambda(lambda).map_err(of_file)?;
         regions::check(f.ncols()).map_err(of_file)?;
@@ -186,7 +187,7 @@ impl Exchanged {
             return Err(unsuitable("every face must have an area".into()));
         }
         check_mesh(&mesh).map_err(of_file)?;
-        Ok(Exchanged { mesh, f, lambda, mass: *mass, u0 })
+        Ok(Exchanged { mesh, f, lambda, mass, u0 })
     }
 }
 

@@ -157,12 +157,10 @@ impl Places {
     /// Files that cannot be read, or that do not fit each other.
     pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, Missing> {
         let source = self.mesh(&cell.mesh)?;
-        let mut mesh = source.mesh()?;
+        let mesh = source.mesh()?;
         let named = |error: Error| error.of_file(Path::new(&cell.mesh));
-        let area = mesh.area();
-        if cell.normalize && area > 0.0 && area.is_finite() {
-            mesh = mesh.scaled(1.0 / area.sqrt());
-        }
+        let scale = cell.normalize.scale(mesh.area());
+        let mesh = mesh.scaled(scale);
         check_mesh(&mesh).map_err(named)?;
         let coincident = coincident(&mesh);
         if coincident > 0 {

@@ -8,9 +8,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::nearest::did_you_mean;
-use crate::misfit::Misfit;
+use crate::format_error::FormatError;
 
-/// A message and the bytes it is about; [`Document::misfit`] makes it whole.
+/// A message and the bytes it is about; [`Document::format_error`] makes it whole.
 #[derive(Debug)]
 pub struct Wrong {
     pub place: Range<usize>,
@@ -256,18 +256,18 @@ pub fn read<T>(
     path: &Path,
     text: &str,
     read: impl FnOnce(&mut Section<'_>) -> Fits<T>,
-) -> Result<T, Misfit> {
-    let misfit = |place: Range<usize>, message: String| {
+) -> Result<T, FormatError> {
+    let format_error = |place: Range<usize>, message: String| {
         let end = text.len();
         let place = place.start.min(end)..place.end.min(end);
-        Misfit { path: path.to_owned(), text: text.to_owned(), place, message }
+        FormatError { path: path.to_owned(), text: text.to_owned(), place, message }
     };
     let table = DeTable::parse(text).map_err(|error| {
-        misfit(error.span().unwrap_or(0..0), error.message().trim().replace('\n', ", "))
+        format_error(error.span().unwrap_or(0..0), error.message().trim().replace('\n', ", "))
     })?;
     let place = table.span();
     let mut section = Section::new("", place, table.into_inner());
     read(&mut section)
         .and_then(|value| section.end().map(|()| value))
-        .map_err(|Wrong { place, message }| misfit(place, message))
+        .map_err(|Wrong { place, message }| format_error(place, message))
 }

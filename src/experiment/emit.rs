@@ -2,22 +2,19 @@
 //!
 //! Each job makes a shard: every N-th run. Shards write to one folder; that two of them meet does no harm.
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use super::plan::Plan;
 use super::quoting::{braces, one_line, plain, python, shell};
 
 /// What runs the jobs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Cluster {
     /// An array job for `sbatch`; its first task submits the job that makes the report.
     Slurm,
     /// A Snakefile with a rule for the shards and one for the report.
     Snakemake,
-}
-
-impl Cluster {
-    /// All variants with their names.
-    pub const NAMES: [(&'static str, Cluster); 2] =
-        [("slurm", Cluster::Slurm), ("snakemake", Cluster::Snakemake)];
 }
 
 /// Jobs at the most, unless another number is asked for.

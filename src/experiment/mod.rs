@@ -22,7 +22,7 @@ mod runner;
 mod spec;
 mod store;
 
-pub use crate::misfit::Misfit;
+pub use crate::format_error::FormatError;
 pub use data::Places;
 pub use emit::{Cluster, Command, emit};
 pub use machine::{Machine, Program};

@@ -51,7 +51,7 @@ impl<'a> Plan<'a> {
                     continue;
                 }
                 Err(Missing::Error(error)) => {
-                    return Err(spec.misfit(places.blame(instance), error));
+                    return Err(spec.format_error(places.blame(instance), error));
                 }
             };
             let instance_id = identity(&[&instance_toml(instance), &content]);

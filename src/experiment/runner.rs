@@ -116,7 +116,7 @@ pub fn run(
             // The last one goes before the next one comes.
             drop(present.take());
             let instance = places.instance(run.instance).map_err(|missing| {
-                plan.spec.misfit(places.blame(run.instance), Error::from(missing))
+                plan.spec.format_error(places.blame(run.instance), Error::from(missing))
             })?;
             show(store, run, &instance)?;
             present = Some((&run.instance_id, instance));

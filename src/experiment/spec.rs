@@ -34,7 +34,7 @@ use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, MOST_RUNS};
 use super::nearest::did_you_mean;
 use crate::error::{Error, Result};
-use crate::misfit::Misfit;
+use crate::format_error::FormatError;
 use crate::run::{Stop, time_limit};
 
 pub use instance::{InstanceCell, LambdaChoice};
@@ -81,10 +81,10 @@ impl Spec {
                 "needs a name in UTF-8, from which the folder of results is named",
             )
         })?;
-        Spec::parse(path, name, text).map_err(|misfit| Box::new(misfit).into())
+        Spec::parse(path, name, text).map_err(|error| Box::new(error).into())
     }
 
-    fn parse(path: &Path, name: String, text: String) -> std::result::Result<Self, Misfit> {
+    fn parse(path: &Path, name: String, text: String) -> std::result::Result<Self, FormatError> {
         let question = first_comment(&text);
         document::read(path, &text, |file| {
             let repetitions = file.count("repetitions", 1)?;
@@ -150,12 +150,12 @@ impl Spec {
     }
 
     /// Something that the file asks for at a place, and that is not there.
-    pub fn misfit(&self, place: &Range<usize>, message: impl fmt::Display) -> Error {
+    pub fn format_error(&self, place: &Range<usize>, message: impl fmt::Display) -> Error {
         let end = self.text.len();
         let place = place.start.min(end)..place.end.min(end);
         let message = message.to_string();
         let (path, text) = (self.path.clone(), self.text.clone());
-        Box::new(Misfit { path, text, place, message }).into()
+        Box::new(FormatError { path, text, place, message }).into()
     }
 
     /// Whether a solver runs on an instance.

@@ -47,8 +47,8 @@ impl Coarsening {
     }
 }
 
-/// So many faces around a coarse vertex are searched for the nearest point; a hub may have any number.
-const MOST_SEARCHED: usize = 32;
+/// At most this many faces around a coarse vertex are searched for the nearest point; a hub may have any number.
+const MAX_FACES_SEARCHED: usize = 32;
 
 impl Mesh {
     /// P interpolates linearly in the point of the coarse faces that is nearest to the fine vertex, of those
@@ -110,7 +110,7 @@ impl Mesh {
     fn nearest_point(&self, x: Point3<f64>, c: u32, around: &Incidence) -> Parents {
         let mut nearest = Parents::one(c);
         let mut least = (self.vertices[c as usize] - x).norm_squared();
-        for &j in around.faces(c as usize).iter().take(MOST_SEARCHED) {
+        for &j in around.faces(c as usize).iter().take(MAX_FACES_SEARCHED) {
             let corners = self.corners(j as usize);
             let weights = nearest_weights(x, corners);
             let [a, b, c] = corners.map(|corner| corner - x);
@@ -201,9 +201,9 @@ impl Incidence {
         let mut faces = vec![0; 3 * mesh.faces.len()];
         for (j, corners) in mesh.faces.iter().enumerate() {
             for &v in corners {
-                let place = &mut next[v as usize];
-                faces[*place as usize] = j as u32;
-                *place += 1;
+                let end = &mut next[v as usize];
+                faces[*end as usize] = j as u32;
+                *end += 1;
             }
         }
         Incidence { start, faces }

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Beyond this a texture coordinate has no digits left for a place in an image.
-const LARGEST: f64 = 1e9;
+const LARGEST_COORDINATE: f64 = 1e9;
 
 /// Whether texture coordinates are a place in an image.
 pub fn is_place(t: [f64; 2]) -> bool {
-    t.iter().all(|t| t.abs() <= LARGEST)
+    t.iter().all(|t| t.abs() <= LARGEST_COORDINATE)
 }
 
 /// The materials of a mesh, and which face has which.
@@ -16,7 +16,7 @@ pub fn is_place(t: [f64; 2]) -> bool {
 pub struct Materials {
     /// In the order of the file.
     pub all: Vec<Material>,
-    /// F places in `all`; none where a face has no material.
+    /// F indices in `all`; none where a face has no material.
     pub of_faces: Vec<Option<u32>>,
 }
 
@@ -79,18 +79,18 @@ impl Materials {
         name
     }
 
-    /// The images, each once, and the place there of each material's.
+    /// The images, each once, and the index of each material's among them.
     pub fn images(&self) -> (Vec<&Path>, Vec<Option<usize>>) {
         let mut images: Vec<&Path> = Vec::new();
-        let mut place_of = HashMap::new();
-        let places = self.all.iter().map(|material| {
+        let mut index_of = HashMap::new();
+        let indices = self.all.iter().map(|material| {
             let image = material.image.as_deref()?;
-            Some(*place_of.entry(image).or_insert_with(|| {
+            Some(*index_of.entry(image).or_insert_with(|| {
                 images.push(image);
                 images.len() - 1
             }))
         });
-        let places = places.collect();
-        (images, places)
+        let indices = indices.collect();
+        (images, indices)
     }
 }

@@ -11,14 +11,14 @@ use std::borrow::Cow;
 use super::{Incidence, Mesh};
 use crate::sweep::{collect, join, ranges, sum};
 
-/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are more in the
-/// mean than this many square roots of V, or if the last vertices of a face and the next are as far apart. A
-/// strip-wise numbered surface has about 1 or 2, a random order V / 2 in all.
-const SCATTERED: f64 = 4.0;
+/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are on average more
+/// than this many square roots of V, or if the last vertices of a face and the next are as far apart. A strip-wise
+/// numbered surface has about 1 or 2, a random order V / 2 in all.
+const SCATTERED_FRONT: f64 = 4.0;
 
 /// Where the vertices and faces of a mesh should be; `None` is where they are.
 pub struct Order {
-    /// The present number of each vertex in its new place.
+    /// The present number of each vertex at its new index.
     vertices: Option<Vec<u32>>,
     /// The same of the faces.
     faces: Option<Vec<u32>>,
@@ -36,7 +36,7 @@ impl Order {
         let folded = |v| fold(v, count as u32);
         let (as_it_is, when_folded) =
             join(|| front(&mesh.faces, count, |v| v), || front(&mesh.faces, count, folded));
-        let bound = SCATTERED * (count as f64).sqrt();
+        let bound = SCATTERED_FRONT * (count as f64).sqrt();
         let vertices = if as_it_is <= bound {
             None
         } else if when_folded <= bound {
@@ -48,8 +48,8 @@ impl Order {
         };
         let faces = match &vertices {
             Some(vertices) => {
-                let place = inverse(vertices);
-                Some(by_last(&mesh.faces, count, |v| place[v as usize]))
+                let index = inverse(vertices);
+                Some(by_last(&mesh.faces, count, |v| index[v as usize]))
             }
             None if jump(&mesh.faces) > bound => Some(by_last(&mesh.faces, count, |v| v)),
             None => None,
@@ -63,8 +63,8 @@ impl Order {
         let face = |j: usize| mesh.faces[order[j] as usize];
         let (vertices, faces) = match &self.vertices {
             Some(vertices) => {
-                let place = inverse(vertices);
-                let faces = collect(order.len(), |j| face(j).map(|v| place[v as usize]));
+                let index = inverse(vertices);
+                let faces = collect(order.len(), |j| face(j).map(|v| index[v as usize]));
                 (collect(vertices.len(), |v| mesh.vertices[vertices[v] as usize]), faces)
             }
             None => (mesh.vertices.clone(), collect(order.len(), face)),
@@ -72,12 +72,12 @@ impl Order {
         Cow::Owned(Mesh { vertices, faces, ..Mesh::default() })
     }
 
-    /// The present number of each vertex in its new place, if any moves.
+    /// The present number of each vertex at its new index, if any moves.
     pub fn vertices(&self) -> Option<&[u32]> {
         self.vertices.as_deref()
     }
 
-    /// The present number of each of so many faces in its new place.
+    /// The present number of each of `count` faces at its new index.
     pub fn faces(&self, count: usize) -> Vec<usize> {
         match &self.faces {
             Some(order) => order.iter().map(|&j| j as usize).collect(),
@@ -94,17 +94,17 @@ impl Order {
     }
 
     /// Where each vertex of the mesh as it is went, if any moved.
-    pub fn places(&self) -> Option<Vec<u32>> {
+    pub fn indices(&self) -> Option<Vec<u32>> {
         self.vertices.as_ref().map(|order| inverse(order))
     }
 }
 
 /// The mean over the vertices of how far the last one at the faces of this one, or of one before it, is away, in new
-/// places.
-fn front(faces: &[[u32; 3]], vertices: usize, place: impl Fn(u32) -> u32) -> f64 {
+/// indices.
+fn front(faces: &[[u32; 3]], vertices: usize, index: impl Fn(u32) -> u32) -> f64 {
     let mut last = vec![0; vertices];
     for &face in faces {
-        let [a, b, c] = face.map(&place);
+        let [a, b, c] = face.map(&index);
         let begin = &mut last[a.min(b).min(c) as usize];
         *begin = a.max(b).max(c).max(*begin);
     }
@@ -134,16 +134,16 @@ fn last([a, b, c]: [u32; 3]) -> u32 {
 
 /// The new number of each present one.
 fn inverse(order: &[u32]) -> Vec<u32> {
-    let mut place = vec![0; order.len()];
+    let mut index = vec![0; order.len()];
     for (new, &present) in order.iter().enumerate() {
-        place[present as usize] = new as u32;
+        index[present as usize] = new as u32;
     }
-    place
+    index
 }
 
-/// The faces in the order of their last vertices, which have these places.
-fn by_last(faces: &[[u32; 3]], vertices: usize, place: impl Fn(u32) -> u32 + Sync) -> Vec<u32> {
-    sorted_by(&collect(faces.len(), |j| last(faces[j].map(&place))), vertices)
+/// The faces in the order of their last vertices, which have these indices.
+fn by_last(faces: &[[u32; 3]], vertices: usize, index: impl Fn(u32) -> u32 + Sync) -> Vec<u32> {
+    sorted_by(&collect(faces.len(), |j| last(faces[j].map(&index))), vertices)
 }
 
 /// The numbers 0, 1, ... in the order of their keys, which are below `count`: counting sort.
@@ -214,14 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn every_vertex_and_face_has_one_place() {
+    fn every_vertex_and_face_has_one_index() {
         for (name, mesh) in zoo() {
             let vertices = reverse_cuthill_mckee(&mesh);
             assert!(is_bijection(&vertices, mesh.vertices.len()), "{name}");
-            let place = inverse(&vertices);
-            let sorted = by_last(&mesh.faces, mesh.vertices.len(), |v| place[v as usize]);
+            let index = inverse(&vertices);
+            let sorted = by_last(&mesh.faces, mesh.vertices.len(), |v| index[v as usize]);
             assert!(is_bijection(&sorted, mesh.faces.len()), "{name}");
-            let last = |&j: &u32| last(mesh.faces[j as usize].map(|v| place[v as usize]));
+            let last = |&j: &u32| last(mesh.faces[j as usize].map(|v| index[v as usize]));
             assert!(sorted.iter().map(last).is_sorted(), "{name}");
         }
     }
@@ -275,8 +275,8 @@ mod tests {
         let order = Order::of(&mesh);
         let moved = order.mesh(Cow::Borrowed(&mesh));
         let vertices = order.applied((0..mesh.vertices.len()).collect());
-        let places = order.places().unwrap();
-        assert!((0..mesh.vertices.len()).all(|v| vertices[places[v] as usize] == v));
+        let indices = order.indices().unwrap();
+        assert!((0..mesh.vertices.len()).all(|v| vertices[indices[v] as usize] == v));
         for (&x, &v) in moved.vertices.iter().zip(&vertices) {
             assert_eq!(x, mesh.vertices[v]);
         }

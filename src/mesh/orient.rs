@@ -33,13 +33,13 @@ pub struct Oriented {
     pub open_patches: usize,
 }
 
-/// Of the area: a patch to speak of.
-const SPECK: f64 = 0.01;
+/// Smaller patches, as a fraction of the area, do not count.
+const SMALLEST_PATCH: f64 = 0.01;
 
-/// No volume to speak of, relative to the sum of its terms without signs.
-const NO_VOLUME: f64 = 1e-9;
+/// Smaller volumes, relative to the sum of the absolute values of their terms, count as zero.
+const NEGLIGIBLE_VOLUME: f64 = 1e-9;
 
-const NONE: u32 = u32::MAX;
+const NO_FACE: u32 = u32::MAX;
 
 /// A face along an edge.
 #[derive(Clone, Copy)]
@@ -47,14 +47,14 @@ struct Side {
     /// The ends, the smaller first.
     edge: [u32; 2],
     /// 3 j + i for the side of face j that begins at its corner i.
-    place: u32,
+    corner: u32,
     /// Whether it begins at the smaller end.
     ascends: bool,
 }
 
 impl Side {
     fn face(&self) -> usize {
-        self.place as usize / 3
+        self.corner as usize / 3
     }
 
     /// Which way it runs along the edge if its face has this sign.
@@ -70,12 +70,12 @@ pub fn orient(mesh: &Mesh) -> Oriented {
     let edges = || sides.chunk_by(|a, b| a.edge == b.edge);
 
     // Across each side: the other face, and whether it has to turn with respect to this one.
-    let mut across = vec![(NONE, false); 3 * mesh.faces.len()];
+    let mut across = vec![(NO_FACE, false); 3 * mesh.faces.len()];
     for edge in edges() {
         if let &[a, b] = edge {
             let turn = a.ascends == b.ascends;
-            across[a.place as usize] = (b.place / 3, turn);
-            across[b.place as usize] = (a.place / 3, turn);
+            across[a.corner as usize] = (b.corner / 3, turn);
+            across[b.corner as usize] = (a.corner / 3, turn);
         }
     }
     let (mut signs, patches, count) = spread(&across, mesh.faces.len());
@@ -121,12 +121,12 @@ fn sides(faces: &[[u32; 3]]) -> Vec<Side> {
             let (a, b) = (face[i], face[(i + 1) % 3]);
             sides.push(Side {
                 edge: [a.min(b), a.max(b)],
-                place: 3 * j + i as u32,
+                corner: 3 * j + i as u32,
                 ascends: a < b,
             });
         }
     }
-    sides.sort_unstable_by_key(|side| (side.edge, side.place));
+    sides.sort_unstable_by_key(|side| (side.edge, side.corner));
     sides
 }
 
@@ -145,7 +145,7 @@ fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
         while let Some(j) = queue.pop_front() {
             patches[j] = count;
             for &(neighbor, turn) in &across[3 * j..3 * j + 3] {
-                if neighbor != NONE && signs[neighbor as usize] == 0 {
+                if neighbor != NO_FACE && signs[neighbor as usize] == 0 {
                     signs[neighbor as usize] = if turn { -signs[j] } else { signs[j] };
                     queue.push_back(neighbor as usize);
                 }
@@ -156,7 +156,7 @@ fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
     (signs, patches, count as usize)
 }
 
-/// Which patches face inwards, or the other way than most of their area, and how many to speak of are open.
+/// Which patches face inwards, or the other way than most of their area, and how many of those that count are open.
 fn patches_to_turn<'a>(
     mesh: &Mesh,
     edges: impl Iterator<Item = &'a [Side]>,
@@ -189,10 +189,10 @@ fn patches_to_turn<'a>(
     let all: f64 = sums.iter().map(|sums| sums[3]).sum();
     let mut open_patches = 0;
     let mut inwards = |(&closed, &[volume, size, stays, area]): (&bool, &[f64; 4])| {
-        if closed && volume.abs() > NO_VOLUME * size {
+        if closed && volume.abs() > NEGLIGIBLE_VOLUME * size {
             return volume < 0.0;
         }
-        open_patches += usize::from(area > SPECK * all);
+        open_patches += usize::from(area > SMALLEST_PATCH * all);
         stays < 0.0
     };
     let turn = closed.iter().zip(&sums).map(&mut inwards).collect();
@@ -227,7 +227,7 @@ mod tests {
         mesh
     }
 
-    /// A band of n cells with so many half twists.
+    /// A band of n cells with that number of half twists.
     fn band(n: u32, twists: u32) -> Mesh {
         let point = |i: u32, side: f64| {
             let s = TAU * f64::from(i) / f64::from(n);
@@ -322,7 +322,7 @@ mod tests {
         }
     }
 
-    /// Two cubes at an edge are two closed surfaces; three sheets at an edge disagree by one direction at the most.
+    /// Two cubes at an edge are two closed surfaces; three sheets at an edge disagree in at most one direction.
     #[test]
     fn edges_of_many_faces_part_the_surfaces() {
         let cube = |shift: f64| {

@@ -7,7 +7,7 @@ use super::Mesh;
 
 /// Coarser steps than this share of the largest coordinate are where vertices were put, not rounding: cells of a
 /// grid, voxels, whole meters.
-const COARSEST: f64 = 1e-5;
+const COARSEST_ROUNDING: f64 = 1e-5;
 
 /// delta: half the step between neighboring coordinates, about at the largest of them: the coarsest of those that
 /// numbers with 64 and 32 bits have, with a fixed number of decimals, and with a fixed number of digits.
@@ -30,7 +30,7 @@ pub fn resolution(mesh: &Mesh) -> f64 {
     let coarsest = |rounded: &dyn Fn(i32) -> bool| (1..=13).find(|&digits| rounded(digits));
     let decimal = [coarsest(&|digits| fixed(-power(digits))), coarsest(&significant)];
     let steps = decimal.into_iter().flatten().map(|digits| 0.5 * 10.0_f64.powi(power(digits)));
-    steps.filter(|step| *step <= COARSEST * largest).fold(binary, f64::max)
+    steps.filter(|step| *step <= COARSEST_ROUNDING * largest).fold(binary, f64::max)
 }
 
 /// Whether x is a multiple of a power of ten, up to the rounding of double precision.

@@ -16,10 +16,10 @@ use super::Mesh;
 use crate::error::{Error, Result};
 
 /// More faces than this are refused.
-pub const MOST_FACES: u64 = 50_000_000;
+pub const MAX_FACES: u64 = 50_000_000;
 
 /// The finest sphere, of 20,971,520 faces.
-const FINEST_LEVEL: u32 = 10;
+const MAX_SPHERE_LEVEL: u32 = 10;
 
 /// A generated surface. Its text form is that of the command line, such as `torus:400x250`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,8 +106,8 @@ impl FromStr for Shape {
                 None => return refuse("a torus is given as torus:400x250".into()),
             },
             "sphere" => match number(size) {
-                Some(level @ ..=FINEST_LEVEL) => Shape::Sphere { level },
-                Some(_) => return refuse(format!("a sphere has level 0 to {FINEST_LEVEL}")),
+                Some(level @ ..=MAX_SPHERE_LEVEL) => Shape::Sphere { level },
+                Some(_) => return refuse(format!("a sphere has level 0 to {MAX_SPHERE_LEVEL}")),
                 None => return refuse("a sphere is given by its level, as sphere:6".into()),
             },
             "grid" => match pair() {
@@ -117,8 +117,8 @@ impl FromStr for Shape {
             },
             _ => return refuse(format!("is no shape; there are {}", Shape::SYNTAX)),
         };
-        if shape.faces() > MOST_FACES {
-            return refuse(format!("would have too many faces; at most {MOST_FACES} are possible"));
+        if shape.faces() > MAX_FACES {
+            return refuse(format!("would have too many faces; at most {MAX_FACES} are possible"));
         }
         Ok(shape)
     }
@@ -133,8 +133,8 @@ fn number(text: &str) -> Option<u32> {
 }
 
 fn torus(nu: u32, nv: u32) -> Mesh {
-    const MAJOR: f64 = 1.0;
-    const MINOR: f64 = 0.4;
+    const MAJOR_RADIUS: f64 = 1.0;
+    const MINOR_RADIUS: f64 = 0.4;
     let index = |i: u32, j: u32| (i % nu) * nv + j % nv;
     let mut vertices = Vec::with_capacity(nu as usize * nv as usize);
     let mut faces = Vec::with_capacity(2 * vertices.capacity());
@@ -142,8 +142,8 @@ fn torus(nu: u32, nv: u32) -> Mesh {
         let (sin_u, cos_u) = (TAU * f64::from(i) / f64::from(nu)).sin_cos();
         for j in 0..nv {
             let (sin_v, cos_v) = (TAU * f64::from(j) / f64::from(nv)).sin_cos();
-            let distance = MAJOR + MINOR * cos_v;
-            vertices.push(Point3::new(distance * cos_u, distance * sin_u, MINOR * sin_v));
+            let distance = MAJOR_RADIUS + MINOR_RADIUS * cos_v;
+            vertices.push(Point3::new(distance * cos_u, distance * sin_u, MINOR_RADIUS * sin_v));
             let (a, b) = (index(i, j), index(i + 1, j + 1));
             faces.push([a, index(i + 1, j), b]);
             faces.push([a, b, index(i, j + 1)]);

@@ -44,7 +44,7 @@ impl Source {
             Some((name @ ("torus" | "sphere" | "grid"), size)) => {
                 Ok(Source::Shape(format!("{name}:{size}").parse()?))
             }
-            // One letter may be a drive.
+            // A single letter may be a drive.
             Some((word, rest))
                 if word.len() > 1
                     && word.bytes().all(|b| b.is_ascii_alphabetic())

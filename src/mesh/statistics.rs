@@ -62,59 +62,23 @@ impl Statistics {
     /// In O(F log F) time.
     pub fn of(mesh: &Mesh) -> Self {
         let vertices = mesh.vertices.len();
-        let proper = || mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a);
-
-        // Sides as (smaller end, larger end, whether they run downwards).
-        let mut sides: Vec<(u32, u32, bool)> = proper()
-            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
-            .map(|(a, b)| (a.min(b), a.max(b), a > b))
-            .collect();
-        sides.sort_unstable();
-
-        let mut boundary_joined = Partition::new(vertices);
-        let mut on_boundary = vec![false; vertices];
-        let (mut edges, mut boundary_edges) = (0, 0);
-        let (mut non_manifold_edges, mut inconsistent_edges) = (0, 0);
-        for edge in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
-            let (a, b, downwards) = edge[0];
-            edges += 1;
-            match edge.len() {
-                1 => {
-                    boundary_edges += 1;
-                    boundary_joined.join(a, b);
-                    on_boundary[a as usize] = true;
-                    on_boundary[b as usize] = true;
-                }
-                2 => inconsistent_edges += usize::from(edge[1].2 == downwards),
-                _ => non_manifold_edges += 1,
-            }
-        }
-
-        let mut in_complex = vec![false; vertices];
-        proper().flatten().for_each(|&k| in_complex[k as usize] = true);
-        let mut referenced = in_complex.clone();
-        mesh.faces.iter().flatten().for_each(|&k| referenced[k as usize] = true);
-        let complex_vertices = count(&in_complex);
-
-        let mut corner_sets: Vec<[u32; 3]> = mesh.faces.clone();
-        corner_sets.iter_mut().for_each(|face| face.sort_unstable());
-        corner_sets.sort_unstable();
-
+        let edges = Edges::of(mesh);
+        let corners = count(&marked(vertices, proper(mesh)));
         let materials = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.all);
         Statistics {
             vertices,
             faces: mesh.faces.len(),
             area: mesh.area(),
-            edges,
-            boundary_edges,
-            boundary_loops: boundary_joined.classes(&on_boundary),
+            edges: edges.all,
+            boundary_edges: edges.boundary,
+            boundary_loops: edges.boundary_loops,
             components: components(mesh),
-            euler_characteristic: complex_vertices as i64 - edges as i64 + proper().count() as i64,
-            non_manifold_edges,
-            inconsistent_edges,
+            euler_characteristic: corners as i64 - edges.all as i64 + proper(mesh).count() as i64,
+            non_manifold_edges: edges.non_manifold,
+            inconsistent_edges: edges.inconsistent,
             degenerate_faces: (0..mesh.faces.len()).filter(|&j| mesh.is_degenerate(j)).count(),
-            duplicate_faces: corner_sets.windows(2).filter(|pair| pair[0] == pair[1]).count(),
-            unreferenced_vertices: vertices - count(&referenced),
+            duplicate_faces: duplicates(&mesh.faces),
+            unreferenced_vertices: vertices - count(&marked(vertices, mesh.faces.iter())),
             coincident_vertices: coincident(mesh),
             nearly_coincident_vertices: nearly_coincident(mesh).0,
             bounding_box: bounding_box(mesh),
@@ -125,6 +89,67 @@ impl Statistics {
             materials_with_images: materials.iter().filter(|m| m.image.is_some()).count(),
         }
     }
+}
+
+/// The faces with three different corners.
+fn proper(mesh: &Mesh) -> impl Iterator<Item = &[u32; 3]> {
+    mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a)
+}
+
+/// How many sides of proper faces there are of each kind.
+#[derive(Default)]
+struct Edges {
+    all: usize,
+    boundary: usize,
+    boundary_loops: usize,
+    non_manifold: usize,
+    inconsistent: usize,
+}
+
+impl Edges {
+    fn of(mesh: &Mesh) -> Self {
+        // Sides as (smaller end, larger end, whether they run downwards).
+        let mut sides: Vec<(u32, u32, bool)> = proper(mesh)
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .map(|(a, b)| (a.min(b), a.max(b), a > b))
+            .collect();
+        sides.sort_unstable();
+
+        let mut edges = Edges::default();
+        let mut boundary_joined = Partition::new(mesh.vertices.len());
+        let mut on_boundary = vec![false; mesh.vertices.len()];
+        for edge in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
+            let (a, b, downwards) = edge[0];
+            edges.all += 1;
+            match edge.len() {
+                1 => {
+                    edges.boundary += 1;
+                    boundary_joined.join(a, b);
+                    on_boundary[a as usize] = true;
+                    on_boundary[b as usize] = true;
+                }
+                2 => edges.inconsistent += usize::from(edge[1].2 == downwards),
+                _ => edges.non_manifold += 1,
+            }
+        }
+        edges.boundary_loops = boundary_joined.classes(&on_boundary);
+        edges
+    }
+}
+
+/// Which vertices are corners of the faces.
+fn marked<'a>(vertices: usize, faces: impl Iterator<Item = &'a [u32; 3]>) -> Vec<bool> {
+    let mut marked = vec![false; vertices];
+    faces.flatten().for_each(|&k| marked[k as usize] = true);
+    marked
+}
+
+/// How many faces have the corners of an earlier one.
+fn duplicates(faces: &[[u32; 3]]) -> usize {
+    let mut corner_sets = faces.to_vec();
+    corner_sets.iter_mut().for_each(|face| face.sort_unstable());
+    corner_sets.sort_unstable();
+    corner_sets.windows(2).filter(|pair| pair[0] == pair[1]).count()
 }
 
 fn count(marked: &[bool]) -> usize {

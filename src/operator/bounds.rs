@@ -55,7 +55,7 @@ pub fn squared([a, b]: [f64; 2]) -> f64 {
 }
 
 /// Faces at a time, a few vectors of them: the roots and quotients of a vector take about as long as one.
-const SIDE_BY_SIDE: usize = 16;
+const FACES_AT_ONCE: usize = 16;
 
 /// `bound(K_j1, K_j2, K_j3)` of every face, F numbers.
 pub fn of_faces(k: &impl Operator, bound: impl Fn(Columns) -> f64 + Sync) -> Vec<f64> {
@@ -65,16 +65,16 @@ pub fn of_faces(k: &impl Operator, bound: impl Fn(Columns) -> f64 + Sync) -> Vec
         &ranges(k.faces()),
         #[inline(always)]
         |first, bounds| {
-            for (block, bounds) in bounds.chunks_mut(SIDE_BY_SIDE).enumerate() {
-                let first = first + block * SIDE_BY_SIDE;
+            for (block, bounds) in bounds.chunks_mut(FACES_AT_ONCE).enumerate() {
+                let first = first + block * FACES_AT_ONCE;
                 // [corner][axis][face]
-                let mut columns = [[[1.0; SIDE_BY_SIDE]; 2]; 3];
+                let mut columns = [[[1.0; FACES_AT_ONCE]; 2]; 3];
                 for i in 0..bounds.len() {
                     for (columns, column) in columns.iter_mut().zip(k.face(first + i).columns) {
                         (columns[0][i], columns[1][i]) = (column[0], column[1]);
                     }
                 }
-                let mut found = [0.0; SIDE_BY_SIDE];
+                let mut found = [0.0; FACES_AT_ONCE];
                 for (i, found) in found.iter_mut().enumerate() {
                     let [a, b, c] = &columns;
                     *found = bound([[a[0][i], a[1][i]], [b[0][i], b[1][i]], [c[0][i], c[1][i]]]);

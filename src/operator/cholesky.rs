@@ -4,14 +4,15 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{
     LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
-use faer::sparse::{SparseColMat, Triplet};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
+use pulp::bytemuck::TransparentWrapper;
 use sprs::CsMat;
 
 use crate::field::Row;
 
 /// One thread: a parallel triangular solve of so thin a right-hand side is several times slower.
-const ALONE: Par = Par::Seq;
+const ONE_THREAD: Par = Par::Seq;
 
 pub struct Cholesky {
     symbolic: Box<SymbolicCholesky<usize>>,
@@ -27,24 +28,33 @@ impl Cholesky {
 
     /// The same; none, too, if the factor would have more entries than that.
     pub fn within(matrix: &CsMat<f64>, entries_of_l: usize) -> Option<Self> {
-        let entries: Vec<Triplet<usize, usize, f64>> =
-            matrix.iter().map(|(&value, (row, col))| Triplet::new(row, col, value)).collect();
-        let matrix = SparseColMat::try_new_from_triplets(matrix.rows(), matrix.cols(), &entries)
-            .expect("the entries lie inside the matrix");
-        let (symmetric, ordering) = (matrix.symbolic(), SymmetricOrdering::Amd);
-        let symbolic =
-            factorize_symbolic_cholesky(symmetric, Side::Lower, ordering, Default::default())
-                .ok()
-                .filter(|symbolic| symbolic.len_val() <= entries_of_l)?;
+        let matrix = matrix.to_csc();
+        let (rows, columns, starts) = (matrix.rows(), matrix.cols(), matrix.indptr());
+        let pattern = SymbolicSparseColMatRef::new_checked(
+            rows,
+            columns,
+            starts.raw_storage(),
+            None,
+            matrix.indices(),
+        );
+        let entries = SparseColMatRef::new(pattern, matrix.data());
+        let symbolic = factorize_symbolic_cholesky(
+            pattern,
+            Side::Lower,
+            SymmetricOrdering::Amd,
+            Default::default(),
+        )
+        .ok()
+        .filter(|symbolic| symbolic.len_val() <= entries_of_l)?;
         let mut values = vec![0.0; symbolic.len_val()];
-        let room = symbolic.factorize_numeric_llt_scratch::<f64>(ALONE, Default::default());
+        let room = symbolic.factorize_numeric_llt_scratch::<f64>(ONE_THREAD, Default::default());
         symbolic
             .factorize_numeric_llt(
                 &mut values,
-                matrix.as_ref(),
+                entries,
                 Side::Lower,
                 Default::default(),
-                ALONE,
+                ONE_THREAD,
                 MemStack::new(&mut MemBuffer::try_new(room).ok()?),
                 Default::default(),
             )
@@ -55,20 +65,13 @@ impl Cholesky {
     /// Replaces g by the solution, column by column.
     pub fn solve<const M: usize>(&self, g: &mut [Row<M>]) {
         let rows = g.len();
-        let flat = flatten_mut(g);
-        let room = self.symbolic.solve_in_place_scratch::<f64>(M, ALONE);
+        let flat = Row::peel_slice_mut(g).as_flattened_mut();
+        let room = self.symbolic.solve_in_place_scratch::<f64>(M, ONE_THREAD);
         LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
             Conj::No,
             MatMut::from_row_major_slice_mut(flat, rows, M),
-            ALONE,
+            ONE_THREAD,
             MemStack::new(&mut MemBuffer::new(room)),
         );
     }
-}
-
-/// The V x M numbers of V rows.
-fn flatten_mut<const M: usize>(rows: &mut [Row<M>]) -> &mut [f64] {
-    let len = rows.len() * M;
-    // SAFETY: Row<M> is repr(transparent) over [f64; M], so the slice is len contiguous f64.
-    unsafe { std::slice::from_raw_parts_mut(rows.as_mut_ptr().cast(), len) }
 }

@@ -19,9 +19,9 @@ use crate::field::Row;
 use crate::sweep::sweep_parts;
 
 pub struct GaussSeidel {
-    /// Where row v of T is in the order.
-    place: Vec<u32>,
-    /// Which row of T is at a place.
+    /// The index of row v of T in the order.
+    index: Vec<u32>,
+    /// Which row of T is at an index of the order.
     order: Vec<u32>,
     colors: Vec<Color>,
     /// w / C.
@@ -32,7 +32,7 @@ pub struct GaussSeidel {
     after: Triangle,
 }
 
-/// The places of parts that have no coupling with each other.
+/// The indices of the parts that have no coupling with each other.
 struct Color {
     first: usize,
     /// Where parts begin and the last one ends, counted from `first`.
@@ -45,28 +45,30 @@ impl Color {
     }
 }
 
-/// Rows of a strict triangle, each in the order in which its neighbors become known.
+/// Rows of a strict triangle, each in the order in which its neighbors become known; no compressed rows of sprs, whose
+/// columns ascend.
 struct Triangle {
     start: Vec<u32>,
-    entries: Vec<Entry>,
+    couplings: Vec<Coupling>,
 }
 
+/// An entry off the diagonal.
 #[derive(Clone, Copy)]
-struct Entry {
-    place: u32,
+struct Coupling {
+    index: u32,
     value: f64,
 }
 
 impl Triangle {
     #[inline(always)]
-    fn row(&self, place: usize) -> &[Entry] {
-        &self.entries[self.start[place] as usize..self.start[place + 1] as usize]
+    fn row(&self, index: usize) -> &[Coupling] {
+        &self.couplings[self.start[index] as usize..self.start[index + 1] as usize]
     }
 }
 
-/// Into so many parts the rows are cut, but into none smaller than [`SMALLEST`].
-const PARTS: usize = 32;
-const SMALLEST: usize = 256;
+/// The rows are cut into at most this many parts, each of at least [`SMALLEST_PART`] rows.
+const MAX_PARTS: usize = 32;
+const SMALLEST_PART: usize = 256;
 
 /// w. Against w = 1 it saves a sixth of the steps of `solver/douglas_rachford.rs`.
 const RELAXATION: f64 = 1.3;
@@ -74,33 +76,33 @@ const RELAXATION: f64 = 1.3;
 impl GaussSeidel {
     /// For a symmetric positive definite matrix in compressed rows.
     pub fn new(t: &CsMat<f64>) -> Self {
-        let (order, colors) = colored(t, t.rows().div_ceil(PARTS).max(SMALLEST));
-        let mut place = vec![0; order.len()];
-        (0..).zip(&order).for_each(|(i, &v)| place[v as usize] = i);
+        let (order, colors) = colored(t, t.rows().div_ceil(MAX_PARTS).max(SMALLEST_PART));
+        let mut index = vec![0; order.len()];
+        (0..).zip(&order).for_each(|(i, &v)| index[v as usize] = i);
 
-        let mut triangles = [(); 2].map(|()| Triangle { start: vec![0], entries: Vec::new() });
+        let mut triangles = [(); 2].map(|()| Triangle { start: vec![0], couplings: Vec::new() });
         let mut inverse = Vec::with_capacity(order.len());
         for (i, &v) in (0..).zip(&order) {
             let row = t.outer_view(v as usize).expect("v is a row of the matrix");
             let c = row.get(v as usize).expect("the diagonal is positive");
             inverse.push(RELAXATION / c);
-            for (later, Triangle { start, entries }) in triangles.iter_mut().enumerate() {
-                let begin = entries.len();
-                let neighbors = row.iter().map(|(w, value)| (place[w], value));
-                entries.extend(
+            for (later, Triangle { start, couplings }) in triangles.iter_mut().enumerate() {
+                let begin = couplings.len();
+                let neighbors = row.iter().map(|(w, value)| (index[w], value));
+                couplings.extend(
                     neighbors
-                        .filter(|&(place, _)| if later == 0 { place < i } else { place > i })
-                        .map(|(place, value)| Entry { place, value: RELAXATION / c * value }),
+                        .filter(|&(index, _)| if later == 0 { index < i } else { index > i })
+                        .map(|(index, value)| Coupling { index, value: RELAXATION / c * value }),
                 );
-                entries[begin..].sort_by_key(|entry| entry.place);
+                couplings[begin..].sort_by_key(|coupling| coupling.index);
                 if later == 1 {
-                    entries[begin..].reverse();
+                    couplings[begin..].reverse();
                 }
-                start.push(entries.len() as u32);
+                start.push(couplings.len() as u32);
             }
         }
         let [before, after] = triangles;
-        GaussSeidel { place, order, colors, inverse, before, after }
+        GaussSeidel { index, order, colors, inverse, before, after }
     }
 
     /// x = M^-1 r, with r by row of T and x in the order of the sweep: see [`at`](Self::at).
@@ -116,9 +118,9 @@ impl GaussSeidel {
                 |first, x| {
                     let first = color.first + first;
                     for i in 0..x.len() {
-                        let place = first + i;
-                        let row = r(self.order[place] as usize) * self.inverse[place];
-                        x[i] = row - product(self.before.row(place), (x, first), (known, 0));
+                        let index = first + i;
+                        let row = r(self.order[index] as usize) * self.inverse[index];
+                        x[i] = row - product(self.before.row(index), (x, first), (known, 0));
                     }
                 },
             );
@@ -134,8 +136,8 @@ impl GaussSeidel {
                     let first = color.first + first;
                     for i in (0..x.len()).rev() {
                         let row = x[i] * (2.0 - RELAXATION);
-                        let entries = self.after.row(first + i);
-                        x[i] = row - product(entries, (x, first), (known, color.end()));
+                        let couplings = self.after.row(first + i);
+                        x[i] = row - product(couplings, (x, first), (known, color.end()));
                     }
                 },
             );
@@ -145,23 +147,23 @@ impl GaussSeidel {
     /// Row v of a solution.
     #[inline(always)]
     pub fn at<const M: usize>(&self, x: &[Row<M>], v: usize) -> Row<M> {
-        x[self.place[v] as usize]
+        x[self.index[v] as usize]
     }
 }
 
-/// sum entry x over a row of a triangle: neighbors in the part or, known before it, in other colors; each slice
-/// with its first place.
+/// sum of value times x over a row of a triangle: neighbors in the part or, known before it, in other colors; each slice
+/// with its first index.
 #[inline(always)]
 fn product<const M: usize>(
-    entries: &[Entry],
+    couplings: &[Coupling],
     (part, part_first): (&[Row<M>], usize),
     (known, known_first): (&[Row<M>], usize),
 ) -> Row<M> {
     let mut sum = Row::ZERO;
-    for &Entry { place, value } in entries {
-        let place = place as usize;
-        let neighbor = part.get(place.wrapping_sub(part_first));
-        sum += *neighbor.unwrap_or_else(|| &known[place - known_first]) * value;
+    for &Coupling { index, value } in couplings {
+        let index = index as usize;
+        let neighbor = part.get(index.wrapping_sub(part_first));
+        sum += *neighbor.unwrap_or_else(|| &known[index - known_first]) * value;
     }
     sum
 }
@@ -169,10 +171,10 @@ fn product<const M: usize>(
 /// The rows in parts of that length, color by color.
 fn colored(t: &CsMat<f64>, length: usize) -> (Vec<u32>, Vec<Color>) {
     // Parts that a part has couplings with, and its color: the first that no part before it has among them.
-    let mut neighbors = [0_u32; PARTS];
+    let mut neighbors = [0_u32; MAX_PARTS];
     t.iter().for_each(|(_, (v, w))| neighbors[v / length] |= 1 << (w / length));
-    let mut color_of = [0; PARTS];
-    for part in 0..PARTS {
+    let mut color_of = [0; MAX_PARTS];
+    for part in 0..MAX_PARTS {
         let taken = (0..part)
             .filter(|other| neighbors[part] >> other & 1 == 1)
             .fold(0_u32, |taken, other| taken | 1 << color_of[other]);
@@ -180,7 +182,7 @@ fn colored(t: &CsMat<f64>, length: usize) -> (Vec<u32>, Vec<Color>) {
     }
     let (mut order, mut colors) = (Vec::new(), Vec::new());
     let parts = t.rows().div_ceil(length);
-    for color in 0..PARTS as u32 {
+    for color in 0..MAX_PARTS as u32 {
         let first = order.len();
         let mut cuts = vec![0];
         for part in (0..parts).filter(|&part| color_of[part] == color) {

@@ -10,6 +10,7 @@
 //! triangulated 2-manifolds*, 2003, for the mixed cells: raw Voronoi areas are negative on obtuse faces.
 
 use sprs::{CsMat, TriMat};
+use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 
 use super::Cholesky;
 use crate::field::Row;
@@ -18,7 +19,8 @@ use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::sweep::collect;
 
 /// How pointwise costs s become integrated costs f.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumIter, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Mass {
     /// Lumped: a third of the area of each face at the vertex. The default of the program.
     Barycentric,
@@ -29,22 +31,6 @@ pub enum Mass {
 }
 
 impl Mass {
-    /// All variants with their names, as [`Mass::name`] returns them.
-    pub const NAMES: [(&'static str, Mass); 3] = [
-        ("barycentric", Mass::Barycentric),
-        ("voronoi", Mass::Voronoi),
-        ("consistent", Mass::Consistent),
-    ];
-
-    /// `barycentric`, `voronoi` or `consistent`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Mass::Barycentric => "barycentric",
-            Mass::Voronoi => "voronoi",
-            Mass::Consistent => "consistent",
-        }
-    }
-
     /// The quadrature on a mesh.
     pub fn on(self, mesh: &Mesh) -> Quadrature<'_> {
         match self {

@@ -107,8 +107,8 @@ fn gather_u<S: Simd, const M: usize>(
 #[inline(always)]
 fn gather<S: Simd>(simd: S, row: impl Fn(usize) -> [f64; 4]) -> [S::f64s; 4] {
     let mut rows = [simd.splat_f64s(0.0); 4];
-    for (o, place) in cast_slice_mut::<_, [f64; 4]>(&mut rows).iter_mut().enumerate() {
-        *place = row(o);
+    for (o, entry) in cast_slice_mut::<_, [f64; 4]>(&mut rows).iter_mut().enumerate() {
+        *entry = row(o);
     }
     simd.deinterleave_shfl_f64s(rows)
 }

@@ -35,7 +35,7 @@ pub struct Stencil {
 pub struct ColumnsAtVertices {
     /// The columns of each face, once more: to take them from the weights costs a sixth of a vertex sweep.
     columns: Vec<[f64; 2]>,
-    /// The corners at each vertex: 3 j + i for corner i of face j, which is also the place of its column.
+    /// The corners at each vertex: 3 j + i for corner i of face j, which is also the index of its column.
     around: Incidence<u32>,
 }
 

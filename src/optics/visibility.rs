@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::sweep;
 
 /// No face. Face j is stored as j + 1, so that an empty picture is zeroed memory as the system provides it.
-const EMPTY: u32 = 0;
+const NO_FACE: u32 = 0;
 
 /// Scanlines that a thread searches at a time for visible faces.
 const BAND_HEIGHT: usize = 64;
@@ -120,7 +120,7 @@ impl<'a> Visibility<'a> {
                 *to = camera.project(point);
             }
         });
-        let mut pixels = vec![[[0; SAMPLES], [EMPTY; SAMPLES]]; width * height];
+        let mut pixels = vec![[[0; SAMPLES], [NO_FACE; SAMPLES]]; width * height];
         for_each_band(&mut pixels, width, |first, band| {
             // With the widest vectors that the processor has; the results are bitwise equal.
             Arch::new().dispatch(
@@ -145,14 +145,14 @@ impl<'a> Visibility<'a> {
     pub fn fragments(&self, i: usize, mut visit: impl FnMut(Fragment)) {
         let [_, faces] = &self.pixels[i];
         if faces.iter().fold(0, |differ, face| differ | (face ^ faces[0])) == 0 {
-            if faces[0] != EMPTY {
+            if faces[0] != NO_FACE {
                 visit(Fragment { face: faces[0] as usize - 1, samples: u8::MAX });
             }
             return;
         }
         let mut left = 0_u8;
         for (s, &face) in faces.iter().enumerate() {
-            left |= u8::from(face != EMPTY) << s;
+            left |= u8::from(face != NO_FACE) << s;
         }
         while left != 0 {
             let face = faces[left.trailing_zeros() as usize];
@@ -183,7 +183,7 @@ impl<'a> Visibility<'a> {
 
     /// The sample that represents pixel i: the first one that shows the surface.
     fn first_sample(&self, i: usize) -> Option<usize> {
-        self.pixels[i][1].iter().position(|&face| face != EMPTY)
+        self.pixels[i][1].iter().position(|&face| face != NO_FACE)
     }
 
     /// The face at sample s of pixel i.
@@ -258,9 +258,9 @@ impl<'a> Visibility<'a> {
         seen.resize_with(count, AtomicBool::default);
         let bands = self.pixels.chunks(BAND_HEIGHT * self.width).collect();
         sweep::each(bands, &|band: &[Pixel]| {
-            let mut last = EMPTY;
+            let mut last = NO_FACE;
             for &face in band.iter().flat_map(|[_, faces]| faces) {
-                if face != last && face != EMPTY {
+                if face != last && face != NO_FACE {
                     seen[face as usize - 1].store(true, Ordering::Relaxed);
                 }
                 last = face;

@@ -1,6 +1,7 @@
 //! Bounds, smoothing and gaps: statements on the energies that hold for any mesh and any labels.
 
 use rand::RngExt;
+use strum::IntoEnumIterator;
 
 use super::*;
 use crate::mesh::Mesh;
@@ -162,7 +163,7 @@ fn printed_radicand(mesh: &Mesh, u: &[Row<3>], j: usize) -> f64 {
 fn the_default_smoothing_follows_the_scale() {
     let mesh = shape("sphere:2");
     let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(51));
-    for mode in SmoothingMode::NAMES.map(|(_, mode)| mode) {
+    for mode in SmoothingMode::iter() {
         let bias = |mesh: &Mesh| {
             let problem = Problem::new(Stencil::new(mesh), vec![Row::ZERO; u.len()], 1.0);
             let smoothing = Smoothing::default_for(&problem.k, mode);
@@ -205,7 +206,7 @@ fn scaling_the_mesh_is_equivalent_to_scaling_lambda() {
     let mesh = bumpy(8);
     let u = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(54));
     let s = random_rows::<3>(mesh.vertices.len(), &mut rng(55));
-    for (_, mass) in crate::operator::Mass::NAMES {
+    for mass in crate::operator::Mass::iter() {
         let energy = |mesh: &Mesh, lambda: f64| {
             Problem::new(Stencil::new(mesh), mass.on(mesh).integrate(&s), lambda).energy(&u)
         };

@@ -10,6 +10,7 @@ use crate::empty_regions;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
 use crate::mesh::{Mesh, Weld};
+use crate::names::Named;
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, relative_gap, rounded};
 use crate::regions;
@@ -99,8 +100,8 @@ impl Solution {
             }
             all
         });
-        match order.places() {
-            Some(rows) => self.gathered(&rows),
+        match order.indices() {
+            Some(indices) => self.gathered(&indices),
             None => self,
         }
     }

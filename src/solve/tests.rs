@@ -39,7 +39,7 @@ fn a_shuffled_mesh_gives_the_same_solution_in_its_own_order() {
     let s = regions::array(&random_rows::<3>(tidy.vertices.len(), &mut rng(151)), 3);
     let given = solved(&tidy, &s, &Start::Random { seed: 3 }).u;
     let (mesh, before) = shuffled(&tidy, &mut rng(152));
-    assert!(Order::of(&tidy).places().is_none() && Order::of(&mesh).places().is_some());
+    assert!(Order::of(&tidy).indices().is_none() && Order::of(&mesh).indices().is_some());
     let starts = [
         (Start::Argmin, Start::Argmin),
         (Start::Uniform, Start::Uniform),

@@ -6,11 +6,9 @@
 use std::collections::BTreeMap;
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
 use std::ops::RangeBounds;
-use std::str::FromStr;
-
-use strum::VariantNames;
 
 use crate::error::{Error, Result};
+use crate::names::{Named, must_be_one_of};
 
 /// The settings of a method, which can be listed and set by key.
 pub trait Adjustable: Default {
@@ -37,7 +35,7 @@ enum Value<'a> {
 /// The range of a number.
 type Range = (Bound<f64>, Bound<f64>);
 
-/// An enumeration whose variants have names.
+/// A variant of an enumeration.
 trait Choice {
     fn names(&self) -> &'static [&'static str];
 
@@ -47,17 +45,17 @@ trait Choice {
     fn choose(&mut self, name: &str) -> bool;
 }
 
-impl<T: FromStr + Into<&'static str> + VariantNames + Copy> Choice for T {
+impl<T: Named> Choice for T {
     fn names(&self) -> &'static [&'static str] {
-        T::VARIANTS
+        T::names()
     }
 
     fn name(&self) -> &'static str {
-        (*self).into()
+        Named::name(*self)
     }
 
     fn choose(&mut self, name: &str) -> bool {
-        name.parse().map(|variant| *self = variant).is_ok()
+        T::named(name).map(|variant| *self = variant).is_some()
     }
 }
 
@@ -84,11 +82,7 @@ impl<'a> Setting<'a> {
     }
 
     /// A variant of an enumeration, kept at `place`, by its name.
-    pub fn choice<T: FromStr + Into<&'static str> + VariantNames + Copy>(
-        key: &'static str,
-        place: &'a mut T,
-        help: &'static str,
-    ) -> Self {
+    pub fn choice<T: Named>(key: &'static str, place: &'a mut T, help: &'static str) -> Self {
         Setting { key, help, value: Value::Choice(place) }
     }
 
@@ -141,7 +135,7 @@ impl<'a> Setting<'a> {
             Value::Optional(place, range, _) => **place = Some(within(range)?),
             Value::Choice(choice) => {
                 if !choice.choose(text) {
-                    return Err(format!("must be one of {}", choice.names().join(", ")));
+                    return Err(must_be_one_of(choice.names()));
                 }
             }
         }

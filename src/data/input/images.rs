@@ -10,14 +10,15 @@ use crate::data::texture::{
     Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_a_face,
 };
 use crate::error::{Error, Result};
-use crate::mesh::shapes::MOST_FACES;
+use crate::mesh::shapes::MAX_FACES;
 use crate::mesh::{Mesh, Shape, Source};
 
-/// Above so many texels a face, the mesh is said to be too coarse for its texture, and should have at most so many.
+/// A mesh with more texels per face than this is reported as too coarse for its texture.
 const MANY_TEXELS: f64 = 16.0;
+/// Texels per face that are recommended then.
 const FEW_TEXELS: f64 = 4.0;
 
-/// The image files that these data are taken from, those of materials and tiles among them; none where there are none.
+/// The image files that these data are taken from, those of materials and tiles among them; empty if there are none.
 pub fn image_files(
     source: &Source,
     mesh: &Mesh,
@@ -170,7 +171,7 @@ impl Reader<'_> {
             return None;
         }
         let faces = self.mesh.faces.len() as u64;
-        let fits = |times: &u32| faces.saturating_mul(4_u64.pow(*times)) <= MOST_FACES / 10;
+        let fits = |times: &u32| faces.saturating_mul(4_u64.pow(*times)) <= MAX_FACES / 10;
         let wanted = ((texels_a_face / FEW_TEXELS).log2() / 2.0).ceil() as u32;
         let times = (1..=wanted.min(8)).rev().find(fits);
         let finer = times.map_or(String::new(), |times| {

@@ -25,7 +25,7 @@ pub struct InputData {
     pub warnings: Vec<String>,
 }
 
-/// A mesh that is looked at.
+/// A mesh whose data are read.
 pub struct Reader<'a> {
     pub source: &'a Source,
     pub mesh: &'a Mesh,

@@ -3,11 +3,11 @@
 use crate::data::Data;
 
 /// Differences below this share of the data are rounding.
-const ROUNDING: f64 = 1e-13;
+const DATA_ROUNDING: f64 = 1e-13;
 
 /// Whether one of the coordinates has more than one value where it is known, but for rounding.
 pub fn varies(data: &Data) -> bool {
-    differs(data, ROUNDING)
+    differs(data, DATA_ROUNDING)
 }
 
 /// Whether the values of a coordinate differ by more than a share of their size.
@@ -30,7 +30,9 @@ pub fn flatten(data: &mut Data, what: &str) -> Option<String> {
     }
     let found = match differs(data, 0.0) {
         true => {
-            format!("no {what} differ by more than {ROUNDING:.0e} of their size, which is rounding")
+            format!(
+                "no {what} differ by more than {DATA_ROUNDING:.0e} of their size, which is rounding"
+            )
         }
         false => format!("all vertices have the same {what}"),
     };

@@ -1,6 +1,6 @@
 //! PNG and JPEG files as texels of three channels.
 //!
-//! Images are shrunk on the way by the least 2^k that brings them to at most [`MOST_BYTES`]: those of PNG come row by
+//! Images are shrunk on the way by the least 2^k that brings them to at most [`MAX_BYTES`]: those of PNG come row by
 //! row, and from a JPEG image the low frequencies alone are transformed back, which makes about the means of boxes.
 //! Gray and palettes are widened, alpha is dropped with a warning where it
 //! hides anything, 16 bits stay.
@@ -23,18 +23,18 @@ use super::upright::Upright;
 use crate::error::{Error, Result};
 
 /// Memory for the texels of an image: 2^26 pixels of 8 bits.
-const MOST_BYTES: u64 = 3 << 26;
+const MAX_BYTES: u64 = 3 << 26;
 
 /// Larger images are refused.
-const MOST_PIXELS: u64 = 1 << 32;
+const MAX_PIXELS: u64 = 1 << 32;
 
 /// What is in memory whole: an interlaced PNG image, the coefficients of a progressive JPEG image.
-const MOST_PIXELS_INTERLACED: u64 = 1 << 26;
-const MOST_PIXELS_PROGRESSIVE: u64 = 1 << 26;
+const MAX_PIXELS_INTERLACED: u64 = 1 << 26;
+const MAX_PIXELS_PROGRESSIVE: u64 = 1 << 26;
 
 /// More than a byte of a file can hold, of the bytes of a PNG image and of the pixels of a JPEG image.
-const MOST_DEFLATED: u64 = 1040;
-const MOST_PIXELS_A_BYTE: u64 = 2048;
+const MAX_DEFLATED: u64 = 1040;
+const MAX_PIXELS_PER_BYTE: u64 = 2048;
 
 /// The texels of an image, from its upper left corner, row by row.
 pub enum Texels {
@@ -72,11 +72,11 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     let (width, height) = info.size();
     let pixels = check_size(width, height, name)?;
     let packed = info.raw_row_length() as u64 * u64::from(height);
-    if packed > MOST_DEFLATED.saturating_mul(length) {
+    if packed > MAX_DEFLATED.saturating_mul(length) {
         return Err(promises_too_much(width, height, length, name));
     }
     let interlaced = info.interlaced;
-    if interlaced && pixels > MOST_PIXELS_INTERLACED {
+    if interlaced && pixels > MAX_PIXELS_INTERLACED {
         let message = "save it without interlacing, which can be read row by row";
         return Err(too_large(width, height, message, name));
     }
@@ -111,7 +111,7 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     Ok(Decoded { width, height, k, texels: rows.finish() })
 }
 
-/// How many pixels of a row, of so many bytes, whose last ones are alpha, are not opaque.
+/// How many pixels of a row are not opaque; each has that many bytes, the last of them alpha.
 fn hidden(row: &[u8], pixel: usize, alpha: usize) -> u64 {
     if alpha == 0 {
         return 0;
@@ -126,10 +126,10 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
     let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(failed)?;
     let (width, height) = decoder.dimensions();
     let pixels = check_size(width, height, name)?;
-    if pixels > MOST_PIXELS_A_BYTE.saturating_mul(bytes.len() as u64) {
+    if pixels > MAX_PIXELS_PER_BYTE.saturating_mul(bytes.len() as u64) {
         return Err(promises_too_much(width, height, bytes.len() as u64, name));
     }
-    if pixels > MOST_PIXELS_PROGRESSIVE && is_progressive(bytes) {
+    if pixels > MAX_PIXELS_PROGRESSIVE && is_progressive(bytes) {
         let message = "save it as baseline JPEG or as PNG, which can be read row by row";
         return Err(too_large(width, height, message, name));
     }
@@ -203,7 +203,7 @@ fn check_size(width: u32, height: u32, name: &Path) -> Result<u64> {
     let pixels = u64::from(width) * u64::from(height);
     match pixels {
         0 => Err(Error::malformed(name, "the image has no pixels")),
-        1..=MOST_PIXELS => Ok(pixels),
+        1..=MAX_PIXELS => Ok(pixels),
         _ => Err(too_large(width, height, "shrink it", name)),
     }
 }
@@ -226,9 +226,9 @@ fn cannot_decode(name: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::malformed(name, format!("cannot decode the image: {reason}"))
 }
 
-/// The least k for which so many bytes become few enough in boxes of 2^k x 2^k.
+/// The least k for which that many bytes become few enough in boxes of 2^k x 2^k.
 fn shrinking(bytes: u64) -> u32 {
-    (0..).find(|k| bytes >> (2 * k) <= MOST_BYTES).unwrap_or_default()
+    (0..).find(|k| bytes >> (2 * k) <= MAX_BYTES).unwrap_or_default()
 }
 
 /// Rows of bytes as texels.

@@ -131,7 +131,7 @@ impl<'a> Paints<'a> {
     ) -> Self {
         let mut paints = Paints::new(uv, Vec::new());
         let mut known = HashMap::new();
-        let mut place_of = |image: &PathBuf, placement: Placement, material: &str| {
+        let mut index_of = |image: &PathBuf, placement: Placement, material: &str| {
             *known.entry((image.clone(), placement.bits())).or_insert_with(|| {
                 paints.pictures.push(Picture {
                     content: Content::File(whereabouts(image, given), Turn::AsStored),
@@ -142,10 +142,10 @@ impl<'a> Paints<'a> {
                 paints.pictures.len() - 1
             })
         };
-        let place_of = |material: &Material| {
-            Some(place_of(material.image.as_ref()?, material.placement, &material.name))
+        let index_of = |material: &Material| {
+            Some(index_of(material.image.as_ref()?, material.placement, &material.name))
         };
-        let of_materials: Vec<Option<usize>> = materials.all.iter().map(place_of).collect();
+        let of_materials: Vec<Option<usize>> = materials.all.iter().map(index_of).collect();
         for (j, material) in materials.of_faces.iter().enumerate() {
             match material.and_then(|m| of_materials[m as usize]) {
                 Some(picture) => {
@@ -195,7 +195,7 @@ impl<'a> Paints<'a> {
             let mut of_tiles: HashMap<Option<u32>, Option<usize>> = HashMap::new();
             for &j in &picture.faces {
                 let number = number_of(tile(&uv[j as usize]));
-                let place = *of_tiles.entry(number).or_insert_with(|| {
+                let index = *of_tiles.entry(number).or_insert_with(|| {
                     let path = tiled.path(number?);
                     if !path.exists() {
                         self.missing.push(name_of(&path));
@@ -207,8 +207,8 @@ impl<'a> Paints<'a> {
                     self.pictures.push(Picture { content, material, placement, faces: Vec::new() });
                     Some(self.pictures.len() - 1)
                 });
-                match place {
-                    Some(place) => self.pictures[place].faces.push(j),
+                match index {
+                    Some(index) => self.pictures[index].faces.push(j),
                     None => self.without_tile += 1,
                 }
             }
@@ -221,81 +221,28 @@ impl<'a> Paints<'a> {
     /// An image that cannot be read, if `all` are needed or none can; faces that have neither image nor color, all
     /// of them.
     pub fn colors(self, mesh: &Mesh, texel: Texel, all: bool) -> Result<Painted> {
-        let uv = &*self.uv;
-        let mut sums = Sums::new(mesh);
-        let mut known = self.colored.len();
-        let mut sizes = vec![None; uv.len()];
-        let mut images = Vec::new();
-        let mut unread = 0;
-        let mut first_error = None;
-        for (j, color) in self.colored {
-            sums.add_color(mesh, j as usize, color);
+        let mut painting = Painting::new(mesh, self.uv.len());
+        for &(j, color) in &self.colored {
+            painting.add_color(mesh, j as usize, color);
         }
-        for Picture { content, material, placement, faces } in self.pictures {
-            if faces.is_empty() {
-                continue;
-            }
-            let (name, texture) = match &content {
-                Content::File(path, turn) => (name_of(path), Texture::open(path, *turn)),
-                Content::Embedded(bytes) => {
-                    ("the embedded image".into(), Texture::decode(bytes, Path::new("image")))
-                }
-            };
-            match texture {
-                Ok(mut texture) => {
-                    texture.clamp = placement.clamp;
-                    for &j in &faces {
-                        sizes[j as usize] = Some([texture.width, texture.height].map(f64::from));
-                    }
-                    known += faces.len();
-                    // Materials may place one image in several ways.
-                    if !images.contains(&name) {
-                        images.push(name);
-                    }
-                    let face = |i: usize| faces[i] as usize;
-                    sums.add_texture(mesh, uv, &mut texture, texel, faces.len(), face);
-                }
+        for picture in self.pictures.iter().filter(|picture| !picture.faces.is_empty()) {
+            match picture.open() {
+                Ok(opened) => painting.add_picture(mesh, &self.uv, &picture.faces, opened, texel),
+                Err(error) if all => return Err(error),
                 Err(error) => {
-                    let error = match material {
-                        Some(name) => Error::unsuitable(format!(
-                            "the image of the material {}: {error}",
-                            name.escape_debug()
-                        )),
-                        None => error,
-                    };
-                    if all {
-                        return Err(error);
-                    }
-                    unread += faces.len();
-                    first_error.get_or_insert(error);
+                    painting.unread += picture.faces.len();
+                    painting.first_error.get_or_insert(error);
                 }
             }
         }
-        if images.is_empty()
-            && let Some(error) = first_error
-        {
-            return Err(error);
-        }
+        let Painting { sums, known, sizes, images, unread, first_error } = painting;
         if let Some(error) = first_error {
+            if images.is_empty() {
+                return Err(error);
+            }
             tracing::warn!("{error}");
         }
-        let mut reasons = Vec::new();
-        for (count, reason) in [
-            (self.without_coordinates, "without texture coordinates"),
-            (self.without_image_and_color, "without an image or a color of a material"),
-            (unread, "with images that cannot be read"),
-            (self.without_tile, "on tiles without an image"),
-        ] {
-            if count > 0 {
-                reasons.push(format!("{count} {reason}"));
-            }
-        }
-        let mut reasons = reasons.join(", ");
-        if !self.missing.is_empty() {
-            let more = if self.missing.len() > 3 { ", ..." } else { "" };
-            let first = &self.missing[..self.missing.len().min(3)];
-            reasons += &format!(" ({}{more} not found)", first.join(", "));
-        }
+        let reasons = self.reasons(unread);
         if known == 0 {
             return Err(Error::unsuitable(format!("no face has a color: {reasons}")));
         }
@@ -307,7 +254,100 @@ impl<'a> Paints<'a> {
                 mesh.faces.len()
             );
         }
-        Ok(Painted { colors, images, texels_a_face: texels_a_face(uv, |j| sizes[j]) })
+        Ok(Painted { colors, images, texels_a_face: texels_a_face(&self.uv, |j| sizes[j]) })
+    }
+
+    /// Why faces have no color, with their numbers; `unread` have images that cannot be read.
+    fn reasons(&self, unread: usize) -> String {
+        let counts = [
+            (self.without_coordinates, "without texture coordinates"),
+            (self.without_image_and_color, "without an image or a color of a material"),
+            (unread, "with images that cannot be read"),
+            (self.without_tile, "on tiles without an image"),
+        ];
+        let reasons = counts.iter().filter(|(count, _)| *count > 0);
+        let reasons: Vec<String> =
+            reasons.map(|(count, reason)| format!("{count} {reason}")).collect();
+        let mut reasons = reasons.join(", ");
+        if !self.missing.is_empty() {
+            let more = if self.missing.len() > 3 { ", ..." } else { "" };
+            let first = &self.missing[..self.missing.len().min(3)];
+            reasons += &format!(" ({}{more} not found)", first.join(", "));
+        }
+        reasons
+    }
+}
+
+impl Picture {
+    /// Its name and its content.
+    fn open(&self) -> Result<(String, Texture)> {
+        let (name, texture) = match &self.content {
+            Content::File(path, turn) => (name_of(path), Texture::open(path, *turn)),
+            Content::Embedded(bytes) => {
+                ("the embedded image".into(), Texture::decode(bytes, Path::new("image")))
+            }
+        };
+        let mut texture = texture.map_err(|error| match &self.material {
+            Some(name) => Error::unsuitable(format!(
+                "the image of the material {}: {error}",
+                name.escape_debug()
+            )),
+            None => error,
+        })?;
+        texture.clamp = self.placement.clamp;
+        Ok((name, texture))
+    }
+}
+
+/// The colors of the faces so far.
+struct Painting {
+    sums: Sums,
+    /// How many faces have a color.
+    known: usize,
+    /// Of the images of the faces, in texels.
+    sizes: Vec<Option<[f64; 2]>>,
+    /// Their names.
+    images: Vec<String>,
+    /// How many faces have images that cannot be read.
+    unread: usize,
+    first_error: Option<Error>,
+}
+
+impl Painting {
+    fn new(mesh: &Mesh, faces: usize) -> Self {
+        Painting {
+            sums: Sums::new(mesh),
+            known: 0,
+            sizes: vec![None; faces],
+            images: Vec::new(),
+            unread: 0,
+            first_error: None,
+        }
+    }
+
+    fn add_color(&mut self, mesh: &Mesh, j: usize, color: [f64; 3]) {
+        self.known += 1;
+        self.sums.add_color(mesh, j, color);
+    }
+
+    fn add_picture(
+        &mut self,
+        mesh: &Mesh,
+        uv: &[[[f64; 2]; 3]],
+        faces: &[u32],
+        (name, mut texture): (String, Texture),
+        texel: Texel,
+    ) {
+        for &j in faces {
+            self.sizes[j as usize] = Some([texture.width, texture.height].map(f64::from));
+        }
+        self.known += faces.len();
+        // Materials may place one image in several ways.
+        if !self.images.contains(&name) {
+            self.images.push(name);
+        }
+        let face = |i: usize| faces[i] as usize;
+        self.sums.add_texture(mesh, uv, &mut texture, texel, faces.len(), face);
     }
 }
 

@@ -37,12 +37,12 @@ impl Texture {
         let (mut file, length) = file::open(path)?;
         let mut magic = Vec::new();
         let io = |source| Error::io(path, source);
-        (&mut file).take(PNG.len() as u64).read_to_end(&mut magic).map_err(io)?;
-        if magic == PNG {
+        (&mut file).take(PNG_SIGNATURE.len() as u64).read_to_end(&mut magic).map_err(io)?;
+        if magic == PNG_SIGNATURE {
             return Texture::new(decode::png(Cursor::new(magic).chain(file), length, path)?, path);
         }
-        if !magic.starts_with(JPEG) {
-            return Err(Error::malformed(path, NEITHER));
+        if !magic.starts_with(JPEG_SIGNATURE) {
+            return Err(Error::malformed(path, UNKNOWN_FORMAT));
         }
         if length > MAX_FILE_BYTES {
             return Err(Error::malformed(
@@ -57,12 +57,12 @@ impl Texture {
     /// Decodes the content of a PNG or JPEG file; `name` is for the errors. Fails if it is neither, damaged or too
     /// large.
     pub fn decode(bytes: &[u8], name: &Path) -> Result<Self> {
-        let decoded = if bytes.starts_with(PNG) {
+        let decoded = if bytes.starts_with(PNG_SIGNATURE) {
             decode::png(bytes, bytes.len() as u64, name)
-        } else if bytes.starts_with(JPEG) {
+        } else if bytes.starts_with(JPEG_SIGNATURE) {
             decode::jpeg(bytes, name, Turn::AsStored)
         } else {
-            Err(Error::malformed(name, NEITHER))
+            Err(Error::malformed(name, UNKNOWN_FORMAT))
         };
         Texture::new(decoded?, name)
     }
@@ -104,17 +104,17 @@ impl Texture {
 
     /// The colors in [0, 1] of the corners of a face, whose level must be reached.
     #[inline(always)]
-    pub fn of_corners(&self, place: &Footprint, texel: Texel) -> [[f64; 3]; 3] {
+    pub fn of_corners(&self, footprint: &Footprint, texel: Texel) -> [[f64; 3]; 3] {
         match &self.levels {
-            Levels::Eight(levels) => of_corners(levels, place, texel),
-            Levels::Sixteen(levels) => of_corners(levels, place, texel),
+            Levels::Eight(levels) => of_corners(levels, footprint, texel),
+            Levels::Sixteen(levels) => of_corners(levels, footprint, texel),
         }
     }
 }
 
-const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
-const JPEG: &[u8] = b"\xff\xd8\xff";
-const NEITHER: &str = "is neither a PNG nor a JPEG image; convert it to one";
+const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+const JPEG_SIGNATURE: &[u8] = b"\xff\xd8\xff";
+const UNKNOWN_FORMAT: &str = "is neither a PNG nor a JPEG image; convert it to one";
 
 fn level<T>(width: u32, height: u32, k: u32, texels: Vec<[T; 3]>) -> MipLevel<T> {
     let extent = [width, height].map(|n| f64::from(n) / (1_u64 << k) as f64);
@@ -140,15 +140,15 @@ fn halve<T: Channel>(levels: &mut Vec<MipLevel<T>>, last: usize, width: u32, hei
 #[inline(always)]
 fn of_corners<T: Channel>(
     levels: &[MipLevel<T>],
-    place: &Footprint,
+    footprint: &Footprint,
     texel: Texel,
 ) -> [[f64; 3]; 3] {
     let colors = match texel {
         Texel::Mean => {
-            let level = &levels[place.level.min(levels.len() - 1)];
-            [0, 1, 2].map(|i| place.mean(level, i))
+            let level = &levels[footprint.level.min(levels.len() - 1)];
+            [0, 1, 2].map(|i| footprint.mean(level, i))
         }
-        Texel::Vertex => [0, 1, 2].map(|i| place.corner(&levels[0], i)),
+        Texel::Vertex => [0, 1, 2].map(|i| footprint.corner(&levels[0], i)),
     };
     colors.map(|color| color.map(|value| value / T::MAX))
 }

@@ -13,25 +13,22 @@
 //! color reaches over two). Where that is more than `most`, the samples are of a smaller image, means of
 //! 2^l x 2^l texels.
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use super::shrink::Channel;
 
 /// Sides of the triangles that are sampled once, in texels.
-const SPACING: f64 = 1.5;
+const MAX_SAMPLE_SPACING: f64 = 1.5;
 
 /// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Texel {
     /// The mean over its share of its faces. The default.
     #[default]
     Mean,
     /// The color at its texture coordinates; where faces disagree on these, the mean weighted by their areas.
     Vertex,
-}
-
-impl Texel {
-    /// All variants with their names.
-    pub const NAMES: [(&'static str, Texel); 2] =
-        [("mean", Texel::Mean), ("vertex", Texel::Vertex)];
 }
 
 /// A texture in one of its sizes.
@@ -89,7 +86,7 @@ impl Footprint {
             let inside = |corner: &[f64; 2]| (-texel..=1.0 + texel).contains(&corner[axis]);
             if clamp || corners.iter().all(inside) { Edge::Clamp } else { Edge::Repeat }
         });
-        let length = longest(&corners, extent) / SPACING;
+        let length = longest(&corners, extent) / MAX_SAMPLE_SPACING;
         let k = (length.ceil() as u32).clamp(1, most);
         let spacing = length / f64::from(k);
         let level = if spacing > 1.0 { spacing.log2().ceil() as usize } else { 0 };

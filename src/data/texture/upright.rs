@@ -41,7 +41,7 @@ impl Upright {
         }
     }
 
-    /// The rows of the upright image, from the top, of pixels of so many bytes.
+    /// The rows of the upright image, from the top, of pixels of that many bytes.
     pub fn rows(&self, stored: &[u8], channels: usize, mut push: impl FnMut(&[u8])) {
         let width = self.width as usize;
         if self.orientation == Orientation::NoTransforms {

@@ -9,10 +9,10 @@ use crate::sweep;
 /// The color of what has no area.
 const MID_GRAY: [f64; 3] = [0.5; 3];
 
-/// All faces together take about so many samples.
-const SAMPLES: f64 = (1_u64 << 24) as f64;
+/// Approximate number of samples of all faces together.
+const TOTAL_SAMPLES: f64 = (1_u64 << 24) as f64;
 
-/// As many faces are sampled before their colors are added.
+/// Number of faces that are sampled before their colors are added.
 const FACES_AT_ONCE: usize = 1 << 16;
 
 /// Whether a face lies somewhere in a texture.
@@ -48,19 +48,20 @@ impl Sums {
         faces: impl Fn(usize) -> usize + Sync,
     ) {
         let (extent, clamp) = (texture.extent(), texture.clamp);
-        let most = (SAMPLES / (6 * mesh.faces.len()) as f64).sqrt().max(4.0) as u32;
+        let most = (TOTAL_SAMPLES / (6 * mesh.faces.len()) as f64).sqrt().max(4.0) as u32;
         for first in (0..n).step_by(FACES_AT_ONCE) {
             let count = FACES_AT_ONCE.min(n - first);
-            let place = |i: usize| Footprint::new(&uv[faces(first + i)], extent, clamp, most);
-            let places = sweep::collect(count, place);
+            let footprint = |i: usize| Footprint::new(&uv[faces(first + i)], extent, clamp, most);
+            let footprints = sweep::collect(count, footprint);
             if texel == Texel::Mean {
-                texture.reach(places.iter().map(|place| place.level).max().unwrap_or(0));
+                texture
+                    .reach(footprints.iter().map(|footprint| footprint.level).max().unwrap_or(0));
             }
             let texture = &*texture;
             let colors = sweep::collect(
                 count,
                 #[inline(always)]
-                |i| texture.of_corners(&places[i], texel),
+                |i| texture.of_corners(&footprints[i], texel),
             );
             for (i, colors) in colors.into_iter().enumerate() {
                 self.add(mesh, faces(first + i), colors);

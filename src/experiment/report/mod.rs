@@ -109,7 +109,7 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
                 "the figure {name:?} has nothing to show: no run has {}",
                 figure.quantities().join(" and ")
             );
-            empty.get_or_insert(spec.misfit(&figure.places.shown, message));
+            empty.get_or_insert(spec.format_error(&figure.places.shown, message));
             continue;
         }
         figure::write(&drawn.figure, &figure_folder, name)?;

@@ -5,6 +5,7 @@ use std::ops::{Range, RangeInclusive};
 use super::super::document::{Fits, Placed, Scalar, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
+use crate::names::{Named, must_be_one_of};
 
 /// The values of a cell, each asked for by its key.
 pub struct Cell<'a>(pub &'a [(String, Placed<Scalar>)]);
@@ -34,13 +35,13 @@ impl Cell<'_> {
         }
     }
 
-    pub fn named<T: Copy>(&self, key: &str, names: &[(&str, T)]) -> Fits<T> {
-        let Some(Placed { value, place }) = self.get(key) else { return Ok(names[0].1) };
-        let found = names.iter().find(|(name, _)| *value == Scalar::Text((*name).to_owned()));
-        found.map(|(_, value)| *value).ok_or_else(|| {
-            let meant = did_you_mean(&value.text(), names.iter().map(|(name, _)| *name));
-            let names: Vec<String> = names.iter().map(|(name, _)| format!("{name:?}")).collect();
-            Wrong::at(place, format!("{key} must be one of {}{meant}", names.join(", ")))
+    pub fn named<T: Named>(&self, key: &str, default: T) -> Fits<T> {
+        let Some(Placed { value, place }) = self.get(key) else { return Ok(default) };
+        let found = if let Scalar::Text(name) = value { T::named(name) } else { None };
+        found.ok_or_else(|| {
+            let meant = did_you_mean(&value.text(), T::names().iter().copied());
+            let quoted = T::names().iter().map(|name| format!("{name:?}"));
+            Wrong::at(place, format!("{key} {}{meant}", must_be_one_of(quoted)))
         })
     }
 

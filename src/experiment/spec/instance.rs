@@ -8,7 +8,7 @@ use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
-use crate::mesh::Source;
+use crate::mesh::{Normalize, Source};
 use crate::operator::Mass;
 use crate::regions;
 
@@ -31,7 +31,7 @@ pub struct InstanceCell {
     /// The quadrature of the data term.
     pub mass: Mass,
     /// Whether the mesh is scaled to area 1.
-    pub normalize: bool,
+    pub normalize: Normalize,
     /// Where its mesh and its data stand in the file.
     pub(crate) mesh_place: Range<usize>,
     pub(crate) data_place: Range<usize>,
@@ -134,8 +134,8 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
             seed: cell.count("seed", 0, 0..=u64::MAX)?,
             regions,
             lambda,
-            mass: cell.named("mass", &Mass::NAMES)?,
-            normalize: cell.named("normalize", &[("area", true), ("none", false)])?,
+            mass: cell.named("mass", Mass::Barycentric)?,
+            normalize: cell.named("normalize", Normalize::Area)?,
             mesh_place,
             data_place,
         })

@@ -18,9 +18,9 @@ use std::path::Path;
 use super::places::{Places, warn};
 
 /// Programs that write components in [0, 1] round them.
-const ROUNDING: f64 = 1e-6;
+const COMPONENT_ROUNDING: f64 = 1e-6;
 
-const BYTE: f64 = 255.0;
+const LARGEST_BYTE: f64 = 255.0;
 
 /// So bright, and in fractions, is no file of bytes that shows anything.
 const TOO_BRIGHT: f64 = 2.0;
@@ -75,7 +75,7 @@ impl Colors {
         }
         let [r, g, b] = color;
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
-        if low < -ROUNDING || high > self.full.unwrap_or(BYTE) {
+        if low < -COMPONENT_ROUNDING || high > self.full.unwrap_or(LARGEST_BYTE) {
             self.outside.add(place);
             self.rows.push([f64::NAN; 3]);
             return;
@@ -83,7 +83,7 @@ impl Colors {
         self.largest = self.largest.max(high);
         let fractions = color.iter().any(|c| c.fract() != 0.0);
         self.fractions |= fractions;
-        if high > 1.0 + ROUNDING {
+        if high > 1.0 + COMPONENT_ROUNDING {
             self.bright_fractions |= fractions;
             self.bright.add(place);
         } else {
@@ -126,7 +126,7 @@ impl Colors {
             );
         }
         let full = self.full.unwrap_or_else(|| {
-            if self.largest <= 1.0 + ROUNDING {
+            if self.largest <= 1.0 + COMPONENT_ROUNDING {
                 1.0
             } else if !self.fractions || self.largest > TOO_BRIGHT {
                 if self.bright.count() < self.dim {
@@ -144,7 +144,7 @@ impl Colors {
                     );
                     self.dim_fractions.warn(path, &of_both);
                 }
-                BYTE
+                LARGEST_BYTE
             } else {
                 self.bright.warn(path, &format!("colors of {what} are cut off at 1"));
                 1.0

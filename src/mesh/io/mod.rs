@@ -32,20 +32,23 @@ mod tests;
 use std::io::Write;
 use std::path::Path;
 
+use strum::EnumString;
+
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, Placement};
 
 use self::places::warn;
 use self::rules::{
-    NO_NUMBERS, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
+    INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
     place_in_image, uv_of_vertices, warn_untextured,
 };
 
 pub use ply::write_labeled;
 
 /// The file formats for triangle meshes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString)]
+#[strum(serialize_all = "lowercase", ascii_case_insensitive)]
 pub enum Format {
     /// Wavefront OBJ, with an MTL file for materials.
     Obj,
@@ -59,18 +62,11 @@ pub enum Format {
 
 impl Format {
     /// What users read when their format is not among these.
-    const NAMES: &str = ".obj, .ply, .off and .stl";
+    const EXTENSIONS: &str = ".obj, .ply, .off and .stl";
 
     /// By the extension, in any case.
     fn of_extension(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "obj" => Some(Format::Obj),
-            "ply" => Some(Format::Ply),
-            "off" => Some(Format::Off),
-            "stl" => Some(Format::Stl),
-            _ => None,
-        }
+        path.extension()?.to_str()?.parse().ok()
     }
 
     /// By how the content begins.
@@ -99,7 +95,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
         Format::of_extension(path).or_else(|| Format::of_content(&bytes)).ok_or_else(|| {
             Error::malformed(
                 path,
-                format!("is no known mesh format; convert it to one of {}", Format::NAMES),
+                format!("is no known mesh format; convert it to one of {}", Format::EXTENSIONS),
             )
         })?;
     parse_beside(path, path.parent(), format, &bytes)
@@ -142,7 +138,7 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
         Error::unsuitable(format!(
             "{}: the extension names no known mesh format; use one of {}",
             path.display(),
-            Format::NAMES
+            Format::EXTENSIONS
         ))
     })?;
     warn_of_losses(path, format, mesh);

@@ -24,37 +24,37 @@ use super::places::Places;
 use super::polygon::Polygons;
 use super::text::{Text, parse_float, quote};
 use super::{
-    NO_NUMBERS, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
+    INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
     place_in_image, uv_of_vertices, warn_untextured,
 };
 use crate::error::Result;
 use crate::mesh::Mesh;
 
-/// What a vertex line holds, after the keyword of the file.
+/// What a line holds of a vertex besides its position, by the keyword of the file.
 #[derive(Clone, Copy, Default, Debug, PartialEq)]
-struct Layout {
+struct VertexFormat {
     texture: bool,
     color: bool,
     normal: bool,
 }
 
-impl Layout {
+impl VertexFormat {
     /// Of `OFF` and its prefixes. They come as `STCN`, but some programs write `NC`.
     fn parse(keyword: &[u8]) -> Option<Self> {
         let mut prefix = keyword.strip_suffix(b"OFF")?;
-        let mut layout = Layout::default();
+        let mut format = VertexFormat::default();
         if let Some(rest) = prefix.strip_prefix(b"ST") {
-            layout.texture = true;
+            format.texture = true;
             prefix = rest;
         }
         for letter in prefix {
             match letter {
-                b'C' if !layout.color => layout.color = true,
-                b'N' if !layout.normal => layout.normal = true,
+                b'C' if !format.color => format.color = true,
+                b'N' if !format.normal => format.normal = true,
                 _ => return None,
             }
         }
-        Some(layout)
+        Some(format)
     }
 }
 
@@ -69,14 +69,14 @@ fn split(token: &[u8]) -> (&[u8], &[u8]) {
 /// Whether the first token is the keyword.
 pub fn recognizes(bytes: &[u8]) -> bool {
     let mut text = Text::new(Path::new(""), bytes).with_comments();
-    text.next_line() && text.token().and_then(|token| Layout::parse(split(token).0)).is_some()
+    text.next_line() && text.token().and_then(|token| VertexFormat::parse(split(token).0)).is_some()
 }
 
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let mut text = Text::new(path, bytes).with_comments();
     text.next_line();
     let (keyword, glued) = split(text.token().unwrap_or_default());
-    let layout = Layout::parse(keyword).ok_or_else(|| {
+    let format = VertexFormat::parse(keyword).ok_or_else(|| {
         let dimensions = keyword.ends_with(b"nOFF") || keyword.ends_with(b"4OFF");
         text.error(if dimensions {
             format!("{}: only three dimensions are supported", quote(keyword))
@@ -85,7 +85,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
         })
     })?;
     let (vertex_count, face_count) = counts(&mut text, glued)?;
-    let vertices = Vertices::read(&mut text, layout, vertex_count)?;
+    let vertices = Vertices::read(&mut text, format, vertex_count)?;
     let mut faces = Faces::read(&mut text, vertex_count, face_count)?;
     if text.seek_token() {
         return Err(text.error("more lines than the vertices and faces declared"));
@@ -100,13 +100,13 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
         path,
         "what follows the corners of faces is left out where it is no color of 3 or 4 numbers",
     );
-    vertices.no_numbers.warn(path, NO_NUMBERS);
+    vertices.no_numbers.warn(path, INVALID_TEXTURE);
     vertices.odd.warn(
         path,
         "what follows positions is left out where it is not what the keyword says or a color of 3 or 4 numbers",
     );
     faces.polygons.triangulate::<u32>(path, &vertices.positions, &mut faces.corners, None);
-    let uv = layout.texture.then(|| uv_of_vertices(&faces.corners, &vertices.uv));
+    let uv = format.texture.then(|| uv_of_vertices(&faces.corners, &vertices.uv));
     Ok(Mesh {
         uv: uv.and_then(|uv| warn_untextured(path, uv)),
         colors: vertices.colors.finish(path, vertex_count, "vertices"),
@@ -127,7 +127,7 @@ struct Vertices {
 }
 
 impl Vertices {
-    fn read(text: &mut Text, layout: Layout, count: usize) -> Result<Self> {
+    fn read(text: &mut Text, format: VertexFormat, count: usize) -> Result<Self> {
         let mut vertices = Vertices {
             positions: Vec::with_capacity(room(text, count)),
             colors: Colors::new(None),
@@ -148,22 +148,22 @@ impl Vertices {
             while let Some(token) = text.token() {
                 values.push(parse_float(token).unwrap_or(f64::NAN));
             }
-            vertices.extras(text, layout, &values);
+            vertices.extras(text, format, &values);
         }
         Ok(vertices)
     }
 
     /// What follows the latest position on its line.
-    fn extras(&mut self, text: &Text, layout: Layout, values: &[f64]) {
+    fn extras(&mut self, text: &Text, format: VertexFormat, values: &[f64]) {
         let place = || format!("line {}", text.line());
         let k = self.positions.len() - 1;
         let mut rest = values;
         let mut complete = true;
-        if layout.normal {
+        if format.normal {
             complete &= rest.len() >= 3;
             rest = rest.get(3..).unwrap_or_default();
         }
-        if layout.texture {
+        if format.texture {
             let (before, t) = match rest.split_last_chunk() {
                 Some((before, &t)) => (before, place_in_image(t, &mut self.no_numbers, place)),
                 None => {
@@ -175,9 +175,9 @@ impl Vertices {
             rest = before;
         }
         match *rest {
-            [] => complete &= !layout.color,
-            // Other layouts that say what a vertex has do not have one.
-            [r, g, b] | [r, g, b, _] if layout.color || !(layout.normal || layout.texture) => {
+            [] => complete &= !format.color,
+            // Other formats that say what a vertex has do not have one.
+            [r, g, b] | [r, g, b, _] if format.color || !(format.normal || format.texture) => {
                 complete &= [r, g, b].iter().all(|c| c.is_finite());
                 self.colors.set(k, [r, g, b], place);
             }

@@ -23,12 +23,12 @@ use nalgebra::{Point3, Vector2, Vector3};
 
 use super::places::Places;
 
-/// Below this part of the square of its longest side the doubled area of a triangle is rounding.
-const FLAT: f64 = 1e-12;
-/// Above it, a triangle is no needle.
-const FAT: f64 = 1e-3;
-/// Points in triangles that are looked at for one file, a second or two, before polygons stay fans.
-const WORK: usize = 1 << 30;
+/// A triangle whose doubled area is at most this fraction of its longest side squared is flat up to rounding.
+const FLAT_FATNESS: f64 = 1e-12;
+/// A triangle above this fraction is not a needle.
+const NEEDLE_FATNESS: f64 = 1e-3;
+/// Point-in-triangle tests for one file, a second or two; after that polygons stay fans.
+const MAX_POINTS_TESTED: usize = 1 << 30;
 
 /// The polygons of a file with more than three corners.
 #[derive(Default)]
@@ -60,7 +60,7 @@ impl Polygons {
         mut of_corners: Option<&mut [[T; 3]]>,
     ) {
         let mut crossed = Places::default();
-        let mut work = WORK;
+        let mut work = MAX_POINTS_TESTED;
         let mut polygon = Vec::new();
         for (i, fan) in self.fans.iter().enumerate() {
             let triangles = fan.first..fan.first + fan.corners - 2;
@@ -74,7 +74,7 @@ impl Polygons {
                 let (a, b, c) = (point(a), point(b), point(c));
                 let longest =
                     (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
-                (b - a).cross(&(c - a)).dot(&normal) > FLAT * longest
+                (b - a).cross(&(c - a)).dot(&normal) > FLAT_FATNESS * longest
             };
             if fan.iter().all(inside) {
                 continue;
@@ -147,15 +147,15 @@ struct Rule {
     margin: Option<f64>,
 }
 
-const RULES: [Rule; 5] = [
-    Rule { fatness: FAT, margin: Some(FLAT) },
-    Rule { fatness: FLAT, margin: Some(FLAT) },
-    Rule { fatness: FLAT, margin: Some(-FLAT) },
-    Rule { fatness: FLAT, margin: None },
-    Rule { fatness: -FLAT, margin: None },
+const EAR_RULES: [Rule; 5] = [
+    Rule { fatness: NEEDLE_FATNESS, margin: Some(FLAT_FATNESS) },
+    Rule { fatness: FLAT_FATNESS, margin: Some(FLAT_FATNESS) },
+    Rule { fatness: FLAT_FATNESS, margin: Some(-FLAT_FATNESS) },
+    Rule { fatness: FLAT_FATNESS, margin: None },
+    Rule { fatness: -FLAT_FATNESS, margin: None },
 ];
 /// After an ear by one of the later rules the earlier ones may hold again.
-const LATER: usize = 2;
+const FIRST_LATER_RULE: usize = 2;
 
 /// What is left of a polygon.
 struct Ring<'a> {
@@ -178,7 +178,7 @@ impl<'a> Ring<'a> {
             reflex: Vec::new(),
             is_reflex: Vec::new(),
         };
-        ring.is_reflex = (0..n).map(|i| ring.turn(i) <= FLAT).collect();
+        ring.is_reflex = (0..n).map(|i| ring.turn(i) <= FLAT_FATNESS).collect();
         ring.reflex = (0..n).filter(|&i| ring.is_reflex[i]).collect();
         ring
     }
@@ -191,17 +191,17 @@ impl<'a> Ring<'a> {
         fatness(self.corner(i).map(|i| self.points[i]))
     }
 
-    /// n - 2 triangles that turn to the left, in places of the polygon; none if there are no such.
+    /// n - 2 triangles that turn to the left, as indices into the polygon; none if there are no such.
     fn ears(mut self, work: &mut usize) -> Option<Vec<[usize; 3]>> {
         let n = self.points.len();
         let mut ears = Vec::with_capacity(n - 2);
         let (mut at, mut rule, mut failed) = (0, 0, 0);
         while ears.len() + 3 < n {
-            if self.is_ear(at, RULES[rule], work) {
+            if self.is_ear(at, EAR_RULES[rule], work) {
                 ears.push(self.corner(at));
                 at = self.cut(at);
                 failed = 0;
-                rule = if rule >= LATER { 0 } else { rule };
+                rule = if rule >= FIRST_LATER_RULE { 0 } else { rule };
                 continue;
             }
             at = self.next[at];
@@ -210,12 +210,12 @@ impl<'a> Ring<'a> {
                 failed = 0;
                 rule += 1;
             }
-            if rule == RULES.len() || *work == 0 {
+            if rule == EAR_RULES.len() || *work == 0 {
                 return None;
             }
         }
         ears.push(self.corner(at));
-        (self.turn(at) >= -FLAT).then_some(ears)
+        (self.turn(at) >= -FLAT_FATNESS).then_some(ears)
     }
 
     fn is_ear(&mut self, i: usize, rule: Rule, work: &mut usize) -> bool {
@@ -247,7 +247,7 @@ impl<'a> Ring<'a> {
         self.is_reflex[i] = false;
         for k in [before, after] {
             // A corner that a cut makes reflex, which happens where the polygon crosses itself, is not looked for.
-            self.is_reflex[k] &= self.turn(k) <= FLAT;
+            self.is_reflex[k] &= self.turn(k) <= FLAT_FATNESS;
         }
         after
     }

@@ -1,4 +1,4 @@
-//! What holds in every format: what is a coordinate, a face, a place in an image, and what becomes of what is none.
+//! What holds in every format: valid coordinates, faces and texture coordinates, and what becomes of invalid ones.
 
 use std::path::Path;
 
@@ -12,21 +12,21 @@ use crate::mesh::is_place;
 const LARGEST_COORDINATE: f64 = 1e50;
 
 /// What stands for a color that is not known, where the format wants one.
-const GRAY: [f64; 3] = [0.5; 3];
+const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 
 /// A color to be written.
 pub(super) fn known(color: [f64; 3]) -> [f64; 3] {
-    if color[0].is_nan() { GRAY } else { color }
+    if color[0].is_nan() { UNKNOWN_COLOR } else { color }
 }
 
 /// What becomes of points and lines among the faces.
 pub(super) const TOO_FEW_CORNERS: &str = "faces with fewer than 3 corners are left out";
 
 /// What becomes of texture coordinates that are NaN, infinite, text, or beyond [`is_place`].
-pub(super) const NO_NUMBERS: &str =
+pub(super) const INVALID_TEXTURE: &str =
     "texture coordinates that are not finite numbers, or are beyond 1e9, count as unknown";
 
-/// Texture coordinates, both NaN if they are no place in an image.
+/// Texture coordinates, both NaN if they are not a position in an image.
 pub(super) fn place_in_image(
     t: [f64; 2],
     odd: &mut Places,

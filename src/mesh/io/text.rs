@@ -35,7 +35,7 @@ pub struct Text<'a> {
     comment: Option<u8>,
     /// Whether a backslash before the end of a line joins the next one to it.
     continued: bool,
-    /// How a comment begins that says something all the same.
+    /// The beginning of comments that are read nevertheless.
     remark: Option<&'static [u8]>,
 }
 
@@ -253,7 +253,7 @@ pub fn parse_integer(token: &[u8]) -> Option<i64> {
     std::str::from_utf8(token).ok()?.parse().ok()
 }
 
-/// A name in a file: UTF-8, or what older programs wrote, a byte a letter.
+/// A name in a file: UTF-8, or what older programs wrote, one byte per character.
 pub fn decode(name: &[u8]) -> String {
     match std::str::from_utf8(name) {
         Ok(name) => name.to_owned(),
@@ -276,8 +276,8 @@ pub fn without_comment(name: &[u8]) -> &[u8] {
 
 /// A piece of the file for a message: on one line, and short.
 pub fn quote(token: &[u8]) -> String {
-    const LONGEST: usize = 32;
-    let shown = String::from_utf8_lossy(&token[..token.len().min(LONGEST)]);
-    let ellipsis = if token.len() > LONGEST { "..." } else { "" };
+    const LONGEST_QUOTE: usize = 32;
+    let shown = String::from_utf8_lossy(&token[..token.len().min(LONGEST_QUOTE)]);
+    let ellipsis = if token.len() > LONGEST_QUOTE { "..." } else { "" };
     format!("\"{}{ellipsis}\"", shown.escape_debug())
 }

@@ -30,13 +30,13 @@ pub fn near(mesh: &Mesh, exact: Option<Vec<u32>>, tolerance: f64) -> Vec<u32> {
 }
 
 /// Of the side of a cell over the tolerance: a little below 1 / sqrt(3), for rounding.
-const SIDE: f64 = 0.577;
+const CELL_SIDE: f64 = 0.577;
 
 /// No more cells than this along half an axis, so that their numbers are exact.
-const MOST_CELLS: f64 = (1_u64 << 40) as f64;
+const MAX_CELLS: f64 = (1_u64 << 40) as f64;
 
 /// A vertex or cell that is not there.
-const NONE: u32 = u32::MAX;
+const ABSENT: u32 = u32::MAX;
 
 /// Points in cells, and cells in blocks of 4 x 4 x 4.
 struct Grid<'a> {
@@ -51,17 +51,17 @@ struct Grid<'a> {
 }
 
 struct Cell {
-    place: [i64; 3],
+    index: [i64; 3],
     /// Its first vertex, and its last so far.
     first: u32,
     last: u32,
-    /// The next cell of the same block, [`NONE`] at the last.
+    /// The next cell of the same block, [`ABSENT`] at the last.
     next: u32,
 }
 
 impl Cell {
     fn block(&self) -> [i64; 3] {
-        self.place.map(|i| i >> 2)
+        self.index.map(|i| i >> 2)
     }
 }
 
@@ -71,22 +71,23 @@ impl<'a> Grid<'a> {
         Grid {
             points,
             tolerance,
-            side: (SIDE * tolerance).max(largest / MOST_CELLS),
+            side: (CELL_SIDE * tolerance).max(largest / MAX_CELLS),
             cells: Vec::new(),
             blocks: Table::for_at_most(points.len()),
-            next: vec![NONE; points.len()],
+            next: vec![ABSENT; points.len()],
         }
     }
 
     fn points_of(&self, cell: u32) -> impl Iterator<Item = &'a Point3<f64>> + '_ {
-        let chain = |&v: &u32| Some(self.next[v as usize]).filter(|&v| v != NONE);
+        let chain = |&v: &u32| Some(self.next[v as usize]).filter(|&v| v != ABSENT);
         let vertices = std::iter::successors(Some(self.cells[cell as usize].first), chain);
         vertices.map(|v| &self.points[v as usize])
     }
 
     /// The cells of a block.
     fn cells_of(&self, block: [i64; 3]) -> impl Iterator<Item = u32> + '_ {
-        let chain = |&cell: &u32| Some(self.cells[cell as usize].next).filter(|&cell| cell != NONE);
+        let chain =
+            |&cell: &u32| Some(self.cells[cell as usize].next).filter(|&cell| cell != ABSENT);
         let same = |cell: u32| self.cells[cell as usize].block() == block;
         std::iter::successors(self.blocks.find(hash_of(block), same), chain)
     }
@@ -94,16 +95,16 @@ impl<'a> Grid<'a> {
     /// Joins a vertex with those in its cell.
     fn add(&mut self, v: u32, joined: &mut Partition) {
         let x = self.points[v as usize];
-        let place = [x.x, x.y, x.z].map(|x| (x / self.side).floor() as i64);
-        let block = place.map(|i| i >> 2);
-        let same = |&cell: &u32| self.cells[cell as usize].place == place;
+        let index = [x.x, x.y, x.z].map(|x| (x / self.side).floor() as i64);
+        let block = index.map(|i| i >> 2);
+        let same = |&cell: &u32| self.cells[cell as usize].index == index;
         let found = self.cells_of(block).find(same);
         if let Some(cell) = found {
             return self.add_to(cell, v, joined);
         }
         let end = self.cells_of(block).last();
         let new = self.cells.len() as u32;
-        self.cells.push(Cell { place, first: v, last: v, next: NONE });
+        self.cells.push(Cell { index, first: v, last: v, next: ABSENT });
         match end {
             Some(end) => self.cells[end as usize].next = new,
             None => {
@@ -114,12 +115,12 @@ impl<'a> Grid<'a> {
 
     fn add_to(&mut self, cell: u32, v: u32, joined: &mut Partition) {
         let x = &self.points[v as usize];
-        if self.side <= SIDE * self.tolerance {
+        if self.side <= CELL_SIDE * self.tolerance {
             joined.join(v, self.cells[cell as usize].first);
         } else {
             // A cell that is as fine as numbers allow is wider than the tolerance; nearly nothing shares it.
             let mut w = self.cells[cell as usize].first;
-            while w != NONE {
+            while w != ABSENT {
                 if (x - self.points[w as usize]).norm() <= self.tolerance {
                     joined.join(v, w);
                 }
@@ -134,12 +135,12 @@ impl<'a> Grid<'a> {
     fn join_neighbors(&self, joined: &mut Partition) {
         for (cell, this) in (0..).zip(&self.cells) {
             // What is up to two cells away to either side lies in two blocks.
-            let blocks = this.place.map(|i| [(i - 2) >> 2, (i + 2) >> 2]);
+            let blocks = this.index.map(|i| [(i - 2) >> 2, (i + 2) >> 2]);
             for corner in 0..8 {
                 let block = [0, 1, 2].map(|axis| blocks[axis][corner >> axis & 1]);
                 for other in self.cells_of(block).filter(|&other| other > cell) {
                     let there = &self.cells[other as usize];
-                    let far = |axis: usize| (there.place[axis] - this.place[axis]).abs() > 2;
+                    let far = |axis: usize| (there.index[axis] - this.index[axis]).abs() > 2;
                     if !(0..3).any(far)
                         && joined.root(this.first) != joined.root(there.first)
                         && self.touch(cell, other)
@@ -164,6 +165,6 @@ impl<'a> Grid<'a> {
     }
 }
 
-fn hash_of(place: [i64; 3]) -> u64 {
-    hash(place.map(i64::cast_unsigned))
+fn hash_of(index: [i64; 3]) -> u64 {
+    hash(index.map(i64::cast_unsigned))
 }

@@ -7,14 +7,14 @@ use crate::mesh::Mesh;
 use crate::mesh::extent::{bounding_box, components};
 
 /// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
-const NEARLY: f64 = 1e-6;
+const NEARLY_COINCIDENT: f64 = 1e-6;
 
 /// How many vertices of faces lie at the position of an earlier one: what [`Weld::exact`] merges.
 pub fn coincident(mesh: &Mesh) -> usize {
     firsts(mesh).map_or(0, |first| moved(&first))
 }
 
-/// What so many coincident vertices mean, in words.
+/// What that number of coincident vertices means, in words.
 pub fn free_cuts(coincident: usize) -> String {
     format!(
         "{coincident} vertices lie at the positions of others, and cuts along such seams are free"
@@ -25,7 +25,7 @@ pub fn free_cuts(coincident: usize) -> String {
 /// diagonal of the bounding box.
 pub fn nearly_coincident(mesh: &Mesh) -> (usize, f64) {
     let Some(corners) = bounding_box(mesh) else { return (0, 0.0) };
-    let tolerance = NEARLY * corners.diagonal();
+    let tolerance = NEARLY_COINCIDENT * corners.diagonal();
     let within = moved(&near(mesh, firsts(mesh), tolerance));
     (within - coincident(mesh), tolerance)
 }

@@ -1,4 +1,4 @@
-//! A table of vertices or cells by the hashes of their places.
+//! A table of vertices or cells by the hashes of their positions.
 
 /// Open addressing: who was first with an equal key.
 pub struct Table {
@@ -6,11 +6,11 @@ pub struct Table {
     slots: Vec<u64>,
 }
 
-const FREE: u64 = u64::MAX;
+const FREE_SLOT: u64 = u64::MAX;
 
 impl Table {
     pub fn for_at_most(n: usize) -> Self {
-        Table { slots: vec![FREE; (2 * n).next_power_of_two()] }
+        Table { slots: vec![FREE_SLOT; (2 * n).next_power_of_two()] }
     }
 
     /// The slot of the one whose hash this is and who is the same, or the free one that waits for it.
@@ -20,7 +20,7 @@ impl Table {
         let mut slot = hash as usize & mask;
         loop {
             let taken = self.slots[slot];
-            if taken == FREE || (taken >> 32 == hash >> 32 && same(taken as u32)) {
+            if taken == FREE_SLOT || (taken >> 32 == hash >> 32 && same(taken as u32)) {
                 return slot;
             }
             slot = (slot + 1) & mask;
@@ -29,13 +29,13 @@ impl Table {
 
     pub fn find(&self, hash: u64, same: impl Fn(u32) -> bool) -> Option<u32> {
         let taken = self.slots[self.slot(hash, same)];
-        (taken != FREE).then_some(taken as u32)
+        (taken != FREE_SLOT).then_some(taken as u32)
     }
 
     #[inline(always)]
     pub fn find_or_insert(&mut self, hash: u64, new: u32, same: impl Fn(u32) -> bool) -> u32 {
         let slot = self.slot(hash, same);
-        if self.slots[slot] == FREE {
+        if self.slots[slot] == FREE_SLOT {
             self.slots[slot] = hash >> 32 << 32 | u64::from(new);
         }
         self.slots[slot] as u32

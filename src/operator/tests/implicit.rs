@@ -10,7 +10,7 @@ use crate::operator::{Adjoint, Cholesky, GaussSeidel, Matrix, Operator, Stencil,
 use crate::samples::{assert_within, disjoint, random_rows, rng, shape, zoo};
 use crate::sweep::with_threads;
 
-/// The zoo, and meshes of so many vertices that the sweep cuts them into parts, one of them numbered at random.
+/// The zoo, and meshes with enough vertices that the sweep cuts them into parts, one of them numbered at random.
 fn meshes() -> Vec<(&'static str, Mesh)> {
     let mut shuffled = shape("torus:70x40");
     let n = shuffled.vertices.len();

@@ -21,7 +21,7 @@ fn the_finest_level_has_the_remaining_time() {
 fn coarse_to_fine_finds_the_same_regions() {
     let mesh = shape("sphere:5");
     let (data, truth) = painted(&mesh, 0.6);
-    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+    for mass in Mass::iter() {
         let without = request(0.05, mass);
         let with = Request { coarse_to_fine: true, ..without.clone() };
         let alternation = alternation(Initial::KMeans, 5);

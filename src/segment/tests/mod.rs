@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Duration;
 
 use rand::RngExt;
+use strum::IntoEnumIterator;
 
 use super::alternation::SETTLED_CHANGE;
 use super::*;
@@ -84,7 +85,7 @@ fn matched<D: DataModel>(parameters: &[D::Parameters], tolerance: f64) -> [usize
 fn three_colors_are_recovered() {
     let mesh = shape("sphere:4");
     let (data, truth) = painted(&mesh, 0.25);
-    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+    for mass in Mass::iter() {
         for initial in [Initial::KMeans, Initial::Random] {
             let request = request(0.03, mass);
             let found = segment(
@@ -113,7 +114,7 @@ fn three_colors_are_recovered() {
 fn the_certificate_is_for_the_reported_parameters() {
     let mesh = shape("sphere:3");
     let (data, _) = painted(&mesh, 0.2);
-    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+    for mass in Mass::iter() {
         let request = request(0.05, mass);
         let found = segment(
             &mesh,
@@ -142,7 +143,7 @@ fn the_energy_of_a_model_does_not_rise<D: DataModel>(
     model: &D,
     first: &[D::Parameters],
 ) {
-    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+    for mass in Mass::iter() {
         let request = request(0.05, mass);
         let mut mu = first.to_vec();
         let mut before = f64::INFINITY;
@@ -200,7 +201,7 @@ fn parameters_are_area_weighted_means() {
     let mut mesh = shape("grid:60x20");
     mesh.vertices.iter_mut().for_each(|x| x.x = x.x.powi(3));
     let data = Data::new(1, mesh.vertices.iter().map(|x| x.x).collect()).unwrap();
-    for mass in Mass::NAMES.map(|(_, mass)| mass) {
+    for mass in Mass::iter() {
         let alternation = Alternation { regions: 2, ..alternation(Initial::KMeans, 5) };
         let found = segment(
             &mesh,

@@ -39,6 +39,8 @@ struct Odd<'a> {
 impl DataModel for Odd<'_> {
     type Parameters = Mean;
 
+    type Datum = [f64];
+
     const TOLD: &'static str = "mean";
 
     fn told(mu: &Mean) -> &[f64] {
@@ -49,12 +51,8 @@ impl DataModel for Odd<'_> {
         self.model.vertices()
     }
 
-    fn is_known(&self, k: usize) -> bool {
-        self.model.is_known(k)
-    }
-
-    fn different(&self, most: usize) -> usize {
-        self.model.different(most)
+    fn at(&self, k: usize) -> Option<&[f64]> {
+        self.model.at(k)
     }
 
     fn in_order(&self, order: &Order) -> Cow<'_, Self> {

@@ -11,7 +11,7 @@ use crate::mesh::io::text::{Text, parse_integer, quote};
 use crate::mesh::io::{TOO_FEW_CORNERS, check_faces, fan, warn_untextured};
 
 /// A corner without texture coordinates.
-const NONE: u32 = u32::MAX;
+const NO_TEXTURE: u32 = u32::MAX;
 
 /// The triangles so far.
 #[derive(Default)]
@@ -46,7 +46,7 @@ impl Faces {
             let vertex = indices.next().unwrap_or_default();
             self.polygon.push(self.vertex_references.resolve(text, vertex, vertices)?);
             let texture = match indices.next() {
-                None | Some(b"") => NONE,
+                None | Some(b"") => NO_TEXTURE,
                 Some(index) => match resolved(index, textures) {
                     Ok(t) => {
                         textured = true;
@@ -54,7 +54,7 @@ impl Faces {
                     }
                     Err(_) => {
                         self.wrong_textures.add(|| format!("line {}", text.line()));
-                        NONE
+                        NO_TEXTURE
                     }
                 },
             };
@@ -66,7 +66,7 @@ impl Faces {
             return Ok(());
         }
         if textured || !self.textures.is_empty() {
-            self.textures.resize(self.corners.len(), [NONE; 3]);
+            self.textures.resize(self.corners.len(), [NO_TEXTURE; 3]);
             self.textures.extend(fan(&self.polygon_textures));
         }
         self.polygons.add(self.corners.len(), n);
@@ -100,7 +100,7 @@ impl Faces {
         }
         let textured = !self.textures.is_empty();
         if textured {
-            self.textures.resize(self.corners.len(), [NONE; 3]);
+            self.textures.resize(self.corners.len(), [NO_TEXTURE; 3]);
         }
         self.polygons.triangulate(
             path,
@@ -113,7 +113,7 @@ impl Faces {
             let mut coordinates = |t: u32| match textures.get(t as usize) {
                 Some(&t) => t,
                 None => {
-                    missing += usize::from(t != NONE);
+                    missing += usize::from(t != NO_TEXTURE);
                     [f64::NAN; 2]
                 }
             };
@@ -156,7 +156,7 @@ fn resolved(token: &[u8], defined: usize) -> std::result::Result<u32, Wrong> {
         0 => return Err(Wrong::Zero),
         _ => index.saturating_add(defined as i64),
     };
-    u32::try_from(from_zero).ok().filter(|&k| k < NONE).ok_or(Wrong::Outside(index))
+    u32::try_from(from_zero).ok().filter(|&k| k < NO_TEXTURE).ok_or(Wrong::Outside(index))
 }
 
 impl References {

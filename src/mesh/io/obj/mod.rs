@@ -32,7 +32,7 @@ use self::painting::Painting;
 use super::colors::Colors;
 use super::places::Places;
 use super::text::{Text, parse_float, quote};
-use super::{NO_NUMBERS, place_in_image};
+use super::{INVALID_TEXTURE, place_in_image};
 use crate::error::Result;
 use crate::mesh::Mesh;
 
@@ -41,15 +41,15 @@ pub use self::write::write;
 
 /// Whether one of the first lines with content defines a vertex.
 pub fn recognizes(bytes: &[u8]) -> bool {
-    const LINES: usize = 100;
+    const LINES_SEARCHED: usize = 100;
     let mut text = Text::new(Path::new(""), bytes).with_comments();
-    (0..LINES).any(|_| text.next_line() && text.token() == Some(b"v"))
+    (0..LINES_SEARCHED).any(|_| text.next_line() && text.token() == Some(b"v"))
 }
 
 /// `folder` is where the files of materials are, if they may be read.
 pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
     let mut text =
-        Text::new(path, bytes).with_comments().with_continued_lines().with_remarks(mrgb::BEGINNING);
+        Text::new(path, bytes).with_comments().with_continued_lines().with_remarks(mrgb::KEYWORD);
     let mut vertices = Vec::new();
     let mut colors = Colors::new(None);
     let mut odd = Places::default();
@@ -95,7 +95,7 @@ pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
     }
     let (faces, uv) = faces.finish(path, &vertices, &textures)?;
     odd.warn(path, "what follows positions is neither a weight nor a color and is left out");
-    no_numbers.warn(path, NO_NUMBERS);
+    no_numbers.warn(path, INVALID_TEXTURE);
     let colors = match colors.is_empty() {
         true => sculpted.finish(path, vertices.len()),
         false => colors.finish(path, vertices.len(), "vertices"),
@@ -119,8 +119,8 @@ fn behind_position(text: &mut Text) -> Behind {
     while let Some(token) = text.token() {
         let value = parse_float(token);
         numbers &= value.is_some();
-        if let (Some(place), Some(value)) = (values.get_mut(count), value) {
-            *place = value;
+        if let (Some(slot), Some(value)) = (values.get_mut(count), value) {
+            *slot = value;
         }
         count += 1;
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::mesh::io::places::{Places, warn};
 
-pub const BEGINNING: &[u8] = b"#MRGB";
+pub const KEYWORD: &[u8] = b"#MRGB";
 
 #[derive(Default)]
 pub struct Sculpted {

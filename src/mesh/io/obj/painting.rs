@@ -14,7 +14,7 @@ pub struct Painting {
     libraries: Vec<Vec<u8>>,
     /// In the order in which the faces use them.
     names: Vec<String>,
-    place_of: HashMap<String, u32>,
+    index_of: HashMap<String, u32>,
     current: Option<u32>,
     of_faces: Vec<Option<u32>>,
 }
@@ -31,7 +31,7 @@ impl Painting {
     pub fn begin(&mut self, name: &[u8], faces: usize) {
         self.of_faces.resize(faces, self.current);
         let name = decode(name);
-        self.current = Some(*self.place_of.entry(name.clone()).or_insert_with(|| {
+        self.current = Some(*self.index_of.entry(name.clone()).or_insert_with(|| {
             self.names.push(name);
             // One a line of a file that fits into memory.
             self.names.len() as u32 - 1

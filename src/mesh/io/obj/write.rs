@@ -39,7 +39,9 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, library: Option<&str>) -> io::Res
         {
             material = materials.of_faces[j];
             match material {
-                Some(place) => writeln!(out, "usemtl {}", materials.all[place as usize].name)?,
+                Some(material) => {
+                    writeln!(out, "usemtl {}", materials.all[material as usize].name)?
+                }
                 None => writeln!(out, "usemtl {}", materials.unused_name())?,
             }
         }

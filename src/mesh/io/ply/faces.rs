@@ -4,14 +4,14 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::header::{Element, Kind};
+use super::header::{Element, Kind, Property};
 use super::values::Values;
 use super::{colors_of, list_length, skip_property, vertex_index, wrong};
 use crate::error::Result;
 use crate::mesh::io::colors::Colors;
 use crate::mesh::io::places::Places;
 use crate::mesh::io::polygon::Polygons;
-use crate::mesh::io::{NO_NUMBERS, TOO_FEW_CORNERS, fan, place_in_image};
+use crate::mesh::io::{INVALID_TEXTURE, TOO_FEW_CORNERS, fan, place_in_image};
 
 /// What the elements `face` and `tristrips` hold. What only some faces have may end early.
 #[derive(Default)]
@@ -30,10 +30,29 @@ pub struct Faces {
     odd: Places,
     no_numbers: Places,
     no_image: Places,
-    /// The lists of the face that is being read.
+}
+
+/// What the file says of one face.
+#[derive(Default)]
+struct Face {
+    /// Its corners, before and after they are checked.
     list: Vec<i64>,
     polygon: Vec<u32>,
     texture: Vec<[f64; 2]>,
+    /// In numbers.
+    texture_length: u64,
+    color: [f64; 3],
+    image: Option<u32>,
+}
+
+impl Face {
+    fn clear(&mut self) {
+        let Face { list, polygon, texture, texture_length, color, image } = self;
+        list.clear();
+        polygon.clear();
+        texture.clear();
+        (*texture_length, *color, *image) = (0, [0.0; 3], None);
+    }
 }
 
 /// What a property of a face is good for.
@@ -52,103 +71,120 @@ impl Faces {
     }
 
     pub fn read(&mut self, path: &Path, element: &Element, values: &mut impl Values) -> Result<()> {
+        let roles = self.roles(path, element)?;
+        self.corners.reserve(values.capacity(element));
+        let mut face = Face::default();
+        for j in 0..element.count {
+            values.begin()?;
+            face.clear();
+            for (property, &role) in element.properties.iter().zip(&roles) {
+                self.read_property(j, property, role, values, &mut face)?;
+            }
+            self.add(j, &face);
+        }
+        self.uv = self.uv.take().filter(|uv| !uv.is_empty()).map(|mut uv| {
+            uv.resize(self.corners.len(), [[f64::NAN; 2]; 3]);
+            uv
+        });
+        Ok(())
+    }
+
+    /// The roles of the properties; makes room for what they hold.
+    fn roles(&mut self, path: &Path, element: &Element) -> Result<Vec<Role>> {
         let mut roles = vec![Role::Other; element.properties.len()];
-        let mut colors = colors_of(element).map(|(places, colors)| {
-            for (c, at) in places.into_iter().enumerate() {
+        self.colors = colors_of(element).map(|(indices, colors)| {
+            for (c, at) in indices.into_iter().enumerate() {
                 roles[at] = Role::Color(c);
             }
             colors
         });
-        let mut uv = element.any_list("texcoord").map(|at| {
+        self.uv = element.any_list("texcoord").map(|at| {
             roles[at] = Role::Texture;
             Vec::new()
         });
-        let mut images = None;
         if self.textures > 0
             && let Some((at, _)) = element.any_scalar("texnumber")
         {
             roles[at] = Role::Image;
-            images = Some(vec![None; self.corners.len()]);
+            self.images = Some(vec![None; self.corners.len()]);
         }
         roles[element.indices(path)?] = Role::Corners;
+        Ok(roles)
+    }
 
-        self.corners.reserve(values.capacity(element));
-        for j in 0..element.count {
-            values.begin()?;
-            self.polygon.clear();
-            self.texture.clear();
-            let mut color = [0.0; 3];
-            let mut image = None;
-            let mut given = 0;
-            for (property, &role) in element.properties.iter().zip(&roles) {
-                match (property.kind, role) {
-                    (Kind::List { count, item }, Role::Corners) => {
-                        let n = list_length(values, count)?;
-                        self.list.clear();
-                        values.integers(item, n, &mut self.list)?;
-                        for &k in &self.list {
-                            let k = vertex_index(k, self.vertices);
-                            self.polygon.push(k.map_err(wrong(values, "face", j))?);
-                        }
-                    }
-                    (Kind::List { count, item }, Role::Texture) => {
-                        let n = list_length(values, count)?;
-                        for _ in 0..n / 2 {
-                            let t = [values.number_or_nan(item)?, values.number_or_nan(item)?];
-                            let t = place_in_image(t, &mut self.no_numbers, || format!("face {j}"));
-                            self.texture.push(t);
-                        }
-                        values.skip(item, n % 2)?;
-                        given = n;
-                    }
-                    (Kind::Scalar(scalar), Role::Image) => {
-                        let number = values.number_or_nan(scalar)?;
-                        let known =
-                            (0.0..self.textures as f64).contains(&number) && number.fract() == 0.0;
-                        image = known.then_some(number as u32);
-                        if image.is_none() {
-                            self.no_image.add(|| format!("face {j}"));
-                        }
-                    }
-                    (Kind::Scalar(scalar), Role::Color(c)) => {
-                        color[c] = values.number_or_nan(scalar)?;
-                    }
-                    _ => skip_property(property, values)?,
+    #[inline(always)]
+    fn read_property(
+        &mut self,
+        j: usize,
+        property: &Property,
+        role: Role,
+        values: &mut impl Values,
+        face: &mut Face,
+    ) -> Result<()> {
+        match (property.kind, role) {
+            (Kind::List { count, item }, Role::Corners) => {
+                let n = list_length(values, count)?;
+                face.list.clear();
+                values.integers(item, n, &mut face.list)?;
+                for &k in &face.list {
+                    let k = vertex_index(k, self.vertices);
+                    face.polygon.push(k.map_err(wrong(values, "face", j))?);
                 }
             }
-            let n = self.polygon.len();
-            if n < 3 {
-                self.too_few.add(|| format!("face {j}"));
-                continue;
+            (Kind::List { count, item }, Role::Texture) => {
+                let n = list_length(values, count)?;
+                for _ in 0..n / 2 {
+                    let t = [values.number_or_nan(item)?, values.number_or_nan(item)?];
+                    let t = place_in_image(t, &mut self.no_numbers, || format!("face {j}"));
+                    face.texture.push(t);
+                }
+                values.skip(item, n % 2)?;
+                face.texture_length = n;
             }
-            let first = self.corners.len();
-            self.polygons.add(first, n);
-            self.corners.extend(fan(&self.polygon));
-            let triangles = first..self.corners.len();
-            if let Some(uv) = &mut uv {
-                if given == 2 * n as u64 {
-                    uv.resize(first, [[f64::NAN; 2]; 3]);
-                    uv.extend(fan(&self.texture));
-                } else if given > 0 {
-                    self.odd.add(|| format!("face {j}"));
+            (Kind::Scalar(scalar), Role::Image) => {
+                let number = values.number_or_nan(scalar)?;
+                let known = (0.0..self.textures as f64).contains(&number) && number.fract() == 0.0;
+                face.image = known.then_some(number as u32);
+                if !known {
+                    self.no_image.add(|| format!("face {j}"));
                 }
             }
-            if let Some(colors) = &mut colors {
-                triangles.for_each(|triangle| {
-                    colors.set(triangle, color, || format!("face {j}"));
-                });
+            (Kind::Scalar(scalar), Role::Color(c)) => {
+                face.color[c] = values.number_or_nan(scalar)?;
             }
-            if let Some(images) = &mut images {
-                images.resize(self.corners.len(), image);
+            _ => skip_property(property, values)?,
+        }
+        Ok(())
+    }
+
+    /// The triangles of a face, with what the face carries.
+    #[inline(always)]
+    fn add(&mut self, j: usize, face: &Face) {
+        let n = face.polygon.len();
+        if n < 3 {
+            self.too_few.add(|| format!("face {j}"));
+            return;
+        }
+        let first = self.corners.len();
+        self.polygons.add(first, n);
+        self.corners.extend(fan(&face.polygon));
+        let triangles = first..self.corners.len();
+        if let Some(uv) = &mut self.uv {
+            if face.texture_length == 2 * n as u64 {
+                uv.resize(first, [[f64::NAN; 2]; 3]);
+                uv.extend(fan(&face.texture));
+            } else if face.texture_length > 0 {
+                self.odd.add(|| format!("face {j}"));
             }
         }
-        self.uv = uv.filter(|uv| !uv.is_empty()).map(|mut uv| {
-            uv.resize(self.corners.len(), [[f64::NAN; 2]; 3]);
-            uv
-        });
-        self.colors = colors;
-        self.images = images;
-        Ok(())
+        if let Some(colors) = &mut self.colors {
+            triangles.for_each(|triangle| {
+                colors.set(triangle, face.color, || format!("face {j}"));
+            });
+        }
+        if let Some(images) = &mut self.images {
+            images.resize(self.corners.len(), face.image);
+        }
     }
 
     /// The triangles (a, b, c), (c, b, d), (c, d, e), ... of each strip a, b, c, d, e, ...
@@ -201,7 +237,7 @@ impl Faces {
     /// What was left out, and polygons cut inside themselves, now that the positions are known.
     pub fn finish(&mut self, path: &Path, vertices: &[Point3<f64>]) {
         self.too_few.warn(path, TOO_FEW_CORNERS);
-        self.no_numbers.warn(path, NO_NUMBERS);
+        self.no_numbers.warn(path, INVALID_TEXTURE);
         self.odd.warn(
             path,
             "faces whose texcoord is not a pair for each corner have unknown texture coordinates",

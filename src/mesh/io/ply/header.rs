@@ -14,6 +14,9 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::mesh::io::text::{BYTE_ORDER_MARK, file_name, quote};
 
+/// Elements that a header may declare.
+const MAX_ELEMENTS: usize = 1000;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     Ascii,
@@ -110,7 +113,7 @@ impl Element {
         sizes.sum()
     }
 
-    /// The place of the property of that name.
+    /// The index of the property of that name.
     fn find(&self, path: &Path, name: &str) -> Result<Option<(usize, Kind)>> {
         let mut found =
             self.properties.iter().enumerate().filter(|(_, property)| property.name == name);
@@ -125,7 +128,7 @@ impl Element {
         Error::malformed(path, format!("{} property {name} {message}", self.name))
     }
 
-    /// The place of a scalar property that must be there.
+    /// The index of a scalar property that must be there.
     pub fn scalar(&self, path: &Path, name: &str) -> Result<usize> {
         match self.find(path, name)? {
             None => Err(Error::malformed(path, format!("the element {} has no {name}", self.name))),
@@ -136,7 +139,7 @@ impl Element {
         }
     }
 
-    /// The place and type of the first property of that name, if it is a scalar.
+    /// The index and type of the first property of that name, if it is a scalar.
     pub fn any_scalar(&self, name: &str) -> Option<(usize, Scalar)> {
         let mut named = self.properties.iter().enumerate().filter(|(_, p)| p.name == name);
         named.find_map(|(at, property)| match property.kind {
@@ -145,12 +148,12 @@ impl Element {
         })
     }
 
-    /// The place of the first property of that name, if it is a list.
+    /// The index of the first property of that name, if it is a list.
     pub fn any_list(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name && matches!(p.kind, Kind::List { .. }))
     }
 
-    /// The place of a list property that must be there if it is named, and the type of its items.
+    /// The index of a list property that must be there if it is named, and the type of its items.
     fn list(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
         match self.find(path, name)? {
             None => Ok(None),
@@ -161,7 +164,7 @@ impl Element {
         }
     }
 
-    /// The place of the list of vertex indices.
+    /// The index of the list of vertex indices.
     pub fn indices(&self, path: &Path) -> Result<usize> {
         let names = ["vertex_indices", "vertex_index"];
         for name in names {
@@ -224,11 +227,8 @@ impl Header {
         let mark = mark_length(bytes);
         let end = line_end(&bytes[mark..])
             .ok_or_else(|| Error::malformed_line(path, 1, "expected ply; this is no PLY file"))?;
-        let mut encoding = None;
-        let mut elements: Vec<Element> = Vec::new();
-        let mut textures = Vec::new();
-        let mut at = mark;
-        let mut number = 0;
+        let mut declared = Declared::default();
+        let (mut at, mut number) = (mark, 0);
         loop {
             let rest = &bytes[at..];
             let Some(length) = find(rest, end) else {
@@ -236,68 +236,74 @@ impl Header {
             };
             at += length + end.len();
             number += 1;
-            let error = |message: String| Error::malformed_line(path, number, message);
-            let words: Vec<&[u8]> = rest[..length]
-                .split(u8::is_ascii_whitespace)
-                .filter(|word| !word.is_empty())
-                .collect();
+            let line = &rest[..length];
+            let words: Vec<&[u8]> =
+                line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
             match words[..] {
-                [b"comment", b"TextureFile", _, ..] => textures.push(texture_file(&rest[..length])),
-                [] | [b"comment" | b"obj_info", ..] => {}
                 [b"ply"] if number == 1 => {}
-                [b"format", _, version] if version != b"1.0" => {
-                    return Err(error(format!(
-                        "unknown version {}; it should be 1.0",
-                        quote(version)
-                    )));
-                }
-                [b"format", name, _] if encoding.is_none() => {
-                    encoding = Some(match name {
-                        b"ascii" => Encoding::Ascii,
-                        b"binary_little_endian" => Encoding::LittleEndian,
-                        b"binary_big_endian" => Encoding::BigEndian,
-                        _ => return Err(error(format!("unknown format {}", quote(name)))),
-                    });
-                }
-                [b"element", name, count] => {
-                    let name = String::from_utf8_lossy(name).into_owned();
-                    if elements.len() == 1000 || elements.iter().any(|e| e.name == name) {
-                        return Err(error(format!(
-                            "element {} is declared twice, or there are too many",
-                            quote(name.as_bytes())
-                        )));
-                    }
-                    elements.push(Element {
-                        count: parse_count(&name, count).map_err(error)?,
-                        name,
-                        properties: Vec::new(),
-                    });
-                }
-                [b"property", ..] => {
-                    let property = parse_property(&words).map_err(error)?;
-                    elements
-                        .last_mut()
-                        .ok_or_else(|| error("a property before the first element".into()))?
-                        .properties
-                        .push(property);
-                }
                 [b"end_header"] => break,
-                _ => {
-                    return Err(error(format!(
-                        "{} is no line of a PLY header",
-                        quote(&rest[..length])
-                    )));
-                }
+                _ => declared
+                    .add(line, &words)
+                    .map_err(|message| Error::malformed_line(path, number, message))?,
             }
         }
-        Ok(Header {
-            encoding: encoding
-                .ok_or_else(|| Error::malformed(path, "the header has no line format"))?,
-            elements,
-            textures,
-            length: at,
-            lines: number,
-        })
+        let Declared { encoding, elements, textures } = declared;
+        let encoding =
+            encoding.ok_or_else(|| Error::malformed(path, "the header has no line format"))?;
+        Ok(Header { encoding, elements, textures, length: at, lines: number })
+    }
+}
+
+/// What the lines of a header declare.
+#[derive(Default)]
+struct Declared {
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+    textures: Vec<String>,
+}
+
+impl Declared {
+    /// One more line, or what is wrong with it.
+    fn add(&mut self, line: &[u8], words: &[&[u8]]) -> std::result::Result<(), String> {
+        match *words {
+            [b"comment", b"TextureFile", _, ..] => self.textures.push(texture_file(line)),
+            [] | [b"comment" | b"obj_info", ..] => {}
+            [b"format", _, version] if version != b"1.0" => {
+                return Err(format!("unknown version {}; it should be 1.0", quote(version)));
+            }
+            [b"format", name, _] if self.encoding.is_none() => {
+                self.encoding = Some(match name {
+                    b"ascii" => Encoding::Ascii,
+                    b"binary_little_endian" => Encoding::LittleEndian,
+                    b"binary_big_endian" => Encoding::BigEndian,
+                    _ => return Err(format!("unknown format {}", quote(name))),
+                });
+            }
+            [b"element", name, count] => self.add_element(name, count)?,
+            [b"property", ..] => self.add_property(words)?,
+            _ => return Err(format!("{} is no line of a PLY header", quote(line))),
+        }
+        Ok(())
+    }
+
+    fn add_element(&mut self, name: &[u8], count: &[u8]) -> std::result::Result<(), String> {
+        let name = String::from_utf8_lossy(name).into_owned();
+        if self.elements.len() == MAX_ELEMENTS || self.elements.iter().any(|e| e.name == name) {
+            return Err(format!(
+                "element {} is declared twice, or there are too many",
+                quote(name.as_bytes())
+            ));
+        }
+        let count = parse_count(&name, count)?;
+        self.elements.push(Element { count, name, properties: Vec::new() });
+        Ok(())
+    }
+
+    fn add_property(&mut self, words: &[&[u8]]) -> std::result::Result<(), String> {
+        let property = parse_property(words)?;
+        let element = self.elements.last_mut().ok_or("a property before the first element")?;
+        element.properties.push(property);
+        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! What one property of an element is, and what is said of it.
+//! Single properties of an element, and errors about them.
 
 use super::header::{Element, Kind, Property, Scalar};
 use super::values::Values;
@@ -21,12 +21,12 @@ pub fn list_length(values: &mut impl Values, count: Scalar) -> Result<u64> {
 }
 
 /// The names of colors.
-const COLORS: [[&str; 3]; 3] =
+const COLOR_NAMES: [[&str; 3]; 3] =
     [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
 
 /// Where the components of the colors of an element are, and what collects these.
 pub fn colors_of(element: &Element) -> Option<([usize; 3], Colors)> {
-    let found = element.first_complete(&COLORS)?;
+    let found = element.first_complete(&COLOR_NAMES)?;
     let [r, g, b] = found.map(|(_, scalar)| scalar.full_intensity());
     let full = if r == g && g == b { r } else { None };
     Some((found.map(|(at, _)| at), Colors::new(full)))

@@ -39,7 +39,7 @@ use self::values::{Ascii, Binary, Values};
 use super::colors::Colors;
 use super::places::{Places, warn};
 use super::{
-    NO_NUMBERS, check_coordinate, check_faces, place_in_image, uv_of_vertices, warn_untextured,
+    INVALID_TEXTURE, check_coordinate, check_faces, place_in_image, uv_of_vertices, warn_untextured,
 };
 use crate::error::{Error, Result};
 use crate::mesh::{Material, Materials, Mesh, Placement};
@@ -93,7 +93,7 @@ fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<
         None => elements(path, &header.elements, faces, values)?,
     };
     check_faces(path, &faces.corners)?;
-    vertices.no_numbers.warn(path, NO_NUMBERS);
+    vertices.no_numbers.warn(path, INVALID_TEXTURE);
     faces.finish(path, &vertices.positions);
     let count = faces.corners.len();
     let uv = match (faces.uv, vertices.uv) {
@@ -149,7 +149,7 @@ fn elements(
 ) -> Result<(Vertices, Faces)> {
     let mut vertices = Vertices::default();
     for element in elements {
-        // Without properties there is nothing to read, however many there are said to be.
+        // Without properties there is nothing to read, whatever the declared count.
         if element.properties.is_empty() && element.count > 0 {
             if matches!(element.name.as_str(), "vertex" | "face" | "tristrips") {
                 let message = format!("the element {} has no properties", element.name);
@@ -204,8 +204,8 @@ impl Vertices {
             roles[element.scalar(path, name)?] = Role::Coordinate(c);
         }
         let capacity = values.capacity(element);
-        let mut colors = colors_of(element).map(|(places, colors)| {
-            for (c, at) in places.into_iter().enumerate() {
+        let mut colors = colors_of(element).map(|(indices, colors)| {
+            for (c, at) in indices.into_iter().enumerate() {
                 roles[at] = Role::Color(c);
             }
             colors.with_capacity(capacity)

@@ -136,8 +136,8 @@ impl Values for Ascii<'_> {
 
     fn capacity(&self, element: &Element) -> usize {
         // As an element, with the blanks behind its values.
-        const SHORTEST: usize = 6;
-        element.count.min(self.text.remaining() / SHORTEST + 1)
+        const SHORTEST_ELEMENT: usize = 6;
+        element.count.min(self.text.remaining() / SHORTEST_ELEMENT + 1)
     }
 
     fn error(&self, message: String) -> Error {

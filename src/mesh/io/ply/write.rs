@@ -18,7 +18,7 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> 
             records::<24>(out, mesh.vertices.len(), |k, record| position(mesh, k, record))?;
         }
         Some(colors) => {
-            header(out, mesh, COLOR, Some(folder))?;
+            header(out, mesh, COLOR_PROPERTIES, Some(folder))?;
             records::<27>(out, mesh.vertices.len(), |k, record| {
                 position(mesh, k, record);
                 record[24..].copy_from_slice(&bytes(known(colors[k])));
@@ -42,7 +42,7 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
     assert_eq!(labels.len(), mesh.vertices.len());
     let colors: Vec<[u8; 3]> = colors.iter().copied().map(bytes).collect();
     file::write(path, |out| {
-        header(out, mesh, &format!("{COLOR}property uchar label\n"), None)?;
+        header(out, mesh, &format!("{COLOR_PROPERTIES}property uchar label\n"), None)?;
         records::<28>(out, mesh.vertices.len(), |k, record| {
             position(mesh, k, record);
             record[24..27].copy_from_slice(&colors[usize::from(labels[k])]);
@@ -52,7 +52,7 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
     })
 }
 
-const COLOR: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+const COLOR_PROPERTIES: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
 /// The images of the mesh's materials, and which each material has.
 fn images(mesh: &Mesh) -> Option<(Vec<&Path>, Vec<Option<usize>>)> {
@@ -81,7 +81,7 @@ fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str, folder: Option<&Path>)
         writeln!(out, "property int texnumber")?;
     }
     if folder.is_some() && mesh.face_colors.is_some() {
-        write!(out, "{COLOR}")?;
+        write!(out, "{COLOR_PROPERTIES}")?;
     }
     writeln!(out, "end_header")
 }
@@ -102,9 +102,9 @@ fn faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
 fn painted_faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
     let images = images(mesh);
     painted_faces_with(out, mesh, |j, record| {
-        if let Some((materials, (_, place_of))) = mesh.materials.as_ref().zip(images.as_ref()) {
-            let image = materials.of_faces[j].and_then(|material| place_of[material as usize]);
-            record.extend(image.map_or(-1, |place| place as i32).to_le_bytes());
+        if let Some((materials, (_, index_of))) = mesh.materials.as_ref().zip(images.as_ref()) {
+            let image = materials.of_faces[j].and_then(|material| index_of[material as usize]);
+            record.extend(image.map_or(-1, |image| image as i32).to_le_bytes());
         }
         if let Some(colors) = &mesh.face_colors {
             record.extend(bytes(known(colors[j])));

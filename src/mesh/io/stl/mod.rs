@@ -29,9 +29,9 @@ use crate::mesh::Mesh;
 
 pub use self::write::{origin, write};
 
-const HEADER: usize = 80;
-const COUNT: usize = 4;
-const TRIANGLE: usize = 50;
+const HEADER_SIZE: usize = 80;
+const COUNT_SIZE: usize = 4;
+const TRIANGLE_SIZE: usize = 50;
 
 pub fn recognizes(bytes: &[u8]) -> bool {
     begins_with_solid(bytes) || declared_length(bytes) == Some(bytes.len())
@@ -44,15 +44,15 @@ fn begins_with_solid(bytes: &[u8]) -> bool {
 
 /// Bytes of a binary file with the number of triangles that this one would declare.
 fn declared_length(bytes: &[u8]) -> Option<usize> {
-    let count = bytes.get(HEADER..)?.first_chunk::<COUNT>()?;
+    let count = bytes.get(HEADER_SIZE..)?.first_chunk::<COUNT_SIZE>()?;
     let triangles = usize::try_from(u32::from_le_bytes(*count)).ok()?;
-    triangles.checked_mul(TRIANGLE)?.checked_add(HEADER + COUNT)
+    triangles.checked_mul(TRIANGLE_SIZE)?.checked_add(HEADER_SIZE + COUNT_SIZE)
 }
 
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let exact = declared_length(bytes) == Some(bytes.len());
     // Text has no zero bytes; the 80 bytes of a binary header that begins with "solid" nearly always do.
-    let head = &bytes[..bytes.len().min(HEADER + COUNT)];
+    let head = &bytes[..bytes.len().min(HEADER_SIZE + COUNT_SIZE)];
     if !exact && begins_with_solid(bytes) && !head.contains(&0) {
         parse_ascii(path, bytes)
     } else {
@@ -90,9 +90,11 @@ impl Welder {
 fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let length = declared_length(bytes)
         .ok_or_else(|| Error::malformed(path, "is neither ascii nor binary STL"))?;
-    let Some(triangles) = bytes.get(HEADER + COUNT..length) else {
-        let (declared, has) =
-            ((length - HEADER - COUNT) / TRIANGLE, (bytes.len() - HEADER - COUNT) / TRIANGLE);
+    let Some(triangles) = bytes.get(HEADER_SIZE + COUNT_SIZE..length) else {
+        let (declared, has) = (
+            (length - HEADER_SIZE - COUNT_SIZE) / TRIANGLE_SIZE,
+            (bytes.len() - HEADER_SIZE - COUNT_SIZE) / TRIANGLE_SIZE,
+        );
         return Err(Error::malformed(
             path,
             format!(
@@ -108,7 +110,7 @@ fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Mesh> {
         ));
     }
     let mut welder = Welder::default();
-    let (triangles, _) = triangles.as_chunks::<TRIANGLE>();
+    let (triangles, _) = triangles.as_chunks::<TRIANGLE_SIZE>();
     for (j, triangle) in triangles.iter().enumerate() {
         let (floats, _) = triangle.as_chunks::<4>();
         let mut corners = [[0.0; 3]; 3];
@@ -158,8 +160,8 @@ fn parse_ascii(path: &Path, bytes: &[u8]) -> Result<Mesh> {
 
 /// Goes behind `outer`: before it stands a normal, whole, broken or none.
 fn skip_normal(text: &mut Text) -> Result<()> {
-    const WORDS: usize = 4;
-    for _ in 0..WORDS {
+    const NORMAL_WORDS: usize = 4;
+    for _ in 0..NORMAL_WORDS {
         if next(text, "outer")?.eq_ignore_ascii_case(b"outer") {
             return Ok(());
         }

@@ -9,16 +9,16 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 
-use super::{COUNT, HEADER};
+use super::{COUNT_SIZE, HEADER_SIZE};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::io::coordinates;
 use crate::mesh::io::places::warn;
 
-/// Of the shortest edge, may be lost without a word.
-const TOLERANCE: f64 = 1e-4;
-/// So many times smaller an error is worth another origin.
-const WORTH: f64 = 8.0;
+/// Losses up to this fraction of the shortest edge need no warning.
+const TOLERATED_LOSS: f64 = 1e-4;
+/// Another origin is used if it divides the error by at least this.
+const WORTHWHILE_GAIN: f64 = 8.0;
 
 /// What rounding does to the corners.
 struct Loss {
@@ -51,7 +51,7 @@ impl Loss {
 /// The point that the file's coordinates are relative to: 0 unless rounding them would lose too much.
 ///
 /// # Errors
-/// Positions would merge all the same, coordinates are too large, or the faces too many for their count.
+/// Positions would still merge, coordinates are too large, or the faces too many for their count.
 pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
     if u32::try_from(mesh.faces.len()).is_err() {
         return Err(Error::unsuitable(format!(
@@ -62,7 +62,7 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
     let points = corners(mesh);
     let shortest = shortest_side(mesh);
     let plain = Loss::of(&points, Vector3::zeros());
-    if plain.merged == 0 && plain.error <= TOLERANCE * shortest {
+    if plain.merged == 0 && plain.error <= TOLERATED_LOSS * shortest {
         return Ok(Vector3::zeros());
     }
     let local = center(&points);
@@ -80,7 +80,8 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
             shifted.merged
         )));
     }
-    let moves = plain.merged > 0 || (shifted.merged == 0 && plain.error > WORTH * shifted.error);
+    let moves =
+        plain.merged > 0 || (shifted.merged == 0 && plain.error > WORTHWHILE_GAIN * shifted.error);
     let error = if moves { shifted.error } else { plain.error };
     if moves {
         warn(
@@ -91,7 +92,7 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
             ),
         );
     }
-    if error > TOLERANCE * shortest {
+    if error > TOLERATED_LOSS * shortest {
         warn(
             path,
             &format!(
@@ -157,11 +158,11 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, origin: Vector3<f64>) -> io::Resu
     if origin != Vector3::zeros() {
         title += &format!(", origin {}", shown(origin));
     }
-    let mut header = [0; HEADER];
-    let length = title.len().min(HEADER);
+    let mut header = [0; HEADER_SIZE];
+    let length = title.len().min(HEADER_SIZE);
     header[..length].copy_from_slice(&title.as_bytes()[..length]);
     out.write_all(&header)?;
-    let count: [u8; COUNT] = (mesh.faces.len() as u32).to_le_bytes();
+    let count: [u8; COUNT_SIZE] = (mesh.faces.len() as u32).to_le_bytes();
     out.write_all(&count)?;
     for j in 0..mesh.faces.len() {
         let normal = mesh.area_vector(j).try_normalize(0.0).unwrap_or_default().into();

@@ -1,4 +1,4 @@
-//! Round trips, the unusual, the malformed, and what is left out of files that are read all the same.
+//! Round trips, the unusual, the malformed, and what is left out of files that are still read.
 
 mod broken;
 mod exact;

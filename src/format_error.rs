@@ -1,4 +1,4 @@
-//! What is wrong with a file, and at which place in it, so that it can be shown where it stands.
+//! An error of format and its position in the file, so that it can be shown beside the text.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use crate::one_line::one_line;
 
-/// What is wrong with an experiment file, and where.
+/// An error of format in an experiment file.
 #[derive(Debug)]
-pub struct Misfit {
+pub struct FormatError {
     /// The file.
     pub path: PathBuf,
     /// The whole content of the file.
@@ -19,7 +19,7 @@ pub struct Misfit {
     pub message: String,
 }
 
-impl Misfit {
+impl FormatError {
     /// Line and column, counted from 1.
     pub fn position(&self) -> (usize, usize) {
         let before = &self.text[..self.place.start];
@@ -29,7 +29,7 @@ impl Misfit {
     }
 }
 
-impl fmt::Display for Misfit {
+impl fmt::Display for FormatError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (line, column) = self.position();
         let path = one_line(&self.path.display().to_string());
@@ -37,4 +37,4 @@ impl fmt::Display for Misfit {
     }
 }
 
-impl std::error::Error for Misfit {}
+impl std::error::Error for FormatError {}
