@@ -38,6 +38,12 @@ pub struct Axis {
     pub scale: Scale,
 }
 
+impl Axis {
+    pub fn new(label: impl Into<String>, log: bool) -> Self {
+        Axis { label: label.into(), scale: if log { Scale::Log } else { Scale::Linear } }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
     Linear,
