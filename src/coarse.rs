@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::field::{Row, Tangent};
@@ -40,10 +40,10 @@ pub struct Beginning<const M: usize> {
 }
 
 /// What `summary.json` says of the coarse levels.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
     /// Wall time of all that happens before the finest solve: meshes, problems, steps and samples.
-    #[serde(rename = "seconds", serialize_with = "as_seconds")]
+    #[serde(rename = "seconds", serialize_with = "as_seconds", deserialize_with = "from_seconds")]
     pub spent: Duration,
     /// The coarsest first, in the order of the work.
     pub levels: Vec<LevelRecord>,
@@ -56,7 +56,13 @@ fn as_seconds<S: serde::Serializer>(
     to.serialize_f64(spent.as_secs_f64())
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+fn from_seconds<'a, D: serde::Deserializer<'a>>(
+    from: D,
+) -> std::result::Result<Duration, D::Error> {
+    Duration::try_from_secs_f64(f64::deserialize(from)?).map_err(serde::de::Error::custom)
+}
+
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct LevelRecord {
     pub vertices: usize,
     pub faces: usize,

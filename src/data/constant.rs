@@ -37,6 +37,11 @@ impl<'a> PiecewiseConstant<'a> {
     pub fn new(data: &'a Data) -> Self {
         PiecewiseConstant { data: Cow::Borrowed(data) }
     }
+
+    /// |C(x_k) - mu_p|^2; NaN where nothing is known of C.
+    pub fn cost(&self, k: usize, mu: &[f64]) -> f64 {
+        self.data.at(k).iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
+    }
 }
 
 impl DataModel for PiecewiseConstant<'_> {
@@ -118,10 +123,7 @@ impl DataModel for PiecewiseConstant<'_> {
 
     fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
         assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
-        let cost = |k: usize, mu: &[f64]| -> f64 {
-            self.data.at(k).iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
-        };
-        let row = |k: usize| Row::from_fn(|p| mu.get(p).map_or(0.0, |mu| cost(k, &mu.mean)));
+        let row = |k: usize| Row::from_fn(|p| mu.get(p).map_or(0.0, |mu| self.cost(k, &mu.mean)));
         collect(self.data.len(), |k| if self.is_known(k) { row(k) } else { Row::ZERO })
     }
 

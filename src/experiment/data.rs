@@ -182,7 +182,7 @@ impl Places {
                 let waves = waves(&mesh, cell.regions, cell.noise, cell.seed);
                 let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
                 let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-                let costs = distances(&waves.data, &mu);
+                let costs = costs_of(&waves.data, &mu);
                 (Some(waves.data), costs, looks, Some(waves.labels))
             }
             DataChoice::Costs(path) => {
@@ -210,7 +210,7 @@ impl Places {
                 let (values, d) = (&input.data.values, input.data.dimension);
                 let known = input.data.known_area(&barycentric_areas(&mesh));
                 let mu = kmeans(values, d, &known, cell.regions, &mut rng);
-                let costs = distances(&input.data, &mu);
+                let costs = costs_of(&input.data, &mu);
                 (Some(input.data), costs, input.colors, None)
             }
         };
@@ -290,11 +290,10 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
 }
 
-/// s_p(x_k) = |C(x_k) - mu_p|^2; NaN, as the data, where nothing is known.
-fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
-    Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| {
-        data.at(k).iter().zip(&mu[p]).map(|(c, mu)| (c - mu).powi(2)).sum()
-    })
+/// The costs of the data model; NaN, as the data, where nothing is known.
+fn costs_of(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
+    let model = PiecewiseConstant::new(data);
+    Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| model.cost(k, &mu[p]))
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

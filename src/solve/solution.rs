@@ -1,9 +1,10 @@
 //! What a run ends with, and what is certain about it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use ndarray::{Array1, Array2};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::coarse::Record;
 use crate::field::Tangent;
@@ -18,12 +19,12 @@ use crate::run::{Run, Sample, Status};
 use crate::sweep;
 
 /// The numbers of a result, as `summary.json` has them.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     pub solver: String,
     pub solver_options: BTreeMap<String, String>,
     pub status: Status,
-    pub status_sentence: &'static str,
+    pub status_sentence: Cow<'static, str>,
     pub iterations: u64,
     /// Time spent in the solver's steps, and in all that `coarse_to_fine` counts.
     pub seconds: f64,
@@ -41,6 +42,7 @@ pub struct Summary {
     pub rounded_energy: f64,
     /// (R - D) / (D - B): the labels are at most this share above any labeling, measured from B as well. Infinite
     /// (null in JSON) where D = B, which bounds no such share.
+    #[serde(deserialize_with = "null_as_infinity")]
     pub rounded_relative_gap: f64,
     pub vertices: usize,
     pub faces: usize,
@@ -48,12 +50,17 @@ pub struct Summary {
     /// Those that no vertex has.
     pub empty_regions: Vec<usize>,
     pub lambda: f64,
-    pub mass: &'static str,
+    pub mass: Cow<'static, str>,
     /// Of the mesh that the energy is measured on.
     pub area: f64,
     /// The levels below the finest, whose solution started it.
     pub coarse_to_fine: Option<Record>,
     pub warnings: Vec<String>,
+}
+
+/// JSON has no infinity.
+fn null_as_infinity<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+    Option::<f64>::deserialize(from).map(|number| number.unwrap_or(f64::INFINITY))
 }
 
 /// What a run ends with.
@@ -134,7 +141,7 @@ pub(crate) fn conclude<const M: usize>(
         solver: request.method.name().to_owned(),
         solver_options: request.method.changed(),
         status,
-        status_sentence: status.sentence(),
+        status_sentence: status.sentence().into(),
         iterations: run.iterations(),
         seconds: run.seconds(),
         energy: baseline + energy,
@@ -149,7 +156,7 @@ pub(crate) fn conclude<const M: usize>(
         regions: m,
         empty_regions: empty_regions(&labels, m),
         lambda: problem.lambda,
-        mass: request.mass.name(),
+        mass: request.mass.name().into(),
         area: model.area(),
         coarse_to_fine: None,
         warnings,

@@ -24,7 +24,7 @@ use super::figures::{
     Clock, FigureKind, FigureSpec, Measure, Places, TableKind, TableSpec, Target,
 };
 use super::results::Done;
-use super::runner::SHOWN;
+use super::runner::MOST_VERTICES_SHOWN;
 use super::spec::Spec;
 use super::store::Store;
 use super::variable::{Quantity, Variable};
@@ -217,7 +217,9 @@ fn write_tables<'a>(
 
 /// Whether a run was made with labels that are not there.
 fn lacks_labels(run: &Done) -> bool {
-    run.labels.is_none() && run.manifest.repetition == 0 && run.summary.vertices <= SHOWN
+    run.labels.is_none()
+        && run.manifest.repetition == 0
+        && run.summary.vertices <= MOST_VERTICES_SHOWN
 }
 
 /// What the file asks for; if nothing, decay over both clocks and the times to gaps.

@@ -78,11 +78,11 @@ fn done(
     let trace: Vec<Point> = samples.iter().map(point).collect();
     let last = trace[trace.len() - 1];
     let summary = json!({
-        "status": "converged", "iterations": last.iteration, "seconds": last.seconds,
+        "solver": "s", "solver_options": {}, "status": "converged", "status_sentence": "", "iterations": last.iteration, "seconds": last.seconds,
         "energy": last.energy, "dual_bound": last.dual_bound, "baseline": 10.0,
-        "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
+        "gap": last.energy - last.dual_bound, "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
         "vertices": 240, "faces": 480, "regions": 2, "empty_regions": [1], "lambda": 0.0125,
-        "mass": "barycentric"
+        "mass": "barycentric", "area": 1.0, "coarse_to_fine": null, "warnings": []
     });
     Done {
         folder: PathBuf::new(),
