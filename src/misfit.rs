@@ -1,4 +1,4 @@
-//! What is wrong with a file, and at which place in it, so that it can be shown where it stands.
+//! What is wrong with a file, and the span of it that is, so that it can be shown where it stands.
 
 use std::fmt;
 use std::ops::Range;
@@ -12,14 +12,14 @@ pub struct Misfit {
     pub path: PathBuf,
     pub text: String,
     /// Bytes of `text`.
-    pub place: Range<usize>,
+    pub span: Range<usize>,
     pub message: String,
 }
 
 impl Misfit {
     /// Line and column, counted from 1.
     pub fn position(&self) -> (usize, usize) {
-        let before = &self.text[..self.place.start];
+        let before = &self.text[..self.span.start];
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
         (line, column)

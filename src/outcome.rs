@@ -21,11 +21,11 @@ use crate::sweep;
 pub struct Looks {
     pub regions: Vec<Region>,
     /// Without it no picture is drawn.
-    pub data: Option<Shown>,
+    pub data: Option<PicturedData>,
 }
 
 /// The data in the picture.
-pub struct Shown {
+pub struct PicturedData {
     /// One per vertex; NaN where the data is not known.
     pub colors: Vec<[f64; 3]>,
     /// What they are.
@@ -57,7 +57,7 @@ pub fn write(
         arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
 
-        if let Some(Shown { colors, caption, view }) = &looks.data {
+        if let Some(PicturedData { colors, caption, view }) = &looks.data {
             let u = solution.u.as_slice().expect("rows are contiguous");
             let regions = &looks.regions;
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
@@ -155,7 +155,7 @@ mod tests {
             let region = |color| Region { color, mean: None, text: "region".into() };
             Looks {
                 regions: vec![region([0.2; 3]), region([0.8; 3])],
-                data: draw.then(|| Shown {
+                data: draw.then(|| PicturedData {
                     colors: vec![[0.5; 3]; mesh.vertices.len()],
                     caption: "data".into(),
                     view: "front".parse().unwrap(),

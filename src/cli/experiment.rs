@@ -359,10 +359,10 @@ pub fn draw(misfit: &experiment::Misfit) {
     if !std::io::stderr().is_terminal() {
         return;
     }
-    let place = misfit.place.start..misfit.place.end.max(misfit.place.start + 1);
+    let span = misfit.span.start..misfit.span.end.max(misfit.span.start + 1);
     let path = misfit.path.display().to_string();
     let lines = Snippet::source(&misfit.text).path(path);
-    let lines = lines.annotation(AnnotationKind::Primary.span(place));
+    let lines = lines.annotation(AnnotationKind::Primary.span(span));
     let renderer = match std::env::var_os("NO_COLOR") {
         Some(_) => Renderer::plain(),
         None => Renderer::styled(),

@@ -9,7 +9,7 @@ use meshseg::data::texture::Texel;
 use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, palette};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Source};
-use meshseg::outcome::{self, Looks, Shown};
+use meshseg::outcome::{self, Looks, PicturedData};
 use meshseg::render;
 use meshseg::segment::{Alternation, Segmentation, lambda, segment};
 use meshseg::solve::{Request, Solution, Summary, check_mesh};
@@ -206,7 +206,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     };
     let looks = Looks {
         regions: regions.iter().enumerate().map(drawn).collect(),
-        data: (!solving.no_preview).then(|| Shown {
+        data: (!solving.no_preview).then(|| PicturedData {
             colors,
             caption: palette::words(
                 &input.data,

@@ -148,7 +148,7 @@ impl Places {
             let mesh = self.mesh(&cell.mesh)?.mesh()?;
             Ok(check_mesh(&mesh)?)
         };
-        if mesh().is_err() { &cell.mesh_place } else { &cell.data_place }
+        if mesh().is_err() { &cell.mesh_span } else { &cell.data_span }
     }
 
     /// Makes the instance.

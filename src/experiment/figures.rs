@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::document::{Fits, Scalar, Section, Spanned, Wrong};
 use super::nearest::did_you_mean;
 use super::variable::Variable;
 
@@ -20,12 +20,12 @@ pub struct FigureSpec {
     pub only: Option<String>,
     /// Only solvers whose label contains this.
     pub solvers: Option<String>,
-    pub places: Places,
+    pub spans: FigureSpans,
 }
 
-/// Where a figure stands in the file, and what of it.
+/// The spans of a figure in the file.
 #[derive(Clone, Debug, Default)]
-pub struct Places {
+pub struct FigureSpans {
     /// What is shown: its y, or all of it.
     pub shown: Range<usize>,
     pub only: Range<usize>,
@@ -105,36 +105,36 @@ pub enum TableKind {
 }
 
 fn choice<T: Copy>(section: &mut Section<'_>, key: &'static str, names: &[(&str, T)]) -> Fits<T> {
-    let Some(Placed { value, place }) = section.text(key)? else { return Ok(names[0].1) };
+    let Some(Spanned { value, span }) = section.text(key)? else { return Ok(names[0].1) };
     let found = names.iter().find(|(name, _)| *name == value);
     found.map(|(_, value)| *value).ok_or_else(|| {
         let meant = did_you_mean(&value, names.iter().map(|(name, _)| *name));
         let names: Vec<String> = names.iter().map(|(name, _)| format!("{name:?}")).collect();
-        Wrong::at(&place, format!("{key} must be one of {}{meant}", names.join(", ")))
+        Wrong::at(&span, format!("{key} must be one of {}{meant}", names.join(", ")))
     })
 }
 
 fn name(section: &mut Section<'_>) -> Fits<String> {
-    let place = section.place.clone();
+    let span = section.span.clone();
     let name = section.text("name")?;
-    let name = name.ok_or_else(|| Wrong::at(&place, format!("{} needs name", section.name)))?;
+    let name = name.ok_or_else(|| Wrong::at(&span, format!("{} needs name", section.name)))?;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.value.is_empty() || !name.value.chars().all(plain) {
-        return Err(Wrong::at(&name.place, "name becomes a file: letters, digits, - and _ only"));
+        return Err(Wrong::at(&name.span, "name becomes a file: letters, digits, - and _ only"));
     }
     Ok(name.value)
 }
 
 fn positive(section: &mut Section<'_>, key: &'static str) -> Fits<Option<f64>> {
     match section.number(key)? {
-        Some(Placed { value, .. }) if value > 0.0 => Ok(Some(value)),
-        Some(Placed { place, .. }) => Err(Wrong::at(&place, format!("{key} must be positive"))),
+        Some(Spanned { value, .. }) if value > 0.0 => Ok(Some(value)),
+        Some(Spanned { span, .. }) => Err(Wrong::at(&span, format!("{key} must be positive"))),
         None => Ok(None),
     }
 }
 
-fn variable(Placed { value, place }: Placed<String>) -> Fits<Variable> {
-    value.parse().map_err(|message: String| Wrong::at(&place, message))
+fn variable(Spanned { value, span }: Spanned<String>) -> Fits<Variable> {
+    value.parse().map_err(|message: String| Wrong::at(&span, message))
 }
 
 const CLOCKS: [(&str, Clock); 2] = [("iterations", Clock::Iterations), ("seconds", Clock::Seconds)];
@@ -160,9 +160,9 @@ fn read_profile(section: &mut Section<'_>) -> Fits<KindRead> {
 }
 
 fn read_relation(section: &mut Section<'_>) -> Fits<KindRead> {
-    let table = section.place.clone();
+    let table = section.span.clone();
     let mut axis = |key: &'static str| match section.text(key)? {
-        Some(text) => Ok((text.place.clone(), variable(text)?)),
+        Some(text) => Ok((text.span.clone(), variable(text)?)),
         None => Err(Wrong::at(&table, format!("a relation needs {key}"))),
     };
     let (_, x) = axis("x")?;
@@ -182,20 +182,20 @@ fn read_relation(section: &mut Section<'_>) -> Fits<KindRead> {
 }
 
 /// A point and its label.
-fn read_reference(list: Vec<Placed<Scalar>>) -> Fits<(String, [f64; 2])> {
-    let wrong = |place| Wrong::at(place, "reference = [\"label\", x, y]");
-    let [Placed { value: Scalar::Text(label), .. }, x, y] = &list[..] else {
-        return Err(wrong(&list[0].place));
+fn read_reference(list: Vec<Spanned<Scalar>>) -> Fits<(String, [f64; 2])> {
+    let wrong = |span| Wrong::at(span, "reference = [\"label\", x, y]");
+    let [Spanned { value: Scalar::Text(label), .. }, x, y] = &list[..] else {
+        return Err(wrong(&list[0].span));
     };
     match (x.value.number(), y.value.number()) {
         (Some(x), Some(y)) => Ok((label.clone(), [x, y])),
-        _ => Err(wrong(&x.place)),
+        _ => Err(wrong(&x.span)),
     }
 }
 
 impl FigureSpec {
     pub(super) fn read(mut section: Section<'_>) -> Fits<Self> {
-        let table = section.place.clone();
+        let table = section.span.clone();
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);
         let kinds: [(&str, fn(&mut Section<'_>) -> Fits<KindRead>); 3] =
@@ -206,8 +206,8 @@ impl FigureSpec {
         let only = section.text("only")?;
         let solvers = section.text("solvers")?;
         section.end()?;
-        let span = |text: &Option<Placed<String>>| {
-            text.as_ref().map_or(Range::default(), |text| text.place.clone())
+        let span = |text: &Option<Spanned<String>>| {
+            text.as_ref().map_or(Range::default(), |text| text.span.clone())
         };
         Ok(FigureSpec {
             name,
@@ -215,7 +215,7 @@ impl FigureSpec {
             kind,
             page,
             columns: columns.map_or(if page { 2 } else { 1 }, |columns| columns.value as usize),
-            places: Places {
+            spans: FigureSpans {
                 shown: shown.unwrap_or(table),
                 only: span(&only),
                 solvers: span(&solvers),
@@ -254,7 +254,7 @@ impl TableSpec {
                 .iter()
                 .map(|gap| match gap.value.number() {
                     Some(value) if value > 0.0 => Ok(value),
-                    _ => Err(Wrong::at(&gap.place, "gaps must be positive numbers")),
+                    _ => Err(Wrong::at(&gap.span, "gaps must be positive numbers")),
                 })
                 .collect::<Fits<_>>()?;
             let targets = [("certificate", Target::Certificate), ("optimum", Target::Optimum)];
@@ -263,11 +263,11 @@ impl TableSpec {
                 gaps: if gaps.is_empty() { vec![1e-2, 1e-3, 1e-4] } else { gaps },
             }
         } else {
-            let place = section.place.clone();
+            let span = section.span.clone();
             let columns =
                 section.texts("columns")?.into_iter().map(variable).collect::<Fits<Vec<_>>>()?;
             if columns.is_empty() {
-                return Err(Wrong::at(&place, "a table of cells needs columns = [...]"));
+                return Err(Wrong::at(&span, "a table of cells needs columns = [...]"));
             }
             TableKind::Cells { columns }
         };

@@ -29,7 +29,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::document::{self, Fits, Placed, Scalar, Section, Wrong};
+use super::document::{self, Fits, Scalar, Section, Spanned, Wrong};
 use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, MOST_RUNS};
 use super::nearest::did_you_mean;
@@ -83,7 +83,7 @@ impl Spec {
         let question = first_comment(&text);
         document::read(path, &text, |file| {
             let repetitions = file.count("repetitions", 1)?;
-            let repeated = repetitions.as_ref().map_or(0..0, |count| count.place.clone());
+            let repeated = repetitions.as_ref().map_or(0..0, |count| count.span.clone());
             let repetitions = repetitions.map_or(1, |count| count.value);
             let stop = match file.section("stop")? {
                 Some(section) => read_stop(section)?,
@@ -144,13 +144,13 @@ impl Spec {
         })
     }
 
-    /// Something that the file asks for at a place, and that is not there.
-    pub fn misfit(&self, place: &Range<usize>, message: impl fmt::Display) -> Error {
+    /// An error about a span of the file.
+    pub fn misfit(&self, span: &Range<usize>, message: impl fmt::Display) -> Error {
         let end = self.text.len();
-        let place = place.start.min(end)..place.end.min(end);
+        let span = span.start.min(end)..span.end.min(end);
         let message = message.to_string();
         let (path, text) = (self.path.clone(), self.text.clone());
-        Box::new(Misfit { path, text, place, message }).into()
+        Box::new(Misfit { path, text, span, message }).into()
     }
 
     /// Whether a solver runs on an instance.
@@ -179,11 +179,11 @@ fn read_stop(mut section: Section<'_>) -> Fits<Stop> {
     if let Some(gap) = &gap
         && gap.value < 0.0
     {
-        return Err(Wrong::at(&gap.place, "gap must be a number from 0"));
+        return Err(Wrong::at(&gap.span, "gap must be a number from 0"));
     }
     let time = section.number("time-limit")?.map(|limit| {
         time_limit(limit.value)
-            .map_err(|message| Wrong::at(&limit.place, format!("time-limit {message}")))
+            .map_err(|message| Wrong::at(&limit.span, format!("time-limit {message}")))
     });
     let stop = Stop {
         relative_gap: gap.map(|gap| gap.value),
@@ -209,13 +209,13 @@ fn labeled<T: Labeled>(
     let mut all: Vec<T> = Vec::new();
     let mut labels = HashSet::new();
     for section in sections {
-        let place = section.place.clone();
+        let span = section.span.clone();
         for one in read(section)? {
             let label = one.label();
             if !labels.insert(label.to_owned()) {
                 let message =
                     format!("two of [[{key}]] are called {label:?}: give one another label");
-                return Err(Wrong::at(&place, message));
+                return Err(Wrong::at(&span, message));
             }
             all.push(one);
         }
@@ -245,19 +245,19 @@ fn check_filters(
     instances: &[InstanceCell],
     solvers: &[SolverCell],
 ) -> Fits<()> {
-    let check = |key: &str, part: &Option<String>, place: &Range<usize>, labels: Vec<&str>| {
+    let check = |key: &str, part: &Option<String>, span: &Range<usize>, labels: Vec<&str>| {
         let Some(part) = part else { return Ok(()) };
         if labels.iter().any(|label| label.contains(&part[..])) {
             return Ok(());
         }
         let meant = did_you_mean(part, labels);
         let message = format!("{key}: no label of [[{}]] contains {part:?}{meant}", &key_of(key));
-        Err(Wrong::at(place, message))
+        Err(Wrong::at(span, message))
     };
     let labels = instances.iter().map(|cell| cell.label.as_str()).collect();
-    check("only", &figure.only, &figure.places.only, labels)?;
+    check("only", &figure.only, &figure.spans.only, labels)?;
     let labels = solvers.iter().map(|cell| cell.label.as_str()).collect();
-    check("solvers", &figure.solvers, &figure.places.solvers, labels)
+    check("solvers", &figure.solvers, &figure.spans.solvers, labels)
 }
 
 /// The tables whose labels a key of a figure names.
@@ -273,7 +273,7 @@ fn read_exclusion(
     let mut entries = Vec::new();
     if let Some(mut options) = section.section("options")? {
         for (key, values) in options.rest()? {
-            entries.push((Placed { value: format!("options.{}", key.value), ..key }, values));
+            entries.push((Spanned { value: format!("options.{}", key.value), ..key }, values));
         }
     }
     entries.extend(section.rest()?);
@@ -288,7 +288,7 @@ fn read_exclusion(
             let meant = did_you_mean(&key.value, known.iter().copied());
             let message =
                 format!("no cell has {:?}; there are {}{meant}", key.value, known.join(", "));
-            return Err(Wrong::at(&key.place, message));
+            return Err(Wrong::at(&key.span, message));
         };
         if let Some(odd) = values.iter().find(|odd| !there.iter().any(|value| odd.value.is(value)))
         {
@@ -297,14 +297,14 @@ fn read_exclusion(
             let meant = did_you_mean(&given, there.iter().map(String::as_str));
             let message =
                 format!("no cell has the {key} {given}, so that nothing is excluded{meant}");
-            return Err(Wrong::at(&odd.place, message));
+            return Err(Wrong::at(&odd.span, message));
         }
     }
     let exclusion = Exclusion(entries);
     let mut solved = instances.iter().flat_map(|one| solvers.iter().map(move |other| (one, other)));
     if !solved.any(|(instance, solver)| covers(&exclusion, instance, solver)) {
         let message = "no cell has all of these values together, so that nothing is excluded";
-        return Err(Wrong::at(&section.place, message));
+        return Err(Wrong::at(&section.span, message));
     }
     Ok(exclusion)
 }

@@ -1,7 +1,7 @@
 //! What of a series can be drawn on the axes of its panel.
 
 use super::layout::Frame;
-use super::{Scale, Series, Shape};
+use super::{Primitive, Scale, Series};
 
 /// About so many marks are on a line.
 const MARKS: f64 = 8.0;
@@ -32,7 +32,7 @@ impl Curve {
         let points = runs(&series.points, |p| has_place(x, p[0]) && has_place(y, p[1]));
         let bands =
             runs(&series.band, |b| has_place(x, b[0]) && b[1..].iter().all(|&b| has_place(y, b)));
-        if series.shape == Shape::Marks {
+        if series.primitive == Primitive::Marks {
             return Curve { bars: bands.concat(), marks: points.concat(), ..Curve::default() };
         }
         let mut curve = Curve::default();
@@ -43,7 +43,7 @@ impl Curve {
             }
             let side = |i: usize| {
                 let side: Vec<[f64; 2]> = band.iter().map(|b| [b[0], b[i]]).collect();
-                path(series.shape, thinned(&side, CLOSE, frame))
+                path(series.primitive, thinned(&side, CLOSE, frame))
             };
             let mut outline = side(1);
             outline.extend(side(2).into_iter().rev());
@@ -51,12 +51,14 @@ impl Curve {
         }
         for run in points {
             let run = thinned(&run, CLOSE, frame);
-            if series.shape == Shape::LineMarks {
+            if series.primitive == Primitive::LineMarks {
                 curve.marks.extend(some(&run, series.style, frame));
-            } else if series.shape != Shape::Reference && spaced(&run, DOT, frame).len() == 1 {
+            } else if series.primitive != Primitive::Reference
+                && spaced(&run, DOT, frame).len() == 1
+            {
                 curve.marks.push(run[0]);
             }
-            curve.lines.push(path(series.shape, run));
+            curve.lines.push(path(series.primitive, run));
         }
         curve
     }
@@ -85,8 +87,8 @@ fn runs<const N: usize>(
         .collect()
 }
 
-fn path(shape: Shape, points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    if shape != Shape::Steps {
+fn path(primitive: Primitive, points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    if primitive != Primitive::Steps {
         return points;
     }
     let corners = points.windows(2).flat_map(|pair| [pair[0], [pair[1][0], pair[0][1]]]);

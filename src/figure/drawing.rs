@@ -56,16 +56,17 @@ pub struct Series {
     pub label: String,
     /// The same index looks the same in every panel and figure.
     pub style: usize,
-    pub shape: Shape,
+    pub primitive: Primitive,
     /// x and y. A point without a place on the axes, such as a NaN or a zero on a logarithmic one, is left out
     /// and breaks the line.
     pub points: Vec<[f64; 2]>,
-    /// x, low, high, such as quartiles: bars beside [`Shape::Marks`], an area behind lines.
+    /// x, low, high, such as quartiles: bars beside [`Primitive::Marks`], an area behind lines.
     pub band: Vec<[f64; 3]>,
 }
 
+/// What a series is drawn as.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum Primitive {
     Line,
     /// Each value holds until the next x.
     Steps,

@@ -7,13 +7,13 @@
 use std::fmt::Write as _;
 
 use super::curve::{self, Curve};
-use super::layout::{Frame, Layout, Placed};
+use super::layout::{Frame, Layout, PlacedPanel};
 use super::range::Range;
 use super::style::{self, Outline, Style};
 use super::tex::escaped;
 use super::text::{LABEL, LINE, SMALL};
 use super::ticks::{Decimal, Label, MINUS, Ticks};
-use super::{Scale, Series, Shape};
+use super::{Primitive, Scale, Series};
 
 /// pgfplots puts the labels of x this much lower than here.
 const BELOW_LABEL: f64 = 5.0;
@@ -67,7 +67,7 @@ fn head(layout: &Layout, stem: &str) -> String {
     for color in colors {
         let _ = writeln!(tex, "\\definecolor{{figure{color}}}{{HTML}}{{{color}}}");
     }
-    let Some(Placed { frame, .. }) = layout.panels.first() else { return tex };
+    let Some(PlacedPanel { frame, .. }) = layout.panels.first() else { return tex };
     let rows = layout.panels.len().div_ceil(layout.columns);
     let _ = write!(
         tex,
@@ -104,7 +104,7 @@ fn font(size: f64) -> String {
 }
 
 /// The options of a panel; the first one collects the legend.
-fn axes(placed: &Placed, is_first: bool, stem: &str) -> String {
+fn axes(placed: &PlacedPanel, is_first: bool, stem: &str) -> String {
     let mut options = String::new();
     let lines =
         |lines: &[String]| lines.iter().map(|line| escaped(line)).collect::<Vec<_>>().join(r" \\ ");
@@ -179,10 +179,12 @@ fn legend(layout: &Layout) -> String {
     let mut tex = String::new();
     for entry in &layout.legend.entries {
         let style = Style::of(entry.series);
-        let look = match entry.series.shape {
-            Shape::Marks => format!("only marks, {}", marks(&style)),
-            Shape::LineMarks => format!("{}, {}", line(&style), marks(&style)),
-            Shape::Line | Shape::Steps | Shape::Reference => format!("{}, mark=none", line(&style)),
+        let look = match entry.series.primitive {
+            Primitive::Marks => format!("only marks, {}", marks(&style)),
+            Primitive::LineMarks => format!("{}, {}", line(&style), marks(&style)),
+            Primitive::Line | Primitive::Steps | Primitive::Reference => {
+                format!("{}, mark=none", line(&style))
+            }
         };
         let _ = writeln!(
             tex,

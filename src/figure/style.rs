@@ -1,7 +1,7 @@
 //! The looks that a series can have: colors of Okabe and Ito, for every kind of eye, with dashes and marks that
 //! tell series apart without them.
 
-use super::{Series, Shape};
+use super::{Primitive, Series};
 
 /// Widths of lines.
 pub const DATA: f64 = 1.2;
@@ -106,7 +106,7 @@ impl Style {
         // color, 64 with it.
         let round = style / LOOKS % LOOKS;
         let mark = MARKS[(style + 5 * round) % LOOKS];
-        if series.shape == Shape::Reference {
+        if series.primitive == Primitive::Reference {
             let dashes = REFERENCE_DASHES[style % REFERENCE_DASHES.len()];
             return Style { color: REFERENCE_INK, dashes, width: REFERENCE, mark };
         }

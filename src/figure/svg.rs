@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use super::curve::Curve;
-use super::layout::{Frame, Layout, Placed, TICK, TICK_GAP, label_width};
-use super::legend::Entry;
+use super::layout::{Frame, Layout, PlacedPanel, TICK, TICK_GAP, label_width};
+use super::legend::LegendEntry;
 use super::style::{self, Mark, Outline, Style};
 use super::text::{DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL, width};
 use super::ticks::{Decimal, Label};
-use super::{Series, Shape};
+use super::{Primitive, Series};
 use crate::font;
 
 const MINOR_TICK: f64 = 1.5;
@@ -56,7 +56,7 @@ struct Page {
 }
 
 impl Page {
-    fn panel(&mut self, placed: &Placed) {
+    fn panel(&mut self, placed: &PlacedPanel) {
         let frame = &placed.frame;
         self.axes(placed);
         let middle = frame.left + frame.width / 2.0;
@@ -82,13 +82,13 @@ impl Page {
         }
         // A fit is under the data that it fits.
         let (references, data): (Vec<_>, Vec<_>) =
-            curves.iter().partition(|(series, _)| series.shape == Shape::Reference);
+            curves.iter().partition(|(series, _)| series.primitive == Primitive::Reference);
         for (series, curve) in references.into_iter().chain(data) {
             self.curve(curve, &Style::of(series), frame);
         }
     }
 
-    fn axes(&mut self, placed: &Placed) {
+    fn axes(&mut self, placed: &PlacedPanel) {
         let frame = &placed.frame;
         let (left, top, bottom, right) = (frame.left, frame.top, frame.bottom(), frame.right());
         let across = |number: &Decimal| frame.across(number.place(frame.x.scale));
@@ -153,15 +153,15 @@ impl Page {
         self.stroke(&bars, style.color, style::BAR, &[]);
     }
 
-    fn entry(&mut self, entry: &Entry) {
+    fn entry(&mut self, entry: &LegendEntry) {
         let style = Style::of(entry.series);
         let [left, right] = entry.sample;
         let y = entry.at[1] - DIGITS * LABEL / 2.0;
-        if entry.series.shape != Shape::Marks {
+        if entry.series.primitive != Primitive::Marks {
             let sample = path([[left, y], [right, y]]);
             self.stroke(&sample, style.color, style.width, style.dashes);
         }
-        if matches!(entry.series.shape, Shape::Marks | Shape::LineMarks) {
+        if matches!(entry.series.primitive, Primitive::Marks | Primitive::LineMarks) {
             self.mark(style.mark, style.color, [(left + right) / 2.0, y]);
         }
         self.lines(&entry.lines, LABEL, entry.at, Anchor::Start);

@@ -5,7 +5,7 @@ use super::super::results::{Done, Point};
 use super::super::variable::Variable;
 use super::pool::{Cell, Pool, given};
 use super::relation::relation;
-use crate::figure::{Axis, Figure, Panel, Series, Shape, Width};
+use crate::figure::{Axis, Figure, Panel, Primitive, Series, Width};
 
 /// A figure and the runs that its numbers are of.
 pub struct Drawn<'a> {
@@ -62,7 +62,7 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
         let series = cells.iter().filter(|cell| cell.instance == instance).map(|cell| Series {
             label: pool.solver(cell).label.clone(),
             style: cell.solver,
-            shape: Shape::LineMarks,
+            primitive: Primitive::LineMarks,
             points: pool
                 .trace(cell, x == Clock::Seconds)
                 .iter()
@@ -116,7 +116,7 @@ fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Pane
         Series {
             label: cell.label.clone(),
             style: solver,
-            shape: Shape::Steps,
+            primitive: Primitive::Steps,
             points,
             band: Vec::new(),
         }

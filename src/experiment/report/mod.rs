@@ -21,7 +21,7 @@ use self::page::{PageContent, PageFigure};
 use self::pool::Pool;
 use self::table::Table;
 use super::figures::{
-    Clock, FigureKind, FigureSpec, Measure, Places, TableKind, TableSpec, Target,
+    Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
 };
 use super::results::Done;
 use super::runner::MOST_VERTICES_SHOWN;
@@ -178,7 +178,7 @@ fn nothing_to_show(spec: &Spec, figure: &FigureSpec) -> Error {
     let names: Vec<&str> = variables.into_iter().map(Variable::name).collect();
     let (name, names) = (&figure.name, names.join(" and "));
     let message = format!("the figure {name:?} has nothing to show: no run has {names}");
-    spec.misfit(&figure.places.shown, message)
+    spec.misfit(&figure.spans.shown, message)
 }
 
 #[derive(Default)]
@@ -232,7 +232,7 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         columns: 2,
         only: None,
         solvers: None,
-        places: Places::default(),
+        spans: FigureSpans::default(),
     };
     let figures = match &spec.figures[..] {
         [] => vec![

@@ -4,7 +4,7 @@ use super::super::figures::Relation;
 use super::super::variable::{Quantity, Variable};
 use super::cell_value::value_of;
 use super::pool::{Cell, Pool, given, value};
-use crate::figure::{Axis, Panel, Series, Shape};
+use crate::figure::{Axis, Panel, Primitive, Series};
 
 /// A panel for each value of the key of the panels, or one.
 pub fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], relation: &Relation) -> Vec<Panel> {
@@ -34,7 +34,7 @@ pub fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], relation: &Relation) -
             series.push(Series {
                 label: label.clone(),
                 style: unused,
-                shape: Shape::Marks,
+                primitive: Primitive::Marks,
                 points: vec![*point],
                 band: Vec::new(),
             });
@@ -142,14 +142,14 @@ fn marks_and_fit(
         series.push(Series {
             label: String::new(),
             style,
-            shape: Shape::Reference,
+            primitive: Primitive::Reference,
             points: ends.map(|x| [x, factor * x.powf(exponent)]).to_vec(),
             band: Vec::new(),
         });
     }
     if !points.is_empty() {
-        let shape = if fit { Shape::Marks } else { Shape::LineMarks };
-        series.push(Series { label, style, shape, points, band: bars.collect() });
+        let primitive = if fit { Primitive::Marks } else { Primitive::LineMarks };
+        series.push(Series { label, style, primitive, points, band: bars.collect() });
     }
     series
 }

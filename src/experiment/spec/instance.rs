@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::super::choice::DataChoice;
-use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::super::document::{Fits, Scalar, Section, Spanned, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
@@ -28,8 +28,8 @@ pub struct InstanceCell {
     /// Whether the mesh is scaled to area 1.
     pub normalize: bool,
     /// Where its mesh and its data stand in the file.
-    pub mesh_place: Range<usize>,
-    pub data_place: Range<usize>,
+    pub mesh_span: Range<usize>,
+    pub data_span: Range<usize>,
 }
 
 /// The key `lambda` of an instance.
@@ -41,8 +41,8 @@ pub enum LambdaChoice {
 }
 
 impl LambdaChoice {
-    fn of(Placed { value, place }: &Placed<Scalar>, data: &DataChoice) -> Fits<Self> {
-        let wrong = |message: &str| Err(Wrong::at(place, message));
+    fn of(Spanned { value, span }: &Spanned<Scalar>, data: &DataChoice) -> Fits<Self> {
+        let wrong = |message: &str| Err(Wrong::at(span, message));
         let valid = |x: f64| x >= 0.0 && x.is_finite();
         let factor = match value {
             Scalar::Text(text) => text.strip_suffix("auto").map(str::trim_end),
@@ -72,26 +72,26 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
             None if ["mesh", "data", "lambda"].contains(&key) => {
-                return Err(Wrong::at(&section.place, format!("{} needs {key}", section.name)));
+                return Err(Wrong::at(&section.span, format!("{} needs {key}", section.name)));
             }
             None => {}
         }
     }
     group.zipped(&mut section)?;
-    let table = section.place.clone();
+    let table = section.span.clone();
     section.end()?;
-    let instance = |cell: &[(String, Placed<Scalar>)]| {
+    let instance = |cell: &[(String, Spanned<Scalar>)]| {
         let cell = Cell(cell);
-        let (mesh, place) = cell.text("mesh")?.expect("it is needed");
-        let mesh_place = place.clone();
+        let (mesh, span) = cell.text("mesh")?.expect("it is needed");
+        let mesh_span = span.clone();
         if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
-            Source::parse(mesh).map_err(|error| Wrong::at(place, error.to_string()))?;
+            Source::parse(mesh).map_err(|error| Wrong::at(span, error.to_string()))?;
         }
-        let (data, place) = cell.text("data")?.expect("it is needed");
-        let data_place = place.clone();
+        let (data, span) = cell.text("data")?.expect("it is needed");
+        let data_span = span.clone();
         let data: DataChoice = data.parse().map_err(|message: String| {
             let known = ["waves", "own", "colors", "curvature"];
-            Wrong::at(place, message + &did_you_mean(data, known))
+            Wrong::at(span, message + &did_you_mean(data, known))
         })?;
         let lambda = cell.get("lambda").expect("it is needed");
         let lambda_text = lambda.value.text();
@@ -99,11 +99,11 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
         let regions = match (cell.get("regions"), &data) {
             (Some(given), DataChoice::Costs(_)) => {
                 let message = "costs have one column per region: leave regions out";
-                return Err(Wrong::at(&given.place, message));
+                return Err(Wrong::at(&given.span, message));
             }
             (None, DataChoice::Costs(_)) => 0,
             (None, _) => {
-                return Err(Wrong::at(place, "regions is needed beside this data"));
+                return Err(Wrong::at(span, "regions is needed beside this data"));
             }
             (Some(_), _) => {
                 let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
@@ -131,8 +131,8 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
             lambda,
             mass: cell.named("mass", &Mass::NAMES)?,
             normalize: cell.named("normalize", &[("area", true), ("none", false)])?,
-            mesh_place,
-            data_place,
+            mesh_span,
+            data_span,
         })
     };
     group.cells(&table)?.iter().map(|cell| instance(cell)).collect()
