@@ -193,7 +193,7 @@ impl Places {
                 let look = |s: ndarray::ArrayView1<f64>| {
                     let cheapest =
                         (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
-                    if s[cheapest].is_nan() { GRAY } else { categorical(cheapest) }
+                    if s[cheapest].is_nan() { UNKNOWN_COLOR } else { categorical(cheapest) }
                 };
                 let looks = costs.outer_iter().map(look).collect();
                 (None, costs, looks, None)
@@ -258,8 +258,8 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
     Ok(())
 }
 
-/// Looks of a vertex of which nothing is known.
-const GRAY: [f64; 3] = [0.5; 3];
+/// Of a vertex of which nothing is known.
+const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 
 /// What every solver gets.
 pub struct Instance {

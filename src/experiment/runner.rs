@@ -10,7 +10,7 @@ use ndarray::Array1;
 
 use super::data::{Instance, Places};
 use super::external::Attempt;
-use super::machine::{LOADED, LoadWatch, Machine, Program};
+use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
 use super::plan::{Plan, Planned};
 use super::results::Origin;
@@ -246,7 +246,7 @@ impl<'a> Runner<'a> {
             threads: run.solver.threads.unwrap_or(self.machine.cores),
             load_average: *load_average,
             others: *others,
-            loaded: *others > LOADED,
+            loaded: *others > TOLERATED_LOAD,
             seed: run.instance.seed,
             generator: "rand_pcg::Pcg64".into(),
             start: humantime::format_rfc3339_millis(*start).to_string(),

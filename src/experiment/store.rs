@@ -17,12 +17,12 @@ use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::file;
 
-/// What every run has.
-const FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
+/// The files that every run has.
+const RUN_FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
 
 /// Of these files the first that the folder of a run lacks.
 pub fn lacking(run: &Path) -> Option<&'static str> {
-    FILES.into_iter().find(|name| !run.join(name).is_file())
+    RUN_FILES.into_iter().find(|name| !run.join(name).is_file())
 }
 
 pub struct Store {

@@ -57,7 +57,7 @@ pub struct Series {
     /// The same index looks the same in every panel and figure.
     pub style: usize,
     pub primitive: Primitive,
-    /// x and y. A point without a place on the axes, such as a NaN or a zero on a logarithmic one, is left out
+    /// x and y. A point without a position on the axes, such as a NaN or a zero on a logarithmic one, is left out
     /// and breaks the line.
     pub points: Vec<[f64; 2]>,
     /// x, low, high, such as quartiles: bars beside [`Primitive::Marks`], an area behind lines.

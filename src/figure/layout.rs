@@ -3,13 +3,15 @@
 
 use super::legend::Legend;
 use super::range::Range;
-use super::text::{self, ASCENT, DESCENT, DIGITS, EXPONENT, LABEL, LINE, SMALL};
+use super::text::{
+    self, ASCENT, DESCENT, DIGIT_HEIGHT, EXPONENT_SIZE, LABEL_SIZE, LINE_SPACING, SMALL_SIZE,
+};
 use super::ticks::{self, Label, Ticks};
 use super::{Axis, Figure, Panel, Result, Scale, Width, unsuitable};
 
 /// Nothing is closer to the edge of the page.
 const MARGIN: f64 = 1.0;
-pub const TICK: f64 = 2.6;
+pub const TICK_LENGTH: f64 = 2.6;
 /// Between a tick and its label.
 pub const TICK_GAP: f64 = 2.0;
 /// Between tick labels and the label of the axis.
@@ -19,10 +21,10 @@ const ABOVE_NOTE: f64 = 2.0;
 const BELOW_LEGEND: f64 = 5.0;
 const BELOW_TITLE: f64 = 3.5;
 /// A plot is this high for the width of its panel, between two bounds.
-const ASPECT: f64 = 0.6;
-const HEIGHTS: [f64; 2] = [84.0, 190.0];
+const PLOT_ASPECT: f64 = 0.6;
+const PLOT_HEIGHTS: [f64; 2] = [84.0, 190.0];
 /// With narrower plots, a figure has fewer columns.
-const NARROWEST: f64 = 48.0;
+const NARROWEST_PLOT: f64 = 48.0;
 
 /// The rectangle of the plot, and what it shows.
 #[derive(Clone, Copy, Debug)]
@@ -36,18 +38,18 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// On the page. The point has a place on both axes.
+    /// On the page. The point has a position on both axes.
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let place = |scale: Scale, value| scale.place(value).expect("a drawable number");
-        [self.across(place(self.x.scale, x)), self.up(place(self.y.scale, y))]
+        let position = |scale: Scale, value| scale.position(value).expect("a drawable number");
+        [self.across(position(self.x.scale, x)), self.up(position(self.y.scale, y))]
     }
 
-    pub fn across(&self, place: f64) -> f64 {
-        self.left + self.width * self.x.share(place)
+    pub fn across(&self, position: f64) -> f64 {
+        self.left + self.width * self.x.share(position)
     }
 
-    pub fn up(&self, place: f64) -> f64 {
-        self.top + self.height * (1.0 - self.y.share(place))
+    pub fn up(&self, position: f64) -> f64 {
+        self.top + self.height * (1.0 - self.y.share(position))
     }
 
     pub fn right(&self) -> f64 {
@@ -59,11 +61,11 @@ impl Frame {
     }
 }
 
-/// A panel with its place.
+/// A panel, its plot and its texts, all with their positions.
 pub struct PlacedPanel<'a> {
     pub panel: &'a Panel,
     pub frame: Frame,
-    /// `false`: no series has a point with a place on the axes.
+    /// `false`: no series has a point with a position on the axes.
     pub has_data: bool,
     pub x_ticks: Ticks,
     pub y_ticks: Ticks,
@@ -96,7 +98,7 @@ impl<'a> Layout<'a> {
         let mut columns = figure.columns.clamp(1, figure.panels.len());
         loop {
             let grid = Grid::new(figure, columns);
-            if grid.plot[0] >= NARROWEST || columns == 1 {
+            if grid.plot[0] >= NARROWEST_PLOT || columns == 1 {
                 return Ok(grid.place());
             }
             columns -= 1;
@@ -105,8 +107,8 @@ impl<'a> Layout<'a> {
 }
 
 pub fn label_width(label: &Label) -> f64 {
-    let exponent = label.exponent.as_ref().map_or(0.0, |e| text::width(e, EXPONENT));
-    text::width(&label.text, SMALL) + exponent
+    let exponent = label.exponent.as_ref().map_or(0.0, |e| text::width(e, EXPONENT_SIZE));
+    text::width(&label.text, SMALL_SIZE) + exponent
 }
 
 /// The ranges that the data of a panel extend over.
@@ -119,7 +121,7 @@ struct Extents<'a> {
 
 impl<'a> Extents<'a> {
     fn new(panel: &'a Panel) -> Self {
-        let drawable = |axis: &Axis, value: f64| axis.scale.place(value).is_some();
+        let drawable = |axis: &Axis, value: f64| axis.scale.position(value).is_some();
         let mut points = Vec::new();
         for series in &panel.series {
             let bands = series.band.iter();
@@ -146,7 +148,7 @@ impl<'a> Extents<'a> {
     }
 }
 
-/// The sizes of rows and columns, before anything has its place.
+/// The sizes of rows and columns, before anything has its position.
 struct Grid<'a> {
     figure: &'a Figure,
     columns: usize,
@@ -172,9 +174,10 @@ impl<'a> Grid<'a> {
         let panels = &figure.panels;
         let between = BETWEEN_PANELS * (columns - 1) as f64;
         let room = width - 2.0 * MARGIN - between;
-        let height = (ASPECT * room / columns as f64).clamp(HEIGHTS[0], HEIGHTS[1]);
+        let height = (PLOT_ASPECT * room / columns as f64).clamp(PLOT_HEIGHTS[0], PLOT_HEIGHTS[1]);
         let extents: Vec<Extents> = panels.iter().map(Extents::new).collect();
-        let y_ticks = extents.iter().map(|e| e.ticks(&e.y, height, &|_| 1.7 * SMALL)).collect();
+        let y_ticks =
+            extents.iter().map(|e| e.ticks(&e.y, height, &|_| 1.7 * SMALL_SIZE)).collect();
         let mut grid = Grid {
             figure,
             columns,
@@ -188,7 +191,10 @@ impl<'a> Grid<'a> {
             right: 0.0,
         };
         for i in 0..panels.len() {
-            grid.make_room(i, grid.y_label_room(i) + grid.y_tick_labels(i) + TICK_GAP + TICK);
+            grid.make_room(
+                i,
+                grid.y_label_room(i) + grid.y_tick_labels(i) + TICK_GAP + TICK_LENGTH,
+            );
         }
         grid.fit_width(room);
         grid
@@ -200,7 +206,7 @@ impl<'a> Grid<'a> {
         loop {
             let inner = self.left[1] * (self.columns - 1) as f64;
             self.plot[0] = (room - self.left[0] - inner) / self.columns as f64 - self.right;
-            if self.plot[0] < NARROWEST && self.columns > 1 {
+            if self.plot[0] < NARROWEST_PLOT && self.columns > 1 {
                 return;
             }
             let room = |label: &Label| label_width(label) + 5.0;
@@ -231,7 +237,7 @@ impl<'a> Grid<'a> {
     fn y_label_room(&self, i: usize) -> f64 {
         match self.y_labels[i].len() {
             0 => 0.0,
-            lines => (ASCENT + DESCENT + LINE * (lines - 1) as f64) * LABEL,
+            lines => (ASCENT + DESCENT + LINE_SPACING * (lines - 1) as f64) * LABEL_SIZE,
         }
     }
 
@@ -240,7 +246,7 @@ impl<'a> Grid<'a> {
         let (mut overhang, range) = ([0.0f64; 2], &self.extents[i].x);
         for tick in &self.x_ticks[i].major {
             let half = label_width(&tick.label) / 2.0;
-            let at = self.plot[0] * range.share(tick.number.place(range.scale));
+            let at = self.plot[0] * range.share(tick.number.position(range.scale));
             overhang[0] = overhang[0].max(half - at);
             overhang[1] = overhang[1].max(at + half - self.plot[0]);
         }
@@ -259,11 +265,11 @@ impl<'a> Grid<'a> {
         let x_labels = x_labels(&self.figure.panels, columns, self.plot[0]);
         let rows = self.rows(&legend, &titles, &x_labels);
         let gaps = [self.right + BETWEEN_PANELS + self.left[1], rows.gap];
-        let note = text::wrap(self.figure.note.as_deref().unwrap_or(""), SMALL, inside);
-        let note_at = [MARGIN, rows.bottom + ABOVE_NOTE + ASCENT * SMALL];
+        let note = text::wrap(self.figure.note.as_deref().unwrap_or(""), SMALL_SIZE, inside);
+        let note_at = [MARGIN, rows.bottom + ABOVE_NOTE + ASCENT * SMALL_SIZE];
         let bottom = match note.len() {
             0 => rows.bottom,
-            lines => note_at[1] + (LINE * (lines - 1) as f64 + DESCENT) * SMALL,
+            lines => note_at[1] + (LINE_SPACING * (lines - 1) as f64 + DESCENT) * SMALL_SIZE,
         };
         Layout {
             width,
@@ -279,7 +285,7 @@ impl<'a> Grid<'a> {
 
     fn titles(&self) -> Vec<Vec<String>> {
         let titles = self.figure.panels.iter().map(|panel| panel.title.as_deref().unwrap_or(""));
-        titles.map(|title| text::wrap(title, LABEL, self.plot[0])).collect()
+        titles.map(|title| text::wrap(title, LABEL_SIZE, self.plot[0])).collect()
     }
 
     fn rows(&self, legend: &Legend<'_>, titles: &[Vec<String>], x_labels: &[Vec<String>]) -> Rows {
@@ -293,7 +299,7 @@ impl<'a> Grid<'a> {
             top += BELOW_LEGEND;
         }
         let last = top + rows as f64 * self.plot[1] + (rows - 1) as f64 * gap;
-        let bottom = last + below_plot(most_lines(x_labels)) + DESCENT * LABEL;
+        let bottom = last + below_plot(most_lines(x_labels)) + DESCENT * LABEL_SIZE;
         Rows { top, gap, bottom }
     }
 
@@ -320,13 +326,14 @@ impl<'a> Grid<'a> {
                     y: extents.y,
                 };
                 // The last of several lines is the one above the plot.
-                let above = LINE * LABEL * title.len().saturating_sub(1) as f64;
+                let above = LINE_SPACING * LABEL_SIZE * title.len().saturating_sub(1) as f64;
                 PlacedPanel {
                     panel: extents.panel,
                     has_data: extents.has_data,
                     title_at: frame.top - BELOW_TITLE - above,
                     x_label_at: frame.bottom() + below_plot(1),
-                    y_label_at: frame.left - self.left[usize::from(column > 0)] + ASCENT * LABEL,
+                    y_label_at: frame.left - self.left[usize::from(column > 0)]
+                        + ASCENT * LABEL_SIZE,
                     frame,
                     x_ticks,
                     y_ticks,
@@ -357,17 +364,19 @@ fn most_lines(texts: &[Vec<String>]) -> usize {
 fn above_plot(lines: usize) -> f64 {
     match lines {
         // Half a tick label is above the plot.
-        0 => SMALL / 2.0,
-        lines => (ASCENT + LINE * (lines - 1) as f64) * LABEL + BELOW_TITLE,
+        0 => SMALL_SIZE / 2.0,
+        lines => (ASCENT + LINE_SPACING * (lines - 1) as f64) * LABEL_SIZE + BELOW_TITLE,
     }
 }
 
 /// What the tick labels and a label of so many lines take, to the baseline of the last.
 fn below_plot(lines: usize) -> f64 {
-    let ticks = TICK + TICK_GAP + SMALL;
+    let ticks = TICK_LENGTH + TICK_GAP + SMALL_SIZE;
     match lines {
         0 => ticks,
-        lines => ticks + LABEL_GAP + (LINE * (lines - 1) as f64 + DIGITS) * LABEL,
+        lines => {
+            ticks + LABEL_GAP + (LINE_SPACING * (lines - 1) as f64 + DIGIT_HEIGHT) * LABEL_SIZE
+        }
     }
 }
 
@@ -377,7 +386,7 @@ fn y_labels(panels: &[Panel], columns: usize, height: f64) -> Vec<Vec<String>> {
         let repeats = i % columns > 0 && panels[i - 1].y.label == panels[i].y.label;
         if repeats { "" } else { &panels[i].y.label[..] }
     };
-    (0..panels.len()).map(|i| text::wrap(label(i), LABEL, height)).collect()
+    (0..panels.len()).map(|i| text::wrap(label(i), LABEL_SIZE, height)).collect()
 }
 
 /// The labels of x, but where the neighbor below has the same.
@@ -387,5 +396,5 @@ fn x_labels(panels: &[Panel], columns: usize, width: f64) -> Vec<Vec<String>> {
         let repeats = below.is_some_and(|below| below.x.label == panels[i].x.label);
         if repeats { "" } else { &panels[i].x.label[..] }
     };
-    (0..panels.len()).map(|i| text::wrap(label(i), LABEL, width)).collect()
+    (0..panels.len()).map(|i| text::wrap(label(i), LABEL_SIZE, width)).collect()
 }

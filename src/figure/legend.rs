@@ -1,15 +1,15 @@
 //! One legend for all panels: its entries in columns, row by row.
 
-use super::text::{self, LABEL, LINE};
+use super::text::{self, LABEL_SIZE, LINE_SPACING};
 use super::{Panel, Primitive, Series};
 
 /// The drawn sample, if it has a line and if it has none.
-const SAMPLE: f64 = 23.0;
-const MARK: f64 = 8.0;
+const LINE_SAMPLE_WIDTH: f64 = 23.0;
+const MARK_SAMPLE_WIDTH: f64 = 8.0;
 /// Between the sample and its text.
-const GAP: f64 = 4.0;
+const SAMPLE_GAP: f64 = 4.0;
 /// The room between columns.
-const APART: f64 = 13.0;
+const COLUMN_GAP: f64 = 13.0;
 
 pub struct LegendEntry<'a> {
     pub series: &'a Series,
@@ -41,8 +41,9 @@ impl<'a> Legend<'a> {
         let mut entries: Vec<LegendEntry> = labeled
             .into_iter()
             .map(|series| {
-                let lines = text::wrap(&series.label, LABEL, width - SAMPLE - GAP);
-                let widths = lines.iter().map(|line| text::width(line, LABEL));
+                let lines =
+                    text::wrap(&series.label, LABEL_SIZE, width - LINE_SAMPLE_WIDTH - SAMPLE_GAP);
+                let widths = lines.iter().map(|line| text::width(line, LABEL_SIZE));
                 let width = widths.fold(0.0, f64::max);
                 LegendEntry { series, lines, width, sample: [0.0; 2], at: [0.0; 2] }
             })
@@ -54,11 +55,11 @@ impl<'a> Legend<'a> {
             let mut x = left + (width - total(&widths)) / 2.0;
             for (entry, [sample, text]) in row.iter_mut().zip(&widths) {
                 entry.sample = [x, x + sample];
-                entry.at = [x + sample + GAP, y + text::ASCENT * LABEL];
-                x += sample + GAP + text + APART;
+                entry.at = [x + sample + SAMPLE_GAP, y + text::ASCENT * LABEL_SIZE];
+                x += sample + SAMPLE_GAP + text + COLUMN_GAP;
             }
             let lines = row.iter().map(|entry| entry.lines.len()).max().unwrap_or(0);
-            y += LINE * LABEL * lines as f64;
+            y += LINE_SPACING * LABEL_SIZE * lines as f64;
         }
         Legend { entries, columns, height: y }
     }
@@ -77,7 +78,11 @@ fn columns(entries: &[LegendEntry], width: f64) -> usize {
 fn widths(entries: &[LegendEntry], columns: usize) -> Vec<[f64; 2]> {
     let mut widths = vec![[0.0f64; 2]; columns.min(entries.len())];
     for (i, entry) in entries.iter().enumerate() {
-        let sample = if entry.series.primitive == Primitive::Marks { MARK } else { SAMPLE };
+        let sample = if entry.series.primitive == Primitive::Marks {
+            MARK_SAMPLE_WIDTH
+        } else {
+            LINE_SAMPLE_WIDTH
+        };
         let column = &mut widths[i % columns];
         *column = [column[0].max(sample), column[1].max(entry.width)];
     }
@@ -85,6 +90,6 @@ fn widths(entries: &[LegendEntry], columns: usize) -> Vec<[f64; 2]> {
 }
 
 fn total(widths: &[[f64; 2]]) -> f64 {
-    let columns: f64 = widths.iter().map(|[sample, text]| sample + GAP + text).sum();
-    columns + APART * widths.len().saturating_sub(1) as f64
+    let columns: f64 = widths.iter().map(|[sample, text]| sample + SAMPLE_GAP + text).sum();
+    columns + COLUMN_GAP * widths.len().saturating_sub(1) as f64
 }

@@ -129,7 +129,7 @@ fn logarithmic_ticks_are_decades_or_divide_the_few_there_are() {
     assert_eq!(three_decades.minor.len(), 3 * 8 + 2);
 }
 
-/// On axes of every size: at least two labels that do not overlap, at their true places, inside, and in
+/// On axes of every size: at least two labels that do not overlap, at their true positions, inside, and in
 /// order, and minor ticks inside.
 #[test]
 fn ticks_of_any_range_can_be_read() {
@@ -145,13 +145,16 @@ fn ticks_of_any_range_can_be_read() {
                 for tick in &ticks.major {
                     let share = range.share(heard(&tick.label, scale));
                     assert!((-1e-6..=1.0 + 1e-6).contains(&share), "{told}");
-                    assert!((range.share(tick.number.place(scale)) - share).abs() < 1e-6, "{told}");
+                    assert!(
+                        (range.share(tick.number.position(scale)) - share).abs() < 1e-6,
+                        "{told}"
+                    );
                     let half = layout::label_width(&tick.label) / 2.0;
                     assert!(130.0 * share - half > end, "{told}");
                     end = 130.0 * share + half;
                 }
                 for minor in &ticks.minor {
-                    assert!((-1e-6..=1.0 + 1e-6).contains(&range.share(minor.place(scale))));
+                    assert!((-1e-6..=1.0 + 1e-6).contains(&range.share(minor.position(scale))));
                 }
             }
         }
@@ -167,7 +170,7 @@ fn a_range_holds_its_data_with_room() {
         for values in [&[2.0, 3.0][..], &[3.0], &[f64::NAN, 1.0, 2.0], &[1e-300, 1e300]] {
             let range = range(scale, values).unwrap();
             let from_zero = scale == Scale::Linear && range.low == 0.0;
-            for share in values.iter().filter_map(|&v| scale.place(v)).map(|p| range.share(p)) {
+            for share in values.iter().filter_map(|&v| scale.position(v)).map(|p| range.share(p)) {
                 assert!(share < 1.0 && (share > 0.0 || from_zero), "{values:?}");
             }
         }
@@ -417,7 +420,7 @@ fn text_is_measured_as_it_is_drawn() {
         figure.panels[0].title = Some(text.to_owned());
         let (_, texts) = read(&figure);
         let [left, _, right, _] = texts.iter().find(|texts| texts.text == text).unwrap().line;
-        let measured = text::width(text, text::LABEL);
+        let measured = text::width(text, text::LABEL_SIZE);
         assert!(
             (f64::from(right - left) - measured).abs() < 1e-3,
             "{text}: {left} {right} {measured}"
