@@ -157,72 +157,91 @@ impl Places {
     /// Files that cannot be read, or that do not fit each other.
     pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, Missing> {
         let source = self.mesh(&cell.mesh)?;
-        let mut mesh = source.mesh()?;
-        let named = |error: Error| error.of_file(Path::new(&cell.mesh));
-        let area = mesh.area();
-        if cell.normalize && area > 0.0 && area.is_finite() {
-            mesh = mesh.scaled(1.0 / area.sqrt());
-        }
-        check_mesh(&mesh).map_err(named)?;
-        let coincident = coincident(&mesh);
-        if coincident > 0 {
-            tracing::warn!(
-                "{source}: {}; weld them with `meshseg mesh convert --weld`",
-                free_cuts(coincident)
-            );
-        }
-        let choice = self.data(&cell.data)?;
-        let noise = |data: &mut Data| {
-            let mut rng = Pcg64::seed_from_u64(cell.seed);
-            let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
-            data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-        };
-        let (data, costs, looks, truth) = match &choice {
-            DataChoice::Waves => {
-                let waves = waves(&mesh, cell.regions, cell.noise, cell.seed);
-                let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
-                let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-                let costs = costs_of(&waves.data, &mu);
-                (Some(waves.data), costs, looks, Some(waves.labels))
-            }
-            DataChoice::Costs(path) => {
-                let costs = npy::read_rows(path)?;
-                npy::check_rows(path, &costs, mesh.vertices.len())?;
-                regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
-                costs::checked(&costs, Mass::Barycentric).map_err(|error| error.of_file(path))?;
-                let look = |s: ndarray::ArrayView1<f64>| {
-                    let cheapest =
-                        (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
-                    if s[cheapest].is_nan() { UNKNOWN_COLOR } else { categorical(cheapest) }
-                };
-                let looks = costs.outer_iter().map(look).collect();
-                (None, costs, looks, None)
-            }
-            DataChoice::Own | DataChoice::Source(_) => {
-                let choice = match &choice {
-                    DataChoice::Source(choice) => Some(choice),
-                    _ => None,
-                };
-                let mut input = input::read(&source, &mesh, None, choice, &Mapping::default())?;
-                input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
-                noise(&mut input.data);
-                let mut rng = Pcg64::seed_from_u64(cell.seed);
-                let (values, d) = (&input.data.values, input.data.dimension);
-                let known = input.data.known_area(&barycentric_areas(&mesh));
-                let mu = kmeans(values, d, &known, cell.regions, &mut rng);
-                let costs = costs_of(&input.data, &mu);
-                (Some(input.data), costs, input.colors, None)
-            }
+        let mesh = scaled_mesh(&source, cell)?;
+        let Costed { data, costs, looks, truth } = match &self.data(&cell.data)? {
+            DataChoice::Waves => costs_of_waves(&mesh, cell),
+            DataChoice::Costs(path) => given_costs(&mesh, path)?,
+            DataChoice::Own => costs_of_data(&source, &mesh, None, cell)?,
+            DataChoice::Source(choice) => costs_of_data(&source, &mesh, Some(choice), cell)?,
         };
         let lambda = match (cell.lambda, &data) {
             (LambdaChoice::Given(lambda), _) => lambda,
             (LambdaChoice::Auto(factor), Some(data)) => {
-                factor * default_lambda(&mesh, data, cell).map_err(named)?
+                let default = default_lambda(&mesh, data, cell);
+                factor * default.map_err(|error| error.of_file(Path::new(&cell.mesh)))?
             }
             (LambdaChoice::Auto(_), None) => unreachable!("the file was read without complaint"),
         };
         Ok(Instance { mesh, costs, lambda, looks, truth })
     }
+}
+
+/// The mesh in the size that the cell asks for; a cut along coincident vertices is a warning.
+fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
+    let mut mesh = source.mesh()?;
+    let area = mesh.area();
+    if cell.normalize && area > 0.0 && area.is_finite() {
+        mesh = mesh.scaled(1.0 / area.sqrt());
+    }
+    check_mesh(&mesh).map_err(|error| error.of_file(Path::new(&cell.mesh)))?;
+    let coincident = coincident(&mesh);
+    if coincident > 0 {
+        tracing::warn!(
+            "{source}: {}; weld them with `meshseg mesh convert --weld`",
+            free_cuts(coincident)
+        );
+    }
+    Ok(mesh)
+}
+
+/// Costs, what they are of, and the rest as in [`Instance`].
+struct Costed {
+    data: Option<Data>,
+    costs: Array2<f64>,
+    looks: Vec<[f64; 3]>,
+    truth: Option<Vec<usize>>,
+}
+
+fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Costed {
+    let waves = waves(mesh, cell.regions, cell.noise, cell.seed);
+    let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
+    let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
+    let costs = distances(&waves.data, &mu);
+    Costed { data: Some(waves.data), costs, looks, truth: Some(waves.labels) }
+}
+
+/// The costs of a file, which look as their cheapest regions.
+fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
+    let costs = npy::read_rows(path)?;
+    npy::check_rows(path, &costs, mesh.vertices.len())?;
+    regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
+    costs::checked(&costs, Mass::Barycentric).map_err(|error| error.of_file(path))?;
+    let look = |s: ndarray::ArrayView1<f64>| {
+        let cheapest = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
+        if s[cheapest].is_nan() { UNKNOWN_COLOR } else { categorical(cheapest) }
+    };
+    let looks = costs.outer_iter().map(look).collect();
+    Ok(Costed { data: None, costs, looks, truth: None })
+}
+
+/// The costs of data with noise and the means of k-means.
+fn costs_of_data(
+    source: &Source,
+    mesh: &Mesh,
+    choice: Option<&DataSource>,
+    cell: &InstanceCell,
+) -> Result<Costed> {
+    let input = input::read(source, mesh, None, choice, &Mapping::default())?;
+    input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
+    let mut data = input.data;
+    let mut rng = Pcg64::seed_from_u64(cell.seed);
+    let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
+    data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
+    let mut rng = Pcg64::seed_from_u64(cell.seed);
+    let known = data.known_area(&barycentric_areas(mesh));
+    let mu = kmeans(&data.values, data.dimension, &known, cell.regions, &mut rng);
+    let costs = distances(&data, &mu);
+    Ok(Costed { data: Some(data), costs, looks: input.colors, truth: None })
 }
 
 /// Adds to the content of an instance what paints its mesh from outside of its file: what libraries say of its
@@ -290,8 +309,8 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
 }
 
-/// The costs of the data model; NaN, as the data, where nothing is known.
-fn costs_of(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
+/// The costs of the model of piecewise constant data; NaN, as the data, where nothing is known.
+fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
     let model = PiecewiseConstant::new(data);
     Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| model.cost(k, &mu[p]))
 }

@@ -98,36 +98,15 @@ impl Spec {
             let folder = path.parent().unwrap_or(Path::new(""));
             let instances = labeled(file, "instance", |section| read_instances(section, folder))?;
             let solvers = labeled(file, "solver", |section| read_solvers(section, &stop))?;
-            let runs = repetitions
-                .saturating_mul(instances.len() as u64)
-                .saturating_mul(solvers.len() as u64);
-            if runs > MOST_RUNS {
-                let message = format!(
-                    "{repetitions} repetitions of {} solvers on {} instances make {runs} runs; at most {MOST_RUNS} are \
-                     possible",
-                    solvers.len(),
-                    instances.len()
-                );
-                return Err(Wrong::at(&repeated, message));
-            }
-            let exclusions = file
-                .sections("exclude")?
-                .into_iter()
-                .map(|mut section| read_exclusion(&mut section, &instances, &solvers))
-                .collect::<Fits<_>>()?;
-            let figures = file
-                .sections("figure")?
-                .into_iter()
-                .map(FigureSpec::read)
-                .collect::<Fits<Vec<_>>>()?;
+            check_run_count(repetitions, &repeated, instances.len(), solvers.len())?;
+            let exclusions = read_all(file, "exclude", |mut section| {
+                read_exclusion(&mut section, &instances, &solvers)
+            })?;
+            let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
                 check_filters(figure, &instances, &solvers)?;
             }
-            let tables = file
-                .sections("table")?
-                .into_iter()
-                .map(TableSpec::read)
-                .collect::<Fits<Vec<_>>>()?;
+            let tables = read_all(file, "table", TableSpec::read)?;
             Ok(Spec {
                 path: path.to_owned(),
                 name,
@@ -157,6 +136,32 @@ impl Spec {
     pub fn includes(&self, instance: &InstanceCell, solver: &SolverCell) -> bool {
         !self.exclusions.iter().any(|exclusion| covers(exclusion, instance, solver))
     }
+}
+
+/// All tables `[[key]]`, if there are any.
+fn read_all<'a, T>(
+    file: &mut Section<'a>,
+    key: &'static str,
+    read: impl FnMut(Section<'a>) -> Fits<T>,
+) -> Fits<Vec<T>> {
+    file.sections(key)?.into_iter().map(read).collect()
+}
+
+fn check_run_count(
+    repetitions: u64,
+    repeated: &Range<usize>,
+    instances: usize,
+    solvers: usize,
+) -> Fits<()> {
+    let runs = repetitions.saturating_mul(instances as u64).saturating_mul(solvers as u64);
+    if runs <= MOST_RUNS {
+        return Ok(());
+    }
+    let message = format!(
+        "{repetitions} repetitions of {solvers} solvers on {instances} instances make {runs} runs; at most {MOST_RUNS} \
+         are possible"
+    );
+    Err(Wrong::at(repeated, message))
 }
 
 /// Whether a solver on an instance falls under an exclusion.

@@ -80,60 +80,72 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
     group.zipped(&mut section)?;
     let table = section.span.clone();
     section.end()?;
-    let instance = |cell: &[(String, Spanned<Scalar>)]| {
-        let cell = Cell(cell);
-        let (mesh, span) = cell.text("mesh")?.expect("it is needed");
-        let mesh_span = span.clone();
-        if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
-            Source::parse(mesh).map_err(|error| Wrong::at(span, error.to_string()))?;
+    let cells = group.cells(&table)?;
+    cells.iter().map(|cell| read_cell(&Cell(cell), &group, label.as_deref(), folder)).collect()
+}
+
+fn read_cell(
+    cell: &Cell<'_>,
+    group: &Group,
+    label: Option<&str>,
+    folder: &Path,
+) -> Fits<InstanceCell> {
+    let (mesh, mesh_span) = cell.text("mesh")?.expect("it is needed");
+    if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
+        Source::parse(mesh).map_err(|error| Wrong::at(mesh_span, error.to_string()))?;
+    }
+    let (data, data_span) = cell.text("data")?.expect("it is needed");
+    let data: DataChoice = data.parse().map_err(|message: String| {
+        let known = ["waves", "own", "colors", "curvature"];
+        Wrong::at(data_span, message + &did_you_mean(data, known))
+    })?;
+    let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
+    let regions = region_count(cell, &data, data_span)?;
+    Ok(InstanceCell {
+        label: label_of(label, plain_label(cell, group, mesh, &data, regions), cell, group),
+        keys: cell.keys(),
+        mesh: mesh.to_owned(),
+        data,
+        noise: cell.number("noise", 0.0, 0.0)?,
+        seed: cell.count("seed", 0, 0..=u64::MAX)?,
+        regions,
+        lambda,
+        mass: cell.named("mass", &Mass::NAMES)?,
+        normalize: cell.named("normalize", &[("area", true), ("none", false)])?,
+        mesh_span: mesh_span.clone(),
+        data_span: data_span.clone(),
+    })
+}
+
+/// Of costs, which have their own number of regions, 0.
+fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) -> Fits<usize> {
+    match (cell.get("regions"), data) {
+        (Some(given), DataChoice::Costs(_)) => {
+            let message = "costs have one column per region: leave regions out";
+            Err(Wrong::at(&given.span, message))
         }
-        let (data, span) = cell.text("data")?.expect("it is needed");
-        let data_span = span.clone();
-        let data: DataChoice = data.parse().map_err(|message: String| {
-            let known = ["waves", "own", "colors", "curvature"];
-            Wrong::at(span, message + &did_you_mean(data, known))
-        })?;
-        let lambda = cell.get("lambda").expect("it is needed");
-        let lambda_text = lambda.value.text();
-        let lambda = LambdaChoice::of(lambda, &data)?;
-        let regions = match (cell.get("regions"), &data) {
-            (Some(given), DataChoice::Costs(_)) => {
-                let message = "costs have one column per region: leave regions out";
-                return Err(Wrong::at(&given.span, message));
-            }
-            (None, DataChoice::Costs(_)) => 0,
-            (None, _) => {
-                return Err(Wrong::at(span, "regions is needed beside this data"));
-            }
-            (Some(_), _) => {
-                let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
-                cell.count("regions", 0, range)? as usize
-            }
-        };
-        let plain = {
-            let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
-            let mass =
-                cell.get("mass").map_or(String::new(), |mass| format!(", {}", mass.value.text()));
-            let extra = ["noise", "seed"].iter().filter(|key| group.varies(key));
-            let extra: String = extra
-                .map(|key| format!(", {key} {}", cell.get(key).expect("it varies").value.text()))
-                .collect();
-            format!("{mesh}, {data}{regions}, lambda {lambda_text}{mass}{extra}")
-        };
-        Ok(InstanceCell {
-            label: label_of(label.as_deref(), plain, &cell, &group),
-            keys: cell.keys(),
-            mesh: mesh.to_owned(),
-            data,
-            noise: cell.number("noise", 0.0, 0.0)?,
-            seed: cell.count("seed", 0, 0..=u64::MAX)?,
-            regions,
-            lambda,
-            mass: cell.named("mass", &Mass::NAMES)?,
-            normalize: cell.named("normalize", &[("area", true), ("none", false)])?,
-            mesh_span,
-            data_span,
-        })
-    };
-    group.cells(&table)?.iter().map(|cell| instance(cell)).collect()
+        (None, DataChoice::Costs(_)) => Ok(0),
+        (None, _) => Err(Wrong::at(data_span, "regions is needed beside this data")),
+        (Some(_), _) => {
+            let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
+            Ok(cell.count("regions", 0, range)? as usize)
+        }
+    }
+}
+
+/// What an instance without a label of its own is called.
+fn plain_label(
+    cell: &Cell<'_>,
+    group: &Group,
+    mesh: &str,
+    data: &DataChoice,
+    regions: usize,
+) -> String {
+    let text = |key: &str| cell.get(key).map(|value| value.value.text());
+    let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
+    let lambda = text("lambda").expect("it is needed");
+    let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
+    let varied = ["noise", "seed"].into_iter().filter(|key| group.varies(key));
+    let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
+    format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())
 }

@@ -61,58 +61,56 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
     group.zipped(&mut section)?;
     let table = section.span.clone();
     section.end()?;
-    let solver = |cell: &[(String, Spanned<Scalar>)]| {
-        let cell = Cell(cell);
-        let (name, span) = cell.text("solver")?.expect("it is needed");
-        let external = match name {
-            EXTERNAL => Some(read_external(&cell, span, stop)?),
-            _ => None,
-        };
-        if external.is_none()
-            && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
-        {
-            let message = format!("belongs to name = \"{EXTERNAL}\" only");
-            return Err(Wrong::at(&given.span, message));
-        }
-        let method = match &external {
-            Some(_) => None,
-            None => Some(method_named(name, span)?),
-        };
-        let options = read_options(&cell, method, span)?;
-        let threads = match cell.get("threads") {
-            None => None,
-            Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
-        };
-        let coarse_to_fine = read_truth(&cell, "coarse-to-fine")?;
-        let plain = {
-            let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
-            let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
-            let pairs = cell.0.iter().filter_map(|(key, value)| {
-                let key = key.strip_prefix("options.")?;
-                Some(format!(", {key}={}", value.value.text()))
-            });
-            let options: String = pairs.collect();
-            let name = external.as_ref().map_or(name, |external| &external.command);
-            format!("{name}{options}{threads}{coarse}")
-        };
-        let varied = cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect();
-        let base = match &label {
-            Some(label) => label.clone(),
-            None => external.as_ref().map_or(name, |external| &external.command).to_owned(),
-        };
-        Ok(SolverCell {
-            label: label_of(label.as_deref(), plain, &cell, &group),
-            base,
-            varied,
-            keys: cell.keys(),
-            name: name.to_owned(),
-            options,
-            threads,
-            coarse_to_fine,
-            external,
-        })
+    let cells = group.cells(&table)?;
+    cells.iter().map(|cell| read_cell(&Cell(cell), &group, label.as_deref(), stop)).collect()
+}
+
+fn read_cell(cell: &Cell<'_>, group: &Group, label: Option<&str>, stop: &Stop) -> Fits<SolverCell> {
+    let (name, span) = cell.text("solver")?.expect("it is needed");
+    let external = match name {
+        EXTERNAL => Some(read_external(cell, span, stop)?),
+        _ => None,
     };
-    group.cells(&table)?.iter().map(|cell| solver(cell)).collect()
+    if external.is_none()
+        && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
+    {
+        let message = format!("belongs to name = \"{EXTERNAL}\" only");
+        return Err(Wrong::at(&given.span, message));
+    }
+    let method = match &external {
+        Some(_) => None,
+        None => Some(method_named(name, span)?),
+    };
+    let options = read_options(cell, method, span)?;
+    let threads = match cell.get("threads") {
+        None => None,
+        Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
+    };
+    let coarse_to_fine = read_truth(cell, "coarse-to-fine")?;
+    let called = external.as_ref().map_or(name, |external| &external.command);
+    let plain = called.to_owned() + &plain_settings(cell, threads, coarse_to_fine);
+    Ok(SolverCell {
+        label: label_of(label, plain, cell, group),
+        base: label.unwrap_or(called).to_owned(),
+        varied: cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect(),
+        keys: cell.keys(),
+        name: name.to_owned(),
+        options,
+        threads,
+        coarse_to_fine,
+        external,
+    })
+}
+
+/// What stands behind the name of a solver without a label of its own.
+fn plain_settings(cell: &Cell<'_>, threads: Option<usize>, coarse_to_fine: bool) -> String {
+    let options = cell.0.iter().filter_map(|(key, value)| {
+        let key = key.strip_prefix("options.")?;
+        Some(format!(", {key}={}", value.value.text()))
+    });
+    let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
+    let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
+    format!("{}{threads}{coarse}", options.collect::<String>())
 }
 
 fn method_named(name: &str, span: &Range<usize>) -> Fits<Method> {
