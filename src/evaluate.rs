@@ -1,4 +1,4 @@
-//! The energies and the certificate of any U, whoever computed it.
+//! The energies and the certificate of any U, by whatever program.
 
 use std::borrow::Cow;
 
@@ -18,7 +18,7 @@ use crate::run::Certificate;
 use crate::solve::{Observer, check_range, integrate, model_mesh};
 use crate::start::Start;
 
-/// Entries and sums of rows may leave the simplex by this much, which counts as rounding.
+/// Entries and sums of rows that leave the simplex by less count as rounded.
 const LARGEST_ROUNDING: f64 = 1e-9;
 
 #[derive(Clone, Debug, Serialize)]
@@ -52,7 +52,7 @@ pub struct Evaluation {
     /// Of E_eps, if that was asked for.
     pub epsilon: Option<f64>,
     pub epsilon_mode: Option<&'static str>,
-    /// Whether every row of U is in the simplex to 1e-9; if not, the gap is none.
+    /// Whether every row of U is in the simplex to 1e-9; if not, there is no gap.
     pub feasible: bool,
     pub largest_row_sum_error: f64,
     pub smallest_entry: f64,
@@ -66,7 +66,7 @@ pub struct Question<'a> {
     pub mass: Mass,
     /// Of E_eps.
     pub smoothing: Option<Smoothing>,
-    /// A dual field that bounds the energies, 2F x m as [`crate::solve::Solution::q`]; without one, so many steps of
+    /// A dual field that bounds the energies, 2F x m as [`crate::solve::Solution::q`]; without one, `dual_steps` steps of
     /// our own find one.
     pub q: Option<&'a Array2<f64>>,
     pub dual_steps: u64,

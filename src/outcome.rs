@@ -186,7 +186,7 @@ mod tests {
             expected.sort_unstable();
             assert_eq!(names, expected, "{keep_dual}, {draw}");
         }
-        // What cannot be removed is said.
+        // What cannot be removed is an error.
         std::fs::create_dir(folder.join("q.npy")).unwrap();
         let error = write(&folder, &0, &solution(false), &mesh, &looks(false)).unwrap_err();
         assert!(error.to_string().contains("q.npy"), "{error}");

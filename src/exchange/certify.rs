@@ -28,7 +28,7 @@ const LARGEST_ROUNDING: f64 = 1e-6;
 /// Entries from here on count as infinite.
 const FIRST_INFINITE: f64 = 1e100;
 
-/// Which solver ended, and how, by the judgment of whoever ran it.
+/// Which solver ended, and how, as its caller judges.
 #[derive(Clone, Debug)]
 pub struct End {
     pub solver: String,
@@ -97,7 +97,7 @@ fn certify_compiled<const M: usize>(
             break;
         }
     }
-    // Whoever brings nothing that counts has at least the start.
+    // Without any iterate that counts, there is at least the start.
     if run.trace.is_empty() {
         judge.record_start(&mut run, &start, observe)?;
     }
@@ -113,7 +113,7 @@ fn certify_compiled<const M: usize>(
     Ok(solution)
 }
 
-/// How a run ended: that its numbers contradict each other counts more than anything that was said of it.
+/// How a run ended: a contradiction in its numbers counts more than any other status.
 fn judged<const M: usize>(run: &Run<M>, end: Status, interrupted: bool, converged: bool) -> Status {
     if run.is_contradicted() {
         Status::Contradicted
@@ -247,7 +247,7 @@ mod tests {
     use super::*;
     use crate::samples::{random_problem, shape};
 
-    /// What a bound above the energy proves is said however the solver ended, and whoever broke it off; else a reached
+    /// A bound above the energy is a contradiction however the solver ended, and whoever broke it off; else a reached
     /// gap is, unless it failed.
     #[test]
     fn a_contradiction_counts_more_than_any_end() {

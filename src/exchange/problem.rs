@@ -40,7 +40,7 @@ use crate::start::Start;
 const FORMAT_NAME: &[u8; 15] = b"meshseg-problem";
 const FORMAT_VERSION: i64 = 1;
 
-/// An entry is no larger than this, or than so many times the whole archive: deflate packs zeros a thousandfold.
+/// An entry is no larger than the first, or than the second times the whole archive: deflate packs zeros a thousandfold.
 const MOST_ENTRY_BYTES: u64 = 1 << 26;
 const MOST_INFLATION: u64 = 64;
 
@@ -127,7 +127,7 @@ impl Exchanged {
     }
 
     /// Reads what [`Self::write`] wrote, or somebody else by its rules. K and the masses follow from the mesh and
-    /// are not looked at.
+    /// are ignored.
     ///
     /// # Errors
     /// Another format or version; arrays that are missing, of the wrong type or shape, or not finite.

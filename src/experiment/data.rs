@@ -35,7 +35,7 @@ use crate::segment::{Alternation, lambda};
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
-/// Where files are looked for.
+/// The folders in which files are searched.
 pub struct Places {
     /// The folder of the experiment file, which relative paths start from.
     pub folder: PathBuf,
@@ -256,7 +256,7 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
     if !given && !matches!(source, Source::File(_)) {
         return Ok(());
     }
-    // Who makes the instance reads the mesh again, and says then what is to be said of it.
+    // Warnings come when the instance is made, which reads the mesh again.
     let mesh = subscriber::with_default(NoSubscriber::default(), || source.mesh());
     let Ok(mesh) = mesh else { return Ok(()) };
     for material in mesh.materials.iter().flat_map(|materials| &materials.all) {
@@ -297,7 +297,7 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     let InstanceCell { regions, seed, mass, .. } = *cell;
     let alternation = Alternation { regions, initial: Initial::KMeans, seed, every: 10 };
     let request = Request {
-        // The one that is looked for.
+        // To be found.
         lambda: 0.0,
         mass,
         method: Method::default(),

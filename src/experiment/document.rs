@@ -82,7 +82,7 @@ pub struct Spanned<T> {
 /// A key and its values.
 pub type KeyValues = (Spanned<String>, Vec<Spanned<Scalar>>);
 
-/// A table of the file. Keys are taken out one by one; what is left in the end is unknown.
+/// A table of the file. Keys are taken out one by one; those that are left over are unknown.
 pub struct Section<'a> {
     /// For messages: `[[solver]]`.
     pub name: Cow<'static, str>,

@@ -17,7 +17,7 @@ impl Cluster {
         [("slurm", Cluster::Slurm), ("snakemake", Cluster::Snakemake)];
 }
 
-/// Jobs at the most, unless another number is asked for.
+/// The most jobs, unless another number is asked for.
 const MOST_JOBS: usize = 100;
 
 /// The script. `command` is the program with the arguments of `experiment run`, `folder` that of the results of all

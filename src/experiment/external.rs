@@ -34,7 +34,7 @@ const STDERR_TAIL: u64 = 4096;
 /// Characters of that line that are told.
 const LONGEST_REASON: usize = 200;
 
-/// Libraries that start threads by themselves look here how many.
+/// From these, libraries that start threads take how many.
 const THREAD_VARIABLES: [&str; 4] =
     ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"];
 
@@ -111,7 +111,7 @@ impl Attempt<'_> {
             fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })?;
         let mut words = external.command.split_whitespace();
         let program = PathBuf::from(words.next().expect("it is not empty"));
-        // A bare name is looked for on the path, as in a shell.
+        // A bare name is searched on the path, as in a shell.
         let program = if program.components().count() > 1 { folder.join(program) } else { program };
         let mut command = Command::new(program);
         command.args(words).arg(npz).arg(out).current_dir(folder);

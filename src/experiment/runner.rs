@@ -55,7 +55,7 @@ pub struct Tally {
     pub interrupted: bool,
 }
 
-/// Labels and surfaces are kept for the page up to so many vertices.
+/// Labels and surfaces of larger meshes are not kept for the page.
 pub const MOST_VERTICES_SHOWN: usize = 60_000;
 
 /// Steps before the clock starts, once for each instance.
@@ -188,7 +188,7 @@ impl<'a> Runner<'a> {
         if self.current.as_ref().is_some_and(|current| current.id == run.instance_id) {
             return Ok(());
         }
-        // The last one goes before the next one comes.
+        // The last one is freed before the next one is made.
         self.current = None;
         let instance = self.places.instance(run.instance).map_err(|missing| {
             self.plan.spec.misfit(self.places.blame(run.instance), Error::from(missing))

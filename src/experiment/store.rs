@@ -130,7 +130,7 @@ impl Claim {
 }
 
 impl Drop for Claim {
-    /// Whoever opened the lock file before it goes finds the run finished once the lock is free.
+    /// A process that opened the lock file before it is removed finds the run finished once the lock is free.
     fn drop(&mut self) {
         let leftovers = [fs::remove_dir_all(&self.unfinished), fs::remove_file(&self.lock_path)];
         for error in leftovers.into_iter().filter_map(std::result::Result::err) {

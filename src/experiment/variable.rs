@@ -14,8 +14,8 @@ pub enum Variable {
     Quantity(Quantity),
 }
 
-/// What the runs of a cell reached. Messages list the names in this order; `message` is the label of an axis, where the
-/// name is none.
+/// What the runs of a cell reached. Messages list the names in this order; `message` is the label of an axis that shows
+/// it, by default the name.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, EnumString, EnumMessage, IntoStaticStr, VariantNames,
 )]

@@ -3,7 +3,7 @@
 use super::layout::Frame;
 use super::{Primitive, Scale, Series};
 
-/// A line has about so many marks.
+/// About the number of marks on a line.
 const MARKS_PER_LINE: f64 = 8.0;
 /// A vertex of a line that is closer in print to the one before it is left out.
 const THINNED_DISTANCE: f64 = 0.1;
@@ -64,7 +64,7 @@ impl Curve {
     }
 }
 
-/// As much of a line as so many points can show.
+/// As much of a line as `count` points can show.
 pub fn at_most(count: usize, line: &[[f64; 2]], frame: &Frame) -> Vec<[f64; 2]> {
     let mut thin = line.to_vec();
     let mut apart = THINNED_DISTANCE;

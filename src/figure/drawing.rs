@@ -77,7 +77,7 @@ pub enum Primitive {
     Reference,
 }
 
-/// Figures are plain data; what stops one is said without a file name.
+/// Figures are plain data, so the error has no file name.
 pub(super) fn unsuitable(message: impl std::fmt::Display) -> Error {
     Error::unsuitable(format!("the figure cannot be drawn: {message}"))
 }

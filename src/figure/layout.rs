@@ -360,7 +360,7 @@ fn most_lines(texts: &[Vec<String>]) -> usize {
     texts.iter().map(Vec::len).max().unwrap_or(0)
 }
 
-/// What a title of so many lines takes.
+/// The room above a plot for a title of `lines` lines.
 fn above_plot(lines: usize) -> f64 {
     match lines {
         // Half a tick label is above the plot.
@@ -369,7 +369,7 @@ fn above_plot(lines: usize) -> f64 {
     }
 }
 
-/// What the tick labels and a label of so many lines take, to the baseline of the last.
+/// The room below a plot for tick labels and a label of `lines` lines, to the baseline of the last.
 fn below_plot(lines: usize) -> f64 {
     let ticks = TICK_LENGTH + TICK_GAP + SMALL_SIZE;
     match lines {

@@ -135,7 +135,7 @@ fn axis_options(options: &mut String, axis: char, range: &Range, ticks: &Ticks) 
         end(range, range.low),
         end(range, range.high)
     );
-    // Where nothing is said, pgfplots chooses.
+    // Without an option, pgfplots chooses.
     if ticks.major.is_empty() {
         let _ = writeln!(options, "{axis}tick=\\empty,");
     } else {

@@ -100,7 +100,7 @@ pub struct Ticks {
     pub minor: Vec<Decimal>,
 }
 
-/// The ticks of an axis of so many points, whose labels take up `room` along it.
+/// The ticks of an axis `length` points long, whose labels take up `room` along it.
 pub fn ticks(range: &Range, length: f64, room: &dyn Fn(&Label) -> f64) -> Ticks {
     let axis = Spaced { range, length, room };
     match range.scale {

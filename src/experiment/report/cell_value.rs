@@ -161,7 +161,7 @@ fn spread(values: impl Iterator<Item = f64>) -> CellValue {
     if values.is_empty() { CellValue::Nothing } else { CellValue::Number(Spread::of(values)) }
 }
 
-/// E_eps in the end.
+/// E_eps of the last sample.
 fn smoothed(run: &Done) -> Option<f64> {
     run.trace.last().and_then(|point| point.smoothed_energy)
 }

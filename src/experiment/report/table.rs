@@ -226,7 +226,7 @@ fn markdown(text: &str) -> String {
             '<' => escaped += "&lt;",
             '&' if after.is_ascii_alphabetic() || after == '#' => escaped += "&amp;",
             c if c.is_control() => escaped.push(' '),
-            // Within a word it is none.
+            // Within a word it marks nothing.
             '_' if before.is_alphanumeric() && after.is_alphanumeric() => escaped.push(c),
             '\\' | '|' | '*' | '`' | '[' | ']' | '$' | '_' => {
                 escaped.push('\\');

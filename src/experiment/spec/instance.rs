@@ -36,7 +36,7 @@ pub struct InstanceCell {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LambdaChoice {
     Given(f64),
-    /// So many times what `segment` takes for these data: "auto", "0.5 auto".
+    /// A multiple of what `segment` takes for these data: "auto", "0.5 auto".
     Auto(f64),
 }
 

@@ -164,7 +164,7 @@ fn read_truth(cell: &Cell<'_>, key: &str) -> Fits<bool> {
     }
 }
 
-/// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
+/// A command. Its default limit is three times the time limit of the stop, and a minute to start.
 fn read_external(cell: &Cell<'_>, span: &Range<usize>, stop: &Stop) -> Fits<External> {
     if let Some(given) = cell.get("coarse-to-fine") {
         return Err(Wrong::at(&given.span, "a solver outside the program starts where it likes"));
