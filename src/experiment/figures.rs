@@ -142,6 +142,8 @@ const CLOCKS: [(&str, Clock); 2] = [("iterations", Clock::Iterations), ("seconds
 /// A kind of figure as its keys have it, and the span of what it shows, if that is less than the whole table.
 type KindRead = (FigureKind, Option<Range<usize>>);
 
+type KindReader = fn(&mut Section<'_>) -> Fits<KindRead>;
+
 fn read_decay(section: &mut Section<'_>) -> Fits<KindRead> {
     let measures = [
         ("suboptimality", Measure::Suboptimality),
@@ -198,7 +200,7 @@ impl FigureSpec {
         let table = section.span.clone();
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);
-        let kinds: [(&str, fn(&mut Section<'_>) -> Fits<KindRead>); 3] =
+        let kinds: [(&str, KindReader); 3] =
             [("decay", read_decay), ("profile", read_profile), ("relation", read_relation)];
         let (kind, shown) = choice(&mut section, "kind", &kinds)?(&mut section)?;
         let page = choice(&mut section, "width", &[("page", true), ("column", false)])?;

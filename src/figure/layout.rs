@@ -383,7 +383,7 @@ fn below_plot(lines: usize) -> f64 {
 /// The labels of y, but where the neighbor to the left has the same.
 fn y_labels(panels: &[Panel], columns: usize, height: f64) -> Vec<Vec<String>> {
     let label = |i: usize| {
-        let repeats = i % columns > 0 && panels[i - 1].y.label == panels[i].y.label;
+        let repeats = !i.is_multiple_of(columns) && panels[i - 1].y.label == panels[i].y.label;
         if repeats { "" } else { &panels[i].y.label[..] }
     };
     (0..panels.len()).map(|i| text::wrap(label(i), LABEL_SIZE, height)).collect()
