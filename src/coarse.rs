@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::field::{Row, Tangent};
@@ -42,10 +42,10 @@ pub(crate) struct CoarseStart<const M: usize> {
 }
 
 /// The coarse levels, as reported in `summary.json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
     /// Wall time of everything before the finest solve: meshes, problems, steps and samples.
-    #[serde(rename = "seconds", serialize_with = "as_seconds")]
+    #[serde(rename = "seconds", serialize_with = "as_seconds", deserialize_with = "from_seconds")]
     pub spent: Duration,
     /// From the coarsest to the finest, the order in which they are solved.
     pub levels: Vec<LevelRecord>,
@@ -58,8 +58,14 @@ fn as_seconds<S: serde::Serializer>(
     to.serialize_f64(spent.as_secs_f64())
 }
 
+fn from_seconds<'a, D: serde::Deserializer<'a>>(
+    from: D,
+) -> std::result::Result<Duration, D::Error> {
+    Duration::try_from_secs_f64(f64::deserialize(from)?).map_err(serde::de::Error::custom)
+}
+
 /// The size of one coarse mesh and the number of steps on it.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct LevelRecord {
     /// V of the coarse mesh.
     pub vertices: usize,

@@ -20,7 +20,7 @@ use crate::solve::{Observer, check_range, integrate, model_mesh};
 use crate::start::Start;
 
 /// How far entries may lie outside the simplex and still count as rounding.
-const FEASIBLE: f64 = 1e-9;
+const LARGEST_ROUNDING: f64 = 1e-9;
 
 /// The scores of U on one problem, as `meshseg evaluate` prints them.
 #[derive(Clone, Debug, Serialize)]
@@ -172,69 +172,105 @@ fn evaluate_compiled<const M: usize>(
     let given: Vec<Row<M>> = regions::rows(u.view());
     let u = without_forbidden(&problem, m, &given)?;
 
-    let on_simplex = || {
-        let given = regions::array(&u, m);
-        Start::Given(given).rows::<M>(m, &problem.f, &Order::as_it_is())
-    };
-    let mut bounds = Vec::new();
-    match q {
+    let first = match q {
         Some(q) => {
-            let q = regions::tangents(q.view());
-            bounds.push((certificate::offered(&problem, q), Certificate::Offered));
+            (certificate::offered(&problem, regions::tangents(q.view())), Certificate::Offered)
         }
         None => {
-            let steps = certificate::steps(model, &problem, &on_simplex(), dual_steps, observe)?;
-            bounds.push((steps, Certificate::Steps));
+            let start = Start::Given(regions::array(&u, m));
+            let on_simplex = start.rows::<M>(m, &problem.f, &Order::as_it_is());
+            let bound = certificate::steps(model, &problem, &on_simplex, dual_steps, observe)?;
+            (bound, Certificate::Steps)
         }
-    }
-    if let Some(smoothing) = smoothing {
-        bounds.push((certificate::smoothed(&problem, &u, smoothing), Certificate::Smoothed));
-    }
-    let (bound, certificate) =
-        bounds.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one");
+    };
+    let smoothed = smoothing
+        .map(|smoothing| (certificate::smoothed(&problem, &u, smoothing), Certificate::Smoothed));
+    let bounds = [first].into_iter().chain(smoothed);
+    let (bound, certificate) = bounds.max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one");
     // q = 0 gives B.
     let bound = bound.max(0.0);
+    let scored = Scored { problem: &problem, u: &u, bound, certificate };
+    Ok(scored.evaluation(model, m, question, Feasibility::of(&given, m)))
+}
 
-    let baseline = problem.baseline;
-    let data_term = problem.data_term(&u);
-    let total_variation = problem.total_variation(&u);
-    let energy = data_term + lambda * total_variation;
-    let rounded_energy = problem.energy(&rounded(&mask_forbidden(&problem, &u)));
-    let bound = problem.clamped_bound(energy, bound);
-    let largest_row_sum_error =
-        given.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs()).fold(0.0, f64::max);
-    let smallest_entry =
-        given.iter().flat_map(|row| &row.0[..m]).copied().fold(f64::INFINITY, f64::min);
-    let feasible = largest_row_sum_error <= FEASIBLE && smallest_entry >= -FEASIBLE;
-    Ok(Evaluation {
-        vertices: model.vertices.len(),
-        faces: model.faces.len(),
-        regions: m,
-        lambda,
-        mass: mass.name(),
-        area: model.area(),
-        energy: baseline + energy,
-        data_term: baseline + data_term,
-        total_variation,
-        smoothed_energy: smoothing
-            .map(|smoothing| baseline + problem.smoothed_energy(&u, smoothing)),
-        dual_bound: baseline + bound,
-        certificate,
-        baseline,
-        gap: feasible.then_some(energy - bound),
-        relative_gap: feasible.then(|| relative_gap(energy, bound)),
-        rounded_energy: baseline + rounded_energy,
-        rounded_relative_gap: label_gap(
-            rounded_energy,
-            problem.clamped_bound(rounded_energy, bound),
-        ),
-        epsilon: smoothing.map(|smoothing| smoothing.epsilon),
-        epsilon_mode: smoothing.map(|smoothing| smoothing.mode.name()),
-        feasible,
-        largest_row_sum_error,
-        smallest_entry,
-        warnings: Vec::new(),
-    })
+/// How far U as it was given leaves the simplex.
+struct Feasibility {
+    largest_row_sum_error: f64,
+    smallest_entry: f64,
+}
+
+impl Feasibility {
+    fn of<const M: usize>(given: &[Row<M>], m: usize) -> Self {
+        let row_sum_errors = given.iter().map(|row| (row.0.iter().sum::<f64>() - 1.0).abs());
+        let entries = given.iter().flat_map(|row| &row.0[..m]).copied();
+        Feasibility {
+            largest_row_sum_error: row_sum_errors.fold(0.0, f64::max),
+            smallest_entry: entries.fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    fn is_feasible(&self) -> bool {
+        self.largest_row_sum_error <= LARGEST_ROUNDING && self.smallest_entry >= -LARGEST_ROUNDING
+    }
+}
+
+/// U and the best bound.
+struct Scored<'a, const M: usize> {
+    problem: &'a Problem<Stencil, M>,
+    u: &'a [Row<M>],
+    /// From B.
+    bound: f64,
+    certificate: Certificate,
+}
+
+impl<const M: usize> Scored<'_, M> {
+    fn evaluation(
+        &self,
+        model: &Mesh,
+        m: usize,
+        question: Question<'_>,
+        feasibility: Feasibility,
+    ) -> Evaluation {
+        let Scored { problem, u, bound, certificate } = *self;
+        let Question { lambda, mass, smoothing, .. } = question;
+        let baseline = problem.baseline;
+        let data_term = problem.data_term(u);
+        let total_variation = problem.total_variation(u);
+        let energy = data_term + lambda * total_variation;
+        let rounded_energy = problem.energy(&rounded(&mask_forbidden(problem, u)));
+        let bound = problem.clamped_bound(energy, bound);
+        let feasible = feasibility.is_feasible();
+        let Feasibility { largest_row_sum_error, smallest_entry } = feasibility;
+        let smoothed_energy = |smoothing| baseline + problem.smoothed_energy(u, smoothing);
+        Evaluation {
+            vertices: model.vertices.len(),
+            faces: model.faces.len(),
+            regions: m,
+            lambda,
+            mass: mass.name(),
+            area: model.area(),
+            energy: baseline + energy,
+            data_term: baseline + data_term,
+            total_variation,
+            smoothed_energy: smoothing.map(smoothed_energy),
+            dual_bound: baseline + bound,
+            certificate,
+            baseline,
+            gap: feasible.then_some(energy - bound),
+            relative_gap: feasible.then(|| relative_gap(energy, bound)),
+            rounded_energy: baseline + rounded_energy,
+            rounded_relative_gap: label_gap(
+                rounded_energy,
+                problem.clamped_bound(rounded_energy, bound),
+            ),
+            epsilon: smoothing.map(|smoothing| smoothing.epsilon),
+            epsilon_mode: smoothing.map(|smoothing| smoothing.mode.name()),
+            feasible,
+            largest_row_sum_error,
+            smallest_entry,
+            warnings: Vec::new(),
+        }
+    }
 }
 
 /// U with exact zeros at forbidden labels. Fails if U gives more than rounding to one.
@@ -245,7 +281,7 @@ fn without_forbidden<const M: usize>(
 ) -> Result<Vec<Row<M>>> {
     let forbidden = |v: usize, p: usize| problem.f[v].0[p] == FORBIDDEN_COST;
     for (v, row) in u.iter().enumerate() {
-        if let Some(p) = (0..m).find(|&p| forbidden(v, p) && row.0[p].abs() > FEASIBLE) {
+        if let Some(p) = (0..m).find(|&p| forbidden(v, p) && row.0[p].abs() > LARGEST_ROUNDING) {
             return Err(Error::unsuitable(format!(
                 "U has {} in row {v}, column {p}, but the costs forbid that label (+inf); it must be 0",
                 row.0[p]

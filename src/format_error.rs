@@ -14,7 +14,7 @@ pub struct FormatError {
     /// The whole content of the file.
     pub text: String,
     /// The bytes of `text` that are wrong; empty where something is missing.
-    pub place: Range<usize>,
+    pub span: Range<usize>,
     /// What is wrong and what to do.
     pub message: String,
 }
@@ -22,7 +22,7 @@ pub struct FormatError {
 impl FormatError {
     /// Line and column, counted from 1.
     pub fn position(&self) -> (usize, usize) {
-        let before = &self.text[..self.place.start];
+        let before = &self.text[..self.span.start];
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count()) + 1;
         (line, column)

@@ -22,11 +22,11 @@ pub struct Looks {
     /// One per region, in the order of the columns of U.
     pub regions: Vec<Region>,
     /// Without data no picture is drawn.
-    pub data: Option<Shown>,
+    pub data: Option<PicturedData>,
 }
 
 /// The data in the picture.
-pub struct Shown {
+pub struct PicturedData {
     /// One per vertex; NaN where the data are unknown.
     pub colors: Vec<[f64; 3]>,
     /// The caption of the data.
@@ -62,7 +62,7 @@ pub fn write(
         arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
 
-        if let Some(Shown { colors, caption, view }) = &looks.data {
+        if let Some(PicturedData { colors, caption, view }) = &looks.data {
             let u = solution.u.as_slice().expect("rows are contiguous");
             let regions = &looks.regions;
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
@@ -160,7 +160,7 @@ mod tests {
             let region = |color| Region { color, mean: None, text: "region".into() };
             Looks {
                 regions: vec![region([0.2; 3]), region([0.8; 3])],
-                data: draw.then(|| Shown {
+                data: draw.then(|| PicturedData {
                     colors: vec![[0.5; 3]; mesh.vertices.len()],
                     caption: "data".into(),
                     view: "front".parse().unwrap(),

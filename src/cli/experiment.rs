@@ -359,10 +359,10 @@ pub fn draw(error: &experiment::FormatError) {
     if !std::io::stderr().is_terminal() {
         return;
     }
-    let place = error.place.start..error.place.end.max(error.place.start + 1);
+    let span = error.span.start..error.span.end.max(error.span.start + 1);
     let path = error.path.display().to_string();
     let lines = Snippet::source(&error.text).path(path);
-    let lines = lines.annotation(AnnotationKind::Primary.span(place));
+    let lines = lines.annotation(AnnotationKind::Primary.span(span));
     let renderer = match std::env::var_os("NO_COLOR") {
         Some(_) => Renderer::plain(),
         None => Renderer::styled(),

@@ -3,7 +3,7 @@
 use meshseg::Mesh;
 use meshseg::colormap::categorical;
 use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::outcome::{Looks, Shown};
+use meshseg::outcome::{Looks, PicturedData};
 use meshseg::render::{Region, View};
 use ndarray::{Array1, Array2, ArrayView1};
 
@@ -79,7 +79,7 @@ pub fn of_costs(
     let colors = || costs.outer_iter().map(look).collect();
     Looks {
         regions: shares.iter().enumerate().map(region).collect(),
-        data: draw.then(|| Shown {
+        data: draw.then(|| PicturedData {
             colors: colors(),
             caption: "the cheapest region at each vertex".into(),
             view,

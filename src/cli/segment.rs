@@ -10,7 +10,7 @@ use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, palette};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Normalize, Source, Weld};
 use meshseg::names::Named;
-use meshseg::outcome::{self, Looks, Shown};
+use meshseg::outcome::{self, Looks, PicturedData};
 use meshseg::render;
 use meshseg::segment::{Alternation, Segmentation, lambda, segment};
 use meshseg::solve::{Request, Solution, Summary, check_mesh};
@@ -249,7 +249,7 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
     let caption = || palette::words(&input.data, &input.name, input.unit_range, &areas());
     Looks {
         regions: found.regions.iter().enumerate().map(drawn).collect(),
-        data: (!solving.no_preview).then(|| Shown {
+        data: (!solving.no_preview).then(|| PicturedData {
             colors: colors(),
             caption: caption(),
             view: solving.view,

@@ -174,7 +174,7 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
     } else {
         table::number(summary.rounded_energy - summary.dual_bound)
     };
-    let mut lines = vec![("status", summary.status_sentence.to_owned())];
+    let mut lines = vec![("status", summary.status_sentence.to_string())];
     if !summary.empty_regions.is_empty() {
         let used = summary.regions - summary.empty_regions.len();
         let empty = empty_regions::sentence(&summary.empty_regions);

@@ -39,6 +39,16 @@ impl<'a> PiecewiseConstant<'a> {
     pub fn new(data: &'a Data) -> Self {
         PiecewiseConstant { data: Cow::Borrowed(data) }
     }
+
+    /// |C(x_k) - mu_p|^2; NaN where nothing is known of C.
+    pub fn cost(&self, k: usize, mu: &[f64]) -> f64 {
+        squared_distance(self.data.at(k), mu)
+    }
+}
+
+/// |c - mu|^2
+fn squared_distance(c: &[f64], mu: &[f64]) -> f64 {
+    c.iter().zip(mu).map(|(c, mu)| (c - mu).powi(2)).sum()
 }
 
 impl DataModel for PiecewiseConstant<'_> {
@@ -116,7 +126,7 @@ impl DataModel for PiecewiseConstant<'_> {
 
     fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
         assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
-        self.data.costs(mu, |c, mu| c.iter().zip(&mu.mean).map(|(c, mu)| (c - mu).powi(2)).sum())
+        self.data.costs(mu, |c, mu| squared_distance(c, &mu.mean))
     }
 
     fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {

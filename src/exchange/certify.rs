@@ -22,13 +22,13 @@ use crate::solve::{Observer, Request, Solution, check_range, conclude};
 use crate::start::Start;
 use crate::sweep::max;
 
-/// An entry or a sum of a row may be off by this much before a warning says so.
-const OFF: f64 = 1e-6;
+/// Entries that the projection onto the simplex moves farther are worth a warning.
+const LARGEST_ROUNDING: f64 = 1e-6;
 
-/// Entries beyond this are as good as none.
-const LARGEST: f64 = 1e100;
+/// Entries from here on count as infinite.
+const FIRST_INFINITE: f64 = 1e100;
 
-/// Which solver ended, and how, by the judgment of whoever ran it.
+/// Which solver ended, and how, as its caller judges.
 #[derive(Clone, Debug)]
 pub struct End {
     /// The name of the solver, for the summary.
@@ -69,65 +69,29 @@ fn certify_compiled<const M: usize>(
     end: End,
     observe: Observer<'_>,
 ) -> Result<Solution> {
-    let Exchanged { mesh, f, lambda, u0, .. } = exchanged;
-    let m = f.ncols();
-    let mut f = regions::rows::<M>(f.view());
-    regions::pad_costs(m, &mut f);
-    let problem = Problem::new(Stencil::new(mesh), f, *lambda);
-    check_range(&problem)?;
-    let on_simplex =
-        |u: &Array2<f64>| Start::Given(u.clone()).rows::<M>(m, &problem.f, &Order::as_it_is());
-    let start = on_simplex(u0);
+    let judge = Judge::<M>::new(exchanged, dual_steps)?;
+    let start = judge.on_simplex(&exchanged.u0);
     let mut run = Run::new(&start);
     let End { solver, options, mut status, mut warnings } = end;
-    let judge = Judge { exchanged, problem: &problem, dual_steps };
-    let mut first = Reached {
-        iteration: 0,
-        seconds: 0.0,
-        u: &start,
-        dual_bound: 0.0,
-        certificate: Certificate::Steps,
-        smoothed_energy: None,
-    };
-    let brings_start = iterates.all.first().is_some_and(|first| first.iteration == 0);
     let (mut farthest, mut converged, mut interrupted) = (0.0, false, false);
-    if !brings_start {
-        first.dual_bound = judge.steps(&start, observe)?;
-        run.record(&problem, &first);
+    if iterates.all.first().is_none_or(|first| first.iteration > 0) {
+        judge.record_start(&mut run, &start, observe)?;
     }
     for iterate in &iterates.all {
-        let mut fail = |error: Error| {
-            warnings.push(error.to_string());
-            Status::Failed
-        };
-        let array = match read(&iterate.u, (mesh.vertices.len(), m)) {
-            Ok(array) => array,
+        let scored = match judge.scored(iterate, observe) {
+            Ok(Some(scored)) => scored,
+            Ok(None) => {
+                status = Status::Diverged;
+                break;
+            }
             Err(error) => {
-                status = fail(error);
+                warnings.push(error.to_string());
+                status = Status::Failed;
                 break;
             }
         };
-        if !array.iter().all(|x| x.abs() < LARGEST) {
-            status = Status::Diverged;
-            break;
-        }
-        let u = on_simplex(&array);
-        let (dual_bound, certificate) = match judge.bound(iterate, &u, observe) {
-            Ok(bound) => bound,
-            Err(error) => {
-                status = fail(error);
-                break;
-            }
-        };
-        let given = regions::rows::<M>(array.view());
-        farthest = f64::max(farthest, max(u.len(), |v| (u[v] - given[v]).max_abs()));
-        let smoothed_energy = iterate
-            .smoothing
-            .map(|smoothing| problem.baseline + problem.smoothed_energy(&u, smoothing));
-        let Iterate { iteration, seconds, .. } = *iterate;
-        let reached =
-            Reached { iteration, seconds, u: &u, dual_bound, certificate, smoothed_energy };
-        let gap = run.record(&problem, &reached);
+        farthest = f64::max(farthest, scored.off_simplex);
+        let gap = run.record(&judge.problem, &scored.reached(iterate));
         // Of the best so far, which only improve.
         converged = request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance);
         if observe(run.trace.last()).is_break() {
@@ -135,23 +99,23 @@ fn certify_compiled<const M: usize>(
             break;
         }
     }
-    // Whoever brings nothing that counts has at least the start.
+    // Without any iterate that counts, there is at least the start.
     if run.trace.is_empty() {
-        first.dual_bound = judge.steps(&start, observe)?;
-        run.record(&problem, &first);
+        judge.record_start(&mut run, &start, observe)?;
     }
     let status = judged(&run, status, interrupted, converged);
-    if farthest > OFF {
+    if farthest > LARGEST_ROUNDING {
         warnings.push(format!(
             "rows of U were up to {farthest:.1e} off the simplex, and were projected onto it"
         ));
     }
-    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
+    let m = exchanged.f.ncols();
+    let mut solution = conclude(&exchanged.mesh, &judge.problem, m, request, run, status, warnings);
     (solution.summary.solver, solution.summary.solver_options) = (solver, options);
     Ok(solution)
 }
 
-/// How a run ended: that its numbers contradict each other counts more than anything that was said of it.
+/// How a run ended: a contradiction in its numbers counts more than any other status.
 fn judged<const M: usize>(run: &Run<M>, end: Status, interrupted: bool, converged: bool) -> Status {
     if run.is_contradicted() {
         Status::Contradicted
@@ -175,11 +139,80 @@ fn read(path: &Path, shape: (usize, usize)) -> Result<Array2<f64>> {
 
 struct Judge<'a, const M: usize> {
     exchanged: &'a Exchanged,
-    problem: &'a Problem<Stencil, M>,
+    problem: Problem<Stencil, M>,
     dual_steps: u64,
 }
 
-impl<const M: usize> Judge<'_, M> {
+/// What is certain of one iterate.
+struct Scored<const M: usize> {
+    /// On the simplex.
+    u: Vec<Row<M>>,
+    /// The largest distance of an entry from where it was.
+    off_simplex: f64,
+    dual_bound: f64,
+    certificate: Certificate,
+    smoothed_energy: Option<f64>,
+}
+
+impl<const M: usize> Scored<M> {
+    fn reached(&self, iterate: &Iterate) -> Reached<'_, M> {
+        Reached {
+            iteration: iterate.iteration,
+            seconds: iterate.seconds,
+            u: &self.u,
+            dual_bound: self.dual_bound,
+            certificate: self.certificate,
+            smoothed_energy: self.smoothed_energy,
+        }
+    }
+}
+
+impl<'a, const M: usize> Judge<'a, M> {
+    fn new(exchanged: &'a Exchanged, dual_steps: u64) -> Result<Self> {
+        let Exchanged { mesh, f, lambda, .. } = exchanged;
+        let m = f.ncols();
+        let mut f = regions::rows::<M>(f.view());
+        regions::pad_costs(m, &mut f);
+        let problem = Problem::new(Stencil::new(mesh), f, *lambda);
+        check_range(&problem)?;
+        Ok(Judge { exchanged, problem, dual_steps })
+    }
+
+    fn on_simplex(&self, u: &Array2<f64>) -> Vec<Row<M>> {
+        Start::Given(u.clone()).rows(u.ncols(), &self.problem.f, &Order::as_it_is())
+    }
+
+    /// The start as the first sample of a run.
+    fn record_start(&self, run: &mut Run<M>, u: &[Row<M>], observe: Observer<'_>) -> Result<()> {
+        let start = Reached {
+            iteration: 0,
+            seconds: 0.0,
+            u,
+            dual_bound: self.steps(u, observe)?,
+            certificate: Certificate::Steps,
+            smoothed_energy: None,
+        };
+        run.record(&self.problem, &start);
+        Ok(())
+    }
+
+    /// `None` if it is not finite.
+    fn scored(&self, iterate: &Iterate, observe: Observer<'_>) -> Result<Option<Scored<M>>> {
+        let shape = (self.exchanged.mesh.vertices.len(), self.exchanged.f.ncols());
+        let array = read(&iterate.u, shape)?;
+        if !array.iter().all(|x| x.abs() < FIRST_INFINITE) {
+            return Ok(None);
+        }
+        let u = self.on_simplex(&array);
+        let (dual_bound, certificate) = self.bound(iterate, &u, observe)?;
+        let given = regions::rows::<M>(array.view());
+        let off_simplex = max(u.len(), |v| (u[v] - given[v]).max_abs());
+        let energy =
+            |smoothing| self.problem.baseline + self.problem.smoothed_energy(&u, smoothing);
+        let smoothed_energy = iterate.smoothing.map(energy);
+        Ok(Some(Scored { u, off_simplex, dual_bound, certificate, smoothed_energy }))
+    }
+
     fn bound(
         &self,
         iterate: &Iterate,
@@ -192,11 +225,11 @@ impl<const M: usize> Judge<'_, M> {
             // What is not finite bounds nothing.
             if array.iter().all(|x| x.is_finite()) {
                 let q = regions::tangents(array.view());
-                return Ok((certificate::offered(self.problem, q), Certificate::Offered));
+                return Ok((certificate::offered(&self.problem, q), Certificate::Offered));
             }
         }
         if let Some(smoothing) = iterate.smoothing {
-            let dual_bound = certificate::smoothed(self.problem, u, smoothing);
+            let dual_bound = certificate::smoothed(&self.problem, u, smoothing);
             // The square of a tiny eps is zero, and what it divides may be so too.
             if dual_bound.is_finite() {
                 return Ok((dual_bound, Certificate::Smoothed));
@@ -207,7 +240,7 @@ impl<const M: usize> Judge<'_, M> {
 
     /// They are no part of the run.
     fn steps(&self, u: &[Row<M>], observe: Observer<'_>) -> Result<f64> {
-        certificate::steps(&self.exchanged.mesh, self.problem, u, self.dual_steps, observe)
+        certificate::steps(&self.exchanged.mesh, &self.problem, u, self.dual_steps, observe)
     }
 }
 
@@ -216,7 +249,7 @@ mod tests {
     use super::*;
     use crate::samples::{random_problem, shape};
 
-    /// What a bound above the energy proves is said however the solver ended, and whoever broke it off; else a reached
+    /// A bound above the energy is a contradiction however the solver ended, and whoever broke it off; else a reached
     /// gap is, unless it failed.
     #[test]
     fn a_contradiction_counts_more_than_any_end() {

@@ -46,7 +46,7 @@ pub struct Iterates {
 }
 
 /// The columns that a trace must have.
-const NEEDED: [&str; 2] = ["iteration", "seconds"];
+const NEEDED_COLUMNS: [&str; 2] = ["iteration", "seconds"];
 
 #[derive(Deserialize)]
 struct Line {
@@ -88,7 +88,9 @@ impl Iterates {
         if whole == 0 {
             return Ok(());
         }
-        if let Some(missing) = NEEDED.iter().find(|name| !headers.iter().any(|it| it == **name)) {
+        if let Some(missing) =
+            NEEDED_COLUMNS.iter().find(|name| !headers.iter().any(|it| it == **name))
+        {
             let line = headers.position().map_or(1, |position| position.line() as usize);
             let message = format!(
                 "names no column {missing}; it must name the columns iteration and seconds, and may name epsilon and \

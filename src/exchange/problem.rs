@@ -38,12 +38,12 @@ use crate::request::check_lambda;
 use crate::solve::{self, check_mesh, model_mesh};
 use crate::start::Start;
 
-const FORMAT: &[u8; 15] = b"meshseg-problem";
-const VERSION: i64 = 1;
+const FORMAT_NAME: &[u8; 15] = b"meshseg-problem";
+const FORMAT_VERSION: i64 = 1;
 
-/// An entry is no larger than this, or than so many times the whole archive: deflate packs zeros a thousandfold.
-const MOST_BYTES: u64 = 1 << 26;
-const MOST_INFLATED: u64 = 64;
+/// An entry is no larger than the first, or than the second times the whole archive: deflate packs zeros a thousandfold.
+const MOST_ENTRY_BYTES: u64 = 1 << 26;
+const MOST_INFLATION: u64 = 64;
 
 /// Beyond it a cost would pass for that of a closed region.
 const LARGEST_COST: f64 = 1e-10 * FORBIDDEN_COST;
@@ -110,8 +110,8 @@ impl Exchanged {
         let mut name = [0; 11];
         name[..mass.name().len()].copy_from_slice(mass.name().as_bytes());
         let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
-        npz.add_array("format", &arr0(ByteString(*FORMAT)))?;
-        npz.add_array("version", &arr0(VERSION))?;
+        npz.add_array("format", &arr0(ByteString(*FORMAT_NAME)))?;
+        npz.add_array("version", &arr0(FORMAT_VERSION))?;
         npz.add_array("points", &points)?;
         npz.add_array("faces", &faces)?;
         add_matrix(&mut npz, "K", Matrix::new(mesh).csr())?;
@@ -128,22 +128,23 @@ impl Exchanged {
     }
 
     /// Reads what [`Self::write`] wrote, or somebody else by its rules. K and the masses follow from the mesh and
-    /// are not looked at.
+    /// are ignored.
     ///
     /// # Errors
     /// Another format or version; arrays that are missing, of the wrong type or shape, or not finite.
     pub fn read(path: &Path) -> Result<Self> {
         let mut archive = Archive::open(path)?;
         let format = archive.entry("format", npy::byte_string)?;
-        if format.as_bytes() != FORMAT {
+        if format.as_bytes() != FORMAT_NAME {
             return Err(Error::malformed(
                 path,
                 "is not a problem; write one with `problem export`",
             ));
         }
         let version = archive.entry("version", npy::integers::<Ix0>)?.into_scalar();
-        if version != VERSION {
-            let message = format!("is of version {version}; this program reads version {VERSION}");
+        if version != FORMAT_VERSION {
+            let message =
+                format!("is of version {version}; this program reads version {FORMAT_VERSION}");
             return Err(Error::malformed(path, message));
         }
         let points = archive.entry("points", npy::numbers::<Ix2>)?;
@@ -241,7 +242,7 @@ impl Archive {
         let mut entry = zip
             .by_name(&format!("{name}.npy"))
             .map_err(|error| malformed(format!("cannot be read: {error}")))?;
-        let most = MOST_BYTES.max(archive_length.saturating_mul(MOST_INFLATED));
+        let most = MOST_ENTRY_BYTES.max(archive_length.saturating_mul(MOST_INFLATION));
         let size = entry.size();
         if size > most {
             return Err(malformed(format!("claims {size} bytes, more than it can hold")));

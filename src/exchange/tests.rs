@@ -145,7 +145,7 @@ fn an_epsilon_is_as_the_paper_has_it() {
     assert_eq!(found, [of(SmoothingMode::Paper), of(SmoothingMode::Intrinsic), None, None]);
 }
 
-/// How far the worst of all iterates was off the simplex is said; what is rounded is not.
+/// A warning tells how far the worst of all iterates was off the simplex; there is none for rounding errors.
 #[test]
 fn the_farthest_row_is_said() {
     let mesh = shape("torus:12x8");

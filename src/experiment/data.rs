@@ -35,7 +35,7 @@ use crate::segment::{Alternation, lambda};
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
-/// Where files are looked for.
+/// The folders in which files are searched.
 pub struct Places {
     /// The folder of the experiment file, which relative paths start from.
     pub folder: PathBuf,
@@ -126,7 +126,7 @@ impl Places {
         Ok(hex(&hash.finalize()))
     }
 
-    /// A hash of the words of a command that are files; what these files call is not input.
+    /// A hash of the words of a command that are files; what these files call is not seen.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -148,7 +148,7 @@ impl Places {
             let mesh = self.mesh(&cell.mesh)?.mesh()?;
             Ok(check_mesh(&mesh)?)
         };
-        if mesh().is_err() { &cell.mesh_place } else { &cell.data_place }
+        if mesh().is_err() { &cell.mesh_span } else { &cell.data_span }
     }
 
     /// Makes the instance.
@@ -157,70 +157,89 @@ impl Places {
     /// Files that cannot be read, or that do not fit each other.
     pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, Missing> {
         let source = self.mesh(&cell.mesh)?;
-        let mesh = source.mesh()?;
-        let named = |error: Error| error.of_file(Path::new(&cell.mesh));
-        let scale = cell.normalize.scale(mesh.area());
-        let mesh = mesh.scaled(scale);
-        check_mesh(&mesh).map_err(named)?;
-        let coincident = coincident(&mesh);
-        if coincident > 0 {
-            tracing::warn!(
-                "{source}: {}; weld them with `meshseg mesh convert --weld`",
-                free_cuts(coincident)
-            );
-        }
-        let choice = self.data(&cell.data)?;
-        let noise = |data: &mut Data| {
-            let mut rng = Pcg64::seed_from_u64(cell.seed);
-            let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
-            data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-        };
-        let (data, costs, looks, truth) = match &choice {
-            DataChoice::Waves => {
-                let waves = waves(&mesh, cell.regions, cell.noise, cell.seed);
-                let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
-                let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-                let costs = distances(&waves.data, &mu);
-                (Some(waves.data), costs, looks, Some(waves.labels))
-            }
-            DataChoice::Costs(path) => {
-                let costs = npy::read_rows(path)?;
-                npy::check_rows(path, &costs, mesh.vertices.len())?;
-                regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
-                costs::checked(&costs, Mass::Barycentric).map_err(|error| error.of_file(path))?;
-                let look = |s: ndarray::ArrayView1<f64>| {
-                    let cheapest =
-                        (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
-                    if s[cheapest].is_nan() { GRAY } else { categorical(cheapest) }
-                };
-                let looks = costs.outer_iter().map(look).collect();
-                (None, costs, looks, None)
-            }
-            DataChoice::Own | DataChoice::Source(_) => {
-                let choice = match &choice {
-                    DataChoice::Source(choice) => Some(choice),
-                    _ => None,
-                };
-                let mut input = input::read(&source, &mesh, None, choice, &Mapping::default())?;
-                input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
-                noise(&mut input.data);
-                let mut rng = Pcg64::seed_from_u64(cell.seed);
-                let (values, d) = (&input.data.values, input.data.dimension);
-                let known = input.data.known_area(&barycentric_areas(&mesh));
-                let mu = kmeans(values, d, &known, cell.regions, &mut rng);
-                let costs = distances(&input.data, &mu);
-                (Some(input.data), costs, input.colors, None)
-            }
+        let mesh = scaled_mesh(&source, cell)?;
+        let Costed { data, costs, looks, truth } = match &self.data(&cell.data)? {
+            DataChoice::Waves => costs_of_waves(&mesh, cell),
+            DataChoice::Costs(path) => given_costs(&mesh, path)?,
+            DataChoice::Own => costs_of_data(&source, &mesh, None, cell)?,
+            DataChoice::Source(choice) => costs_of_data(&source, &mesh, Some(choice), cell)?,
         };
         let lambda = match (cell.lambda, &data) {
             (LambdaChoice::Given(lambda), _) => lambda,
             (LambdaChoice::Auto(factor), Some(data)) => {
-                factor * default_lambda(&mesh, data, cell).map_err(named)?
+                let default = default_lambda(&mesh, data, cell);
+                factor * default.map_err(|error| error.of_file(Path::new(&cell.mesh)))?
             }
             (LambdaChoice::Auto(_), None) => unreachable!("the file was read without complaint"),
         };
         Ok(Instance { mesh, costs, lambda, looks, truth })
     }
+}
+
+/// The mesh in the size that the cell asks for; a cut along coincident vertices is a warning.
+fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
+    let mesh = source.mesh()?;
+    let scale = cell.normalize.scale(mesh.area());
+    let mesh = mesh.scaled(scale);
+    check_mesh(&mesh).map_err(|error| error.of_file(Path::new(&cell.mesh)))?;
+    let coincident = coincident(&mesh);
+    if coincident > 0 {
+        tracing::warn!(
+            "{source}: {}; weld them with `meshseg mesh convert --weld`",
+            free_cuts(coincident)
+        );
+    }
+    Ok(mesh)
+}
+
+/// Costs, what they are of, and the rest as in [`Instance`].
+struct Costed {
+    data: Option<Data>,
+    costs: Array2<f64>,
+    looks: Vec<[f64; 3]>,
+    truth: Option<Vec<usize>>,
+}
+
+fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Costed {
+    let waves = waves(mesh, cell.regions, cell.noise, cell.seed);
+    let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
+    let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
+    let costs = distances(&waves.data, &mu);
+    Costed { data: Some(waves.data), costs, looks, truth: Some(waves.labels) }
+}
+
+/// The costs of a file, which look as their cheapest regions.
+fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
+    let costs = npy::read_rows(path)?;
+    npy::check_rows(path, &costs, mesh.vertices.len())?;
+    regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
+    costs::checked(&costs, Mass::Barycentric).map_err(|error| error.of_file(path))?;
+    let look = |s: ndarray::ArrayView1<f64>| {
+        let cheapest = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
+        if s[cheapest].is_nan() { UNKNOWN_COLOR } else { categorical(cheapest) }
+    };
+    let looks = costs.outer_iter().map(look).collect();
+    Ok(Costed { data: None, costs, looks, truth: None })
+}
+
+/// The costs of data with noise and the means of k-means.
+fn costs_of_data(
+    source: &Source,
+    mesh: &Mesh,
+    choice: Option<&DataSource>,
+    cell: &InstanceCell,
+) -> Result<Costed> {
+    let input = input::read(source, mesh, None, choice, &Mapping::default())?;
+    input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
+    let mut data = input.data;
+    let mut rng = Pcg64::seed_from_u64(cell.seed);
+    let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
+    data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
+    let mut rng = Pcg64::seed_from_u64(cell.seed);
+    let known = data.known_area(&barycentric_areas(mesh));
+    let mu = kmeans(&data.values, data.dimension, &known, cell.regions, &mut rng);
+    let costs = distances(&data, &mu);
+    Ok(Costed { data: Some(data), costs, looks: input.colors, truth: None })
 }
 
 /// Adds to the content of an instance what paints its mesh from outside of its file: what libraries say of its
@@ -235,7 +254,7 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
     if !given && !matches!(source, Source::File(_)) {
         return Ok(());
     }
-    // Who makes the instance reads the mesh again, and says then what is to be said of it.
+    // Warnings come when the instance is made, which reads the mesh again.
     let mesh = subscriber::with_default(NoSubscriber::default(), || source.mesh());
     let Ok(mesh) = mesh else { return Ok(()) };
     for material in mesh.materials.iter().flat_map(|materials| &materials.all) {
@@ -256,8 +275,8 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
     Ok(())
 }
 
-/// Looks of a vertex of which nothing is known.
-const GRAY: [f64; 3] = [0.5; 3];
+/// Of a vertex of which nothing is known.
+const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 
 /// What every solver gets.
 pub struct Instance {
@@ -276,7 +295,7 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     let InstanceCell { regions, seed, mass, .. } = *cell;
     let alternation = Alternation { regions, initial: Initial::KMeans, seed, every: 10 };
     let request = Request {
-        // The one that is looked for.
+        // To be found.
         lambda: 0.0,
         mass,
         method: Method::default(),
@@ -288,11 +307,10 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
 }
 
-/// s_p(x_k) = |C(x_k) - mu_p|^2; NaN, as the data, where nothing is known.
+/// The costs of the model of piecewise constant data; NaN, as the data, where nothing is known.
 fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
-    Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| {
-        data.at(k).iter().zip(&mu[p]).map(|(c, mu)| (c - mu).powi(2)).sum()
-    })
+    let model = PiecewiseConstant::new(data);
+    Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| model.cost(k, &mu[p]))
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

@@ -1,10 +1,9 @@
-//! A TOML file whose every value knows its place, so that what is wrong with it is shown where it stands.
+//! A TOML file whose values all know their spans in it, so that what is wrong with it is shown where it stands.
 
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
-use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::nearest::did_you_mean;
@@ -13,13 +12,13 @@ use crate::format_error::FormatError;
 /// A message and the bytes it is about; [`Document::format_error`] makes it whole.
 #[derive(Debug)]
 pub struct Wrong {
-    pub place: Range<usize>,
+    pub span: Range<usize>,
     pub message: String,
 }
 
 impl Wrong {
-    pub fn at(place: &Range<usize>, message: impl Into<String>) -> Self {
-        Wrong { place: place.clone(), message: message.into() }
+    pub fn at(span: &Range<usize>, message: impl Into<String>) -> Self {
+        Wrong { span: span.clone(), message: message.into() }
     }
 }
 
@@ -73,126 +72,126 @@ impl Scalar {
     }
 }
 
-/// A value and its place.
+/// A value and its span.
 #[derive(Clone, Debug)]
-pub struct Placed<T> {
+pub struct Spanned<T> {
     pub value: T,
-    pub place: Range<usize>,
+    pub span: Range<usize>,
 }
 
 /// A key and its values.
-pub type Entry = (Placed<String>, Vec<Placed<Scalar>>);
+pub type KeyValues = (Spanned<String>, Vec<Spanned<Scalar>>);
 
-/// A table of the file. Keys are taken out one by one; what is left in the end is unknown.
+/// A table of the file. Keys are taken out one by one; those that are left over are unknown.
 pub struct Section<'a> {
     /// For messages: `[[solver]]`.
     pub name: Cow<'static, str>,
-    pub place: Range<usize>,
-    entries: Vec<(String, Range<usize>, Spanned<DeValue<'a>>)>,
+    pub span: Range<usize>,
+    entries: Vec<(String, Range<usize>, toml::Spanned<DeValue<'a>>)>,
     known: Vec<&'static str>,
 }
 
 impl<'a> Section<'a> {
-    fn new(name: impl Into<Cow<'static, str>>, place: Range<usize>, table: DeTable<'a>) -> Self {
+    fn new(name: impl Into<Cow<'static, str>>, span: Range<usize>, table: DeTable<'a>) -> Self {
         let entries = table
             .into_iter()
             .map(|(key, value)| (key.get_ref().to_string(), key.span(), value))
             .collect();
-        Section { name: name.into(), place, entries, known: Vec::new() }
+        Section { name: name.into(), span, entries, known: Vec::new() }
     }
 
-    fn take(&mut self, key: &'static str) -> Option<Spanned<DeValue<'a>>> {
+    fn take(&mut self, key: &'static str) -> Option<toml::Spanned<DeValue<'a>>> {
         self.known.push(key);
         let i = self.entries.iter().position(|(name, ..)| name == key)?;
         Some(self.entries.remove(i).2)
     }
 
     /// One value, or several in a list that is not empty.
-    pub fn list(&mut self, key: &'static str) -> Fits<Option<Vec<Placed<Scalar>>>> {
+    pub fn list(&mut self, key: &'static str) -> Fits<Option<Vec<Spanned<Scalar>>>> {
         self.take(key).map(|value| scalars(key, value)).transpose()
     }
 
     /// A list of texts, or one.
-    pub fn texts(&mut self, key: &'static str) -> Fits<Vec<Placed<String>>> {
+    pub fn texts(&mut self, key: &'static str) -> Fits<Vec<Spanned<String>>> {
         let list = self.list(key)?.unwrap_or_default();
         list.into_iter().map(|scalar| text(key, scalar)).collect()
     }
 
-    pub fn text(&mut self, key: &'static str) -> Fits<Option<Placed<String>>> {
+    pub fn text(&mut self, key: &'static str) -> Fits<Option<Spanned<String>>> {
         self.scalar(key)?.map(|scalar| text(key, scalar)).transpose()
     }
 
-    pub fn number(&mut self, key: &'static str) -> Fits<Option<Placed<f64>>> {
+    pub fn number(&mut self, key: &'static str) -> Fits<Option<Spanned<f64>>> {
         self.scalar(key)?
-            .map(|Placed { value, place }| match value.number() {
-                Some(value) => Ok(Placed { value, place }),
-                None => Err(Wrong::at(&place, format!("{key} must be a number"))),
+            .map(|Spanned { value, span }| match value.number() {
+                Some(value) => Ok(Spanned { value, span }),
+                None => Err(Wrong::at(&span, format!("{key} must be a number"))),
             })
             .transpose()
     }
 
     /// A whole number from `least`.
-    pub fn count(&mut self, key: &'static str, least: u64) -> Fits<Option<Placed<u64>>> {
+    pub fn count(&mut self, key: &'static str, least: u64) -> Fits<Option<Spanned<u64>>> {
         self.scalar(key)?
-            .map(|Placed { value, place }| match value {
+            .map(|Spanned { value, span }| match value {
                 Scalar::Integer(x) if u64::try_from(x).is_ok_and(|x| x >= least) => {
-                    Ok(Placed { value: x as u64, place })
+                    Ok(Spanned { value: x as u64, span })
                 }
-                _ => Err(Wrong::at(&place, format!("{key} must be a whole number from {least}"))),
+                _ => Err(Wrong::at(&span, format!("{key} must be a whole number from {least}"))),
             })
             .transpose()
     }
 
     pub fn truth(&mut self, key: &'static str) -> Fits<Option<bool>> {
         self.scalar(key)?
-            .map(|Placed { value, place }| match value {
+            .map(|Spanned { value, span }| match value {
                 Scalar::Truth(value) => Ok(value),
-                _ => Err(Wrong::at(&place, format!("{key} must be true or false"))),
+                _ => Err(Wrong::at(&span, format!("{key} must be true or false"))),
             })
             .transpose()
     }
 
-    fn scalar(&mut self, key: &'static str) -> Fits<Option<Placed<Scalar>>> {
+    fn scalar(&mut self, key: &'static str) -> Fits<Option<Spanned<Scalar>>> {
         self.take(key).map(|value| scalar(key, value)).transpose()
     }
 
     /// A table `[key]` or `key = { ... }`.
     pub fn section(&mut self, key: &'static str) -> Fits<Option<Section<'a>>> {
         let Some(value) = self.take(key) else { return Ok(None) };
-        let place = value.span();
+        let span = value.span();
         match value.into_inner() {
-            DeValue::Table(table) => Ok(Some(Section::new(format!("[{key}]"), place, table))),
-            _ => Err(Wrong::at(&place, format!("{key} must be a table"))),
+            DeValue::Table(table) => Ok(Some(Section::new(format!("[{key}]"), span, table))),
+            _ => Err(Wrong::at(&span, format!("{key} must be a table"))),
         }
     }
 
     /// Tables `[[key]]`, in their order.
     pub fn sections(&mut self, key: &'static str) -> Fits<Vec<Section<'a>>> {
         let Some(value) = self.take(key) else { return Ok(Vec::new()) };
-        let place = value.span();
+        let span = value.span();
         let wrong =
-            |place: &Range<usize>| Wrong::at(place, format!("{key} must be tables: [[{key}]]"));
-        let DeValue::Array(array) = value.into_inner() else { return Err(wrong(&place)) };
+            |span: &Range<usize>| Wrong::at(span, format!("{key} must be tables: [[{key}]]"));
+        let DeValue::Array(array) = value.into_inner() else { return Err(wrong(&span)) };
         array
             .into_iter()
             .map(|value| {
-                let place = value.span();
+                let span = value.span();
                 match value.into_inner() {
-                    DeValue::Table(table) => Ok(Section::new(format!("[[{key}]]"), place, table)),
-                    _ => Err(wrong(&place)),
+                    DeValue::Table(table) => Ok(Section::new(format!("[[{key}]]"), span, table)),
+                    _ => Err(wrong(&span)),
                 }
             })
             .collect()
     }
 
     /// All that is left, whatever its name: values or lists of them.
-    pub fn rest(&mut self) -> Fits<Vec<Entry>> {
+    pub fn rest(&mut self) -> Fits<Vec<KeyValues>> {
         let entries = std::mem::take(&mut self.entries);
         entries
             .into_iter()
-            .map(|(key, place, value)| {
+            .map(|(key, span, value)| {
                 let values = scalars(&key, value)?;
-                Ok((Placed { value: key, place }, values))
+                Ok((Spanned { value: key, span }, values))
             })
             .collect()
     }
@@ -201,31 +200,31 @@ impl<'a> Section<'a> {
     pub fn end(self) -> Fits<()> {
         match self.entries.first() {
             None => Ok(()),
-            Some((key, place, _)) => {
+            Some((key, span, _)) => {
                 let name = if self.name.is_empty() { "the file".into() } else { self.name };
                 let meant = did_you_mean(key, self.known.iter().copied());
                 let known = self.known.join(", ");
-                Err(Wrong::at(place, format!("{key:?} is no key of {name}; it has {known}{meant}")))
+                Err(Wrong::at(span, format!("{key:?} is no key of {name}; it has {known}{meant}")))
             }
         }
     }
 }
 
-fn scalars(key: &str, value: Spanned<DeValue<'_>>) -> Fits<Vec<Placed<Scalar>>> {
+fn scalars(key: &str, value: toml::Spanned<DeValue<'_>>) -> Fits<Vec<Spanned<Scalar>>> {
     if !value.get_ref().is_array() {
         return Ok(vec![scalar(key, value)?]);
     }
-    let place = value.span();
+    let span = value.span();
     let DeValue::Array(array) = value.into_inner() else { unreachable!("it is an array") };
     if array.is_empty() {
-        return Err(Wrong::at(&place, format!("{key} is an empty list: nothing would run")));
+        return Err(Wrong::at(&span, format!("{key} is an empty list: nothing would run")));
     }
     array.into_iter().map(|value| scalar(key, value)).collect()
 }
 
-fn scalar(key: &str, value: Spanned<DeValue<'_>>) -> Fits<Placed<Scalar>> {
-    let place = value.span();
-    let wrong = |what: &str| Err(Wrong::at(&place, format!("{key} {what}")));
+fn scalar(key: &str, value: toml::Spanned<DeValue<'_>>) -> Fits<Spanned<Scalar>> {
+    let span = value.span();
+    let wrong = |what: &str| Err(Wrong::at(&span, format!("{key} {what}")));
     let value = match value.into_inner() {
         DeValue::String(text) => Scalar::Text(text.into_owned()),
         DeValue::Boolean(truth) => Scalar::Truth(truth),
@@ -241,13 +240,13 @@ fn scalar(key: &str, value: Spanned<DeValue<'_>>) -> Fits<Placed<Scalar>> {
         DeValue::Array(_) => return wrong("must not be a list of lists"),
         DeValue::Table(_) => return wrong("must not be a table"),
     };
-    Ok(Placed { value, place })
+    Ok(Spanned { value, span })
 }
 
-fn text(key: &str, Placed { value, place }: Placed<Scalar>) -> Fits<Placed<String>> {
+fn text(key: &str, Spanned { value, span }: Spanned<Scalar>) -> Fits<Spanned<String>> {
     match value {
-        Scalar::Text(value) => Ok(Placed { value, place }),
-        _ => Err(Wrong::at(&place, format!("{key} must be a text in quotes"))),
+        Scalar::Text(value) => Ok(Spanned { value, span }),
+        _ => Err(Wrong::at(&span, format!("{key} must be a text in quotes"))),
     }
 }
 
@@ -257,17 +256,17 @@ pub fn read<T>(
     text: &str,
     read: impl FnOnce(&mut Section<'_>) -> Fits<T>,
 ) -> Result<T, FormatError> {
-    let format_error = |place: Range<usize>, message: String| {
+    let format_error = |span: Range<usize>, message: String| {
         let end = text.len();
-        let place = place.start.min(end)..place.end.min(end);
-        FormatError { path: path.to_owned(), text: text.to_owned(), place, message }
+        let span = span.start.min(end)..span.end.min(end);
+        FormatError { path: path.to_owned(), text: text.to_owned(), span, message }
     };
     let table = DeTable::parse(text).map_err(|error| {
         format_error(error.span().unwrap_or(0..0), error.message().trim().replace('\n', ", "))
     })?;
-    let place = table.span();
-    let mut section = Section::new("", place, table.into_inner());
+    let span = table.span();
+    let mut section = Section::new("", span, table.into_inner());
     read(&mut section)
         .and_then(|value| section.end().map(|()| value))
-        .map_err(|Wrong { place, message }| format_error(place, message))
+        .map_err(|Wrong { span, message }| format_error(span, message))
 }

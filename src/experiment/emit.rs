@@ -17,7 +17,7 @@ pub enum Cluster {
     Snakemake,
 }
 
-/// Jobs at the most, unless another number is asked for.
+/// The maximum number of jobs, unless another is requested.
 const MOST_JOBS: usize = 100;
 
 /// The script. `command` is the program with the arguments of `experiment run`, `folder` that of the results of all

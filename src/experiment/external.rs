@@ -25,16 +25,16 @@ use crate::solve::{Observer, Request, Solution};
 use crate::solver::Method;
 use crate::start::Start;
 
-/// Between two looks at the command.
-const PATIENCE: Duration = Duration::from_millis(20);
+/// How often a command is checked for its end.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// So much of what a command says is looked through for its last line.
-const TAIL: u64 = 4096;
+/// Bytes at the end of `stderr.txt` in which the last line of a command is searched.
+const STDERR_TAIL: u64 = 4096;
 
-/// And so many characters of that.
-const LONGEST: usize = 200;
+/// Characters of that line that are told.
+const LONGEST_REASON: usize = 200;
 
-/// Libraries that start threads by themselves look here how many.
+/// From these, libraries that start threads take how many.
 const THREAD_VARIABLES: [&str; 4] =
     ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"];
 
@@ -111,7 +111,7 @@ impl Attempt<'_> {
             fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })?;
         let mut words = external.command.split_whitespace();
         let program = PathBuf::from(words.next().expect("it is not empty"));
-        // A bare name is looked for on the path, as in a shell.
+        // A bare name is searched on the path, as in a shell.
         let program = if program.components().count() > 1 { folder.join(program) } else { program };
         let mut command = Command::new(program);
         command.args(words).arg(npz).arg(out).current_dir(folder);
@@ -196,7 +196,7 @@ fn wait(mut child: Child, limit: Duration, observe: Observer<'_>) -> std::io::Re
             end_group(&mut child)?;
             return Ok(if late { Went::OutOfTime } else { Went::Interrupted });
         }
-        sleep(PATIENCE);
+        sleep(POLL_INTERVAL);
     }
 }
 
@@ -238,11 +238,11 @@ fn end_group(child: &mut Child) -> std::io::Result<ExitStatus> {
 fn last_line(path: &Path) -> std::io::Result<String> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
-    file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(STDERR_TAIL)))?;
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes)?;
     let text = String::from_utf8_lossy(&bytes);
     let last = text.split(['\n', '\r']).rev().map(str::trim).find(|line| !line.is_empty());
     let plain = last.unwrap_or("").chars().filter(|c| !c.is_control());
-    Ok(plain.take(LONGEST).collect())
+    Ok(plain.take(LONGEST_REASON).collect())
 }

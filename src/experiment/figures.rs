@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::document::{Fits, Scalar, Section, Spanned, Wrong};
 use super::nearest::did_you_mean;
+use super::variable::Variable;
 
 /// `[[figure]]`.
 #[derive(Clone, Debug)]
@@ -19,12 +20,12 @@ pub struct FigureSpec {
     pub only: Option<String>,
     /// Only solvers whose label contains this.
     pub solvers: Option<String>,
-    pub places: Places,
+    pub spans: FigureSpans,
 }
 
-/// Where a figure stands in the file, and what of it.
+/// The spans of a figure in the file.
 #[derive(Clone, Debug, Default)]
-pub struct Places {
+pub struct FigureSpans {
     /// What is shown: its y, or all of it.
     pub shown: Range<usize>,
     pub only: Range<usize>,
@@ -34,25 +35,34 @@ pub struct Places {
 #[derive(Clone, Debug)]
 pub enum FigureKind {
     /// y over x along the traces, a panel for each instance.
-    Decay { x: Clock, y: Measure },
+    Decay {
+        x: Clock,
+        y: Measure,
+    },
     /// The share of instances solved to a gap, over the time relative to the fastest: E. Dolan, J. Moré,
     /// *Benchmarking optimization software with performance profiles*, Math. Program. 91, 2002.
-    Profile { x: Clock, gap: f64 },
-    /// One point for each cell.
-    Relation {
-        x: String,
-        y: String,
-        /// For `seconds` and `iterations`.
-        gap: Option<f64>,
-        /// A key by whose values there are panels.
-        panels: Option<String>,
-        /// Whether a power of x is fitted to each series.
-        fit: bool,
-        logx: bool,
-        logy: bool,
-        /// A single point that others report, and its name.
-        reference: Option<(String, [f64; 2])>,
+    Profile {
+        x: Clock,
+        gap: f64,
     },
+    Relation(Relation),
+}
+
+/// One point for each cell.
+#[derive(Clone, Debug)]
+pub struct Relation {
+    pub x: Variable,
+    pub y: Variable,
+    /// For `seconds` and `iterations`.
+    pub gap: Option<f64>,
+    /// A key by whose values there are panels.
+    pub panels: Option<Variable>,
+    /// Whether a power of x is fitted to each series.
+    pub fit: bool,
+    pub logx: bool,
+    pub logy: bool,
+    /// A single point that others report, and its name.
+    pub reference: Option<(String, [f64; 2])>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,183 +100,139 @@ pub enum TableKind {
     /// Time and iterations to gaps, instance by instance and solver by solver: those that each run certifies
     /// itself, or those to the best bound of all.
     TimeToGap { gaps: Vec<f64>, to: Target },
-    /// Given quantities of every cell.
-    Cells { columns: Vec<String> },
+    /// Given variables of every cell.
+    Cells { columns: Vec<Variable> },
 }
 
-/// What a relation or a table may show besides the keys of the cells.
-pub const QUANTITIES: [&str; 17] = [
-    "vertices",
-    "faces",
-    "iterations",
-    "seconds",
-    "wall-seconds",
-    "energy",
-    "bound",
-    "gap",
-    "excess",
-    "bias",
-    "optimization-error",
-    "rounding-error",
-    "labels-changed",
-    "rounded-gap",
-    "regions-used",
-    "mislabeled",
-    "status",
-];
-
 fn choice<T: Copy>(section: &mut Section<'_>, key: &'static str, names: &[(&str, T)]) -> Fits<T> {
-    let Some(Placed { value, place }) = section.text(key)? else { return Ok(names[0].1) };
+    let Some(Spanned { value, span }) = section.text(key)? else { return Ok(names[0].1) };
     let found = names.iter().find(|(name, _)| *name == value);
     found.map(|(_, value)| *value).ok_or_else(|| {
         let meant = did_you_mean(&value, names.iter().map(|(name, _)| *name));
         let names: Vec<String> = names.iter().map(|(name, _)| format!("{name:?}")).collect();
-        Wrong::at(&place, format!("{key} must be one of {}{meant}", names.join(", ")))
+        Wrong::at(&span, format!("{key} must be one of {}{meant}", names.join(", ")))
     })
 }
 
 fn name(section: &mut Section<'_>) -> Fits<String> {
-    let place = section.place.clone();
+    let span = section.span.clone();
     let name = section.text("name")?;
-    let name = name.ok_or_else(|| Wrong::at(&place, format!("{} needs name", section.name)))?;
+    let name = name.ok_or_else(|| Wrong::at(&span, format!("{} needs name", section.name)))?;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.value.is_empty() || !name.value.chars().all(plain) {
-        return Err(Wrong::at(&name.place, "name becomes a file: letters, digits, - and _ only"));
+        return Err(Wrong::at(&name.span, "name becomes a file: letters, digits, - and _ only"));
     }
     Ok(name.value)
 }
 
 fn positive(section: &mut Section<'_>, key: &'static str) -> Fits<Option<f64>> {
     match section.number(key)? {
-        Some(Placed { value, .. }) if value > 0.0 => Ok(Some(value)),
-        Some(Placed { place, .. }) => Err(Wrong::at(&place, format!("{key} must be positive"))),
+        Some(Spanned { value, .. }) if value > 0.0 => Ok(Some(value)),
+        Some(Spanned { span, .. }) => Err(Wrong::at(&span, format!("{key} must be positive"))),
         None => Ok(None),
     }
 }
 
-/// A key of the cells or one of [`QUANTITIES`].
-fn quantity(Placed { value, place }: Placed<String>) -> Fits<String> {
-    let keys = ["mesh", "data", "noise", "seed", "regions", "lambda", "mass", "solver", "threads"];
-    let known = value.starts_with("options.")
-        || keys.contains(&value.as_str())
-        || QUANTITIES.contains(&value.as_str());
-    if known {
-        return Ok(value);
-    }
-    let meant = did_you_mean(&value, keys.into_iter().chain(QUANTITIES));
-    let message = format!(
-        "{value:?} is nothing to show; there are options.KEY, {}, {}{meant}",
-        keys.join(", "),
-        QUANTITIES.join(", ")
-    );
-    Err(Wrong::at(&place, message))
+fn variable(Spanned { value, span }: Spanned<String>) -> Fits<Variable> {
+    value.parse().map_err(|message: String| Wrong::at(&span, message))
 }
 
 const CLOCKS: [(&str, Clock); 2] = [("iterations", Clock::Iterations), ("seconds", Clock::Seconds)];
 
-#[derive(Clone, Copy)]
-enum Kind {
-    Decay,
-    Profile,
-    Relation,
+/// A kind of figure as its keys have it, and the span of what it shows, if that is less than the whole table.
+type KindRead = (FigureKind, Option<Range<usize>>);
+
+type KindReader = fn(&mut Section<'_>) -> Fits<KindRead>;
+
+fn read_decay(section: &mut Section<'_>) -> Fits<KindRead> {
+    let measures = [
+        ("suboptimality", Measure::Suboptimality),
+        ("gap", Measure::Gap),
+        ("energy", Measure::Energy),
+    ];
+    let x = choice(section, "x", &CLOCKS)?;
+    let y = choice(section, "y", &measures)?;
+    Ok((FigureKind::Decay { x, y }, None))
+}
+
+fn read_profile(section: &mut Section<'_>) -> Fits<KindRead> {
+    let x = choice(section, "x", &CLOCKS)?;
+    let gap = positive(section, "gap")?.unwrap_or(1e-3);
+    Ok((FigureKind::Profile { x, gap }, None))
+}
+
+fn read_relation(section: &mut Section<'_>) -> Fits<KindRead> {
+    let table = section.span.clone();
+    let mut axis = |key: &'static str| match section.text(key)? {
+        Some(text) => Ok((text.span.clone(), variable(text)?)),
+        None => Err(Wrong::at(&table, format!("a relation needs {key}"))),
+    };
+    let (_, x) = axis("x")?;
+    let (shown, y) = axis("y")?;
+    let reference = section.list("reference")?.map(read_reference).transpose()?;
+    let relation = Relation {
+        x,
+        y,
+        gap: positive(section, "gap")?,
+        panels: section.text("panels")?.map(variable).transpose()?,
+        fit: section.truth("fit")?.unwrap_or(false),
+        logx: section.truth("log-x")?.unwrap_or(true),
+        logy: section.truth("log-y")?.unwrap_or(true),
+        reference,
+    };
+    Ok((FigureKind::Relation(relation), Some(shown)))
+}
+
+/// A point and its label.
+fn read_reference(list: Vec<Spanned<Scalar>>) -> Fits<(String, [f64; 2])> {
+    let wrong = |span| Wrong::at(span, "reference = [\"label\", x, y]");
+    let [Spanned { value: Scalar::Text(label), .. }, x, y] = &list[..] else {
+        return Err(wrong(&list[0].span));
+    };
+    match (x.value.number(), y.value.number()) {
+        (Some(x), Some(y)) => Ok((label.clone(), [x, y])),
+        _ => Err(wrong(&x.span)),
+    }
 }
 
 impl FigureSpec {
     pub(super) fn read(mut section: Section<'_>) -> Fits<Self> {
-        let mut places = Places { shown: section.place.clone(), ..Places::default() };
+        let table = section.span.clone();
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);
-        let kinds =
-            [("decay", Kind::Decay), ("profile", Kind::Profile), ("relation", Kind::Relation)];
-        let kind = match choice(&mut section, "kind", &kinds)? {
-            Kind::Decay => FigureKind::Decay {
-                x: choice(&mut section, "x", &CLOCKS)?,
-                y: choice(
-                    &mut section,
-                    "y",
-                    &[
-                        ("suboptimality", Measure::Suboptimality),
-                        ("gap", Measure::Gap),
-                        ("energy", Measure::Energy),
-                    ],
-                )?,
-            },
-            Kind::Profile => FigureKind::Profile {
-                x: choice(&mut section, "x", &CLOCKS)?,
-                gap: positive(&mut section, "gap")?.unwrap_or(1e-3),
-            },
-            Kind::Relation => {
-                let place = section.place.clone();
-                let mut axis = |key: &'static str| match section.text(key)? {
-                    Some(text) => {
-                        let place = text.place.clone();
-                        Ok((quantity(text)?, place))
-                    }
-                    None => Err(Wrong::at(&place, format!("a relation needs {key}"))),
-                };
-                let ((x, _), (y, shown)) = (axis("x")?, axis("y")?);
-                places.shown = shown;
-                let reference = match section.list("reference")? {
-                    None => None,
-                    Some(list) => match &list[..] {
-                        [Placed { value: Scalar::Text(label), .. }, x, y] => {
-                            match (x.value.number(), y.value.number()) {
-                                (Some(x), Some(y)) => Some((label.clone(), [x, y])),
-                                _ => {
-                                    return Err(Wrong::at(
-                                        &x.place,
-                                        "reference = [\"label\", x, y]",
-                                    ));
-                                }
-                            }
-                        }
-                        _ => {
-                            return Err(Wrong::at(&list[0].place, "reference = [\"label\", x, y]"));
-                        }
-                    },
-                };
-                FigureKind::Relation {
-                    x,
-                    y,
-                    gap: positive(&mut section, "gap")?,
-                    panels: section.text("panels")?.map(quantity).transpose()?,
-                    fit: section.truth("fit")?.unwrap_or(false),
-                    logx: section.truth("log-x")?.unwrap_or(true),
-                    logy: section.truth("log-y")?.unwrap_or(true),
-                    reference,
-                }
-            }
-        };
+        let kinds: [(&str, KindReader); 3] =
+            [("decay", read_decay), ("profile", read_profile), ("relation", read_relation)];
+        let (kind, shown) = choice(&mut section, "kind", &kinds)?(&mut section)?;
         let page = choice(&mut section, "width", &[("page", true), ("column", false)])?;
         let columns = section.count("columns", 1)?;
-        let mut filter = |key: &'static str, place: &mut Range<usize>| {
-            Ok(section.text(key)?.map(|text| {
-                *place = text.place;
-                text.value
-            }))
+        let only = section.text("only")?;
+        let solvers = section.text("solvers")?;
+        section.end()?;
+        let span = |text: &Option<Spanned<String>>| {
+            text.as_ref().map_or(Range::default(), |text| text.span.clone())
         };
-        let only = filter("only", &mut places.only)?;
-        let solvers = filter("solvers", &mut places.solvers)?;
-        let figure = FigureSpec {
+        Ok(FigureSpec {
             name,
             title,
             kind,
             page,
             columns: columns.map_or(if page { 2 } else { 1 }, |columns| columns.value as usize),
-            only,
-            solvers,
-            places,
-        };
-        section.end()?;
-        Ok(figure)
+            spans: FigureSpans {
+                shown: shown.unwrap_or(table),
+                only: span(&only),
+                solvers: span(&solvers),
+            },
+            only: only.map(|text| text.value),
+            solvers: solvers.map(|text| text.value),
+        })
     }
 }
 
 impl FigureSpec {
     /// What of the cells it shows, if it shows cells.
-    pub fn quantities(&self) -> Vec<&str> {
+    pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
-            FigureKind::Relation { x, y, .. } => vec![x, y],
+            FigureKind::Relation(Relation { x, y, .. }) => vec![x, y],
             FigureKind::Decay { .. } | FigureKind::Profile { .. } => Vec::new(),
         }
     }
@@ -274,9 +240,9 @@ impl FigureSpec {
 
 impl TableSpec {
     /// What of the cells it lists, if it lists cells.
-    pub fn quantities(&self) -> Vec<&str> {
+    pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
-            TableKind::Cells { columns } => columns.iter().map(String::as_str).collect(),
+            TableKind::Cells { columns } => columns.iter().collect(),
             TableKind::TimeToGap { .. } => Vec::new(),
         }
     }
@@ -290,7 +256,7 @@ impl TableSpec {
                 .iter()
                 .map(|gap| match gap.value.number() {
                     Some(value) if value > 0.0 => Ok(value),
-                    _ => Err(Wrong::at(&gap.place, "gaps must be positive numbers")),
+                    _ => Err(Wrong::at(&gap.span, "gaps must be positive numbers")),
                 })
                 .collect::<Fits<_>>()?;
             let targets = [("certificate", Target::Certificate), ("optimum", Target::Optimum)];
@@ -299,11 +265,11 @@ impl TableSpec {
                 gaps: if gaps.is_empty() { vec![1e-2, 1e-3, 1e-4] } else { gaps },
             }
         } else {
-            let place = section.place.clone();
+            let span = section.span.clone();
             let columns =
-                section.texts("columns")?.into_iter().map(quantity).collect::<Fits<Vec<_>>>()?;
+                section.texts("columns")?.into_iter().map(variable).collect::<Fits<Vec<_>>>()?;
             if columns.is_empty() {
-                return Err(Wrong::at(&place, "a table of cells needs columns = [...]"));
+                return Err(Wrong::at(&span, "a table of cells needs columns = [...]"));
             }
             TableKind::Cells { columns }
         };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::document::{Entry, Fits, Placed, Scalar, Section, Wrong};
+use super::document::{Fits, KeyValues, Scalar, Section, Spanned, Wrong};
 use super::nearest::did_you_mean;
 
 /// A file that asks for more is mistaken, and would keep the program busy for ever.
@@ -11,12 +11,12 @@ pub const MOST_RUNS: u64 = 100_000;
 /// The values of one cell by key, in the order of the file.
 pub type Keys = Vec<(String, Scalar)>;
 
-/// The same, each value with its place.
-type CellKeys = Vec<(String, Placed<Scalar>)>;
+/// The same, each value with its span.
+type CellKeys = Vec<(String, Spanned<Scalar>)>;
 
 /// One `[[instance]]` or `[[solver]]`: keys with one value or several.
 pub struct Group {
-    pub keys: Vec<(String, Vec<Placed<Scalar>>)>,
+    pub keys: Vec<(String, Vec<Spanned<Scalar>>)>,
     /// Keys that go through their lists together.
     pub zip: Vec<Vec<String>>,
 }
@@ -26,10 +26,11 @@ impl Group {
     pub fn zipped(&mut self, section: &mut Section<'_>) -> Fits<()> {
         let texts = section.texts("zip")?;
         let Some(first) = texts.first() else { return Ok(()) };
-        let lists: Vec<Vec<Placed<String>>> = if texts.iter().any(|text| text.value.contains(',')) {
-            let names = |text: &Placed<String>| {
+        let lists: Vec<Vec<Spanned<String>>> = if texts.iter().any(|text| text.value.contains(','))
+        {
+            let names = |text: &Spanned<String>| {
                 let parts = text.value.split(',').map(|name| name.trim().to_owned());
-                parts.map(|value| Placed { value, place: text.place.clone() }).collect()
+                parts.map(|value| Spanned { value, span: text.span.clone() }).collect()
             };
             texts.iter().map(names).collect()
         } else {
@@ -47,14 +48,14 @@ impl Group {
                         name.value,
                         keys.join(", ")
                     );
-                    return Err(Wrong::at(&name.place, message));
+                    return Err(Wrong::at(&name.span, message));
                 };
                 lengths.push(values.len());
             }
             if lengths.windows(2).any(|pair| pair[0] != pair[1]) {
                 let lengths: Vec<String> = lengths.iter().map(usize::to_string).collect();
                 let message = format!("zip: the lists have {} values", lengths.join(" and "));
-                return Err(Wrong::at(&first.place, message));
+                return Err(Wrong::at(&first.span, message));
             }
             self.zip.push(list.into_iter().map(|name| name.value).collect());
         }
@@ -73,7 +74,7 @@ impl Group {
         self.keys.iter().map(|(key, _)| leader(key).expect("the key is there")).collect()
     }
 
-    /// The cells, the last key changing fastest; each value with its place. Too many are blamed on the table.
+    /// The cells, the last key changing fastest; each value with its span. Too many are blamed on the table.
     pub fn cells(&self, table: &Range<usize>) -> Fits<Vec<CellKeys>> {
         let leaders = self.leaders();
         let lengths = self.keys.iter().enumerate().filter(|(i, _)| leaders[*i] == *i);
@@ -98,7 +99,7 @@ impl Group {
                 .collect();
         }
         let cell = |choice: Vec<usize>| {
-            let at = |((key, values), i): (&(String, Vec<Placed<Scalar>>), usize)| {
+            let at = |((key, values), i): (&(String, Vec<Spanned<Scalar>>), usize)| {
                 (key.clone(), values[i].clone())
             };
             self.keys.iter().zip(choice).map(at).collect()
@@ -113,12 +114,12 @@ impl Group {
 }
 
 /// One `[[exclude]]`: a cell falls away if each of these keys has one of these values in it.
-pub struct Exclusion(pub Vec<Entry>);
+pub struct Exclusion(pub Vec<KeyValues>);
 
 impl Exclusion {
     pub fn covers(&self, value: impl Fn(&str) -> Option<Scalar>) -> bool {
         self.0.iter().all(|(key, values)| {
-            value(&key.value).is_some_and(|is| values.iter().any(|placed| placed.value.is(&is)))
+            value(&key.value).is_some_and(|is| values.iter().any(|one| one.value.is(&is)))
         })
     }
 }

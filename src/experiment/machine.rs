@@ -44,11 +44,11 @@ pub struct Machine {
     pub vectors: String,
 }
 
-/// From so many cores on that others keep busy, timings are not to be trusted.
-pub const LOADED: f64 = 0.25;
+/// Timings are not trusted if other processes keep more cores busy than this.
+pub const TOLERATED_LOAD: f64 = 0.25;
 
-/// Between two looks at the load, or it would be noise.
-const INTERVAL: Duration = Duration::from_millis(1000);
+/// Between two measurements of the load, which would be noise over a shorter time.
+const LOAD_INTERVAL: Duration = Duration::from_millis(1000);
 
 /// Watches what other processes take of the machine.
 pub struct LoadWatch {
@@ -56,7 +56,7 @@ pub struct LoadWatch {
     all: System,
     own: System,
     own_time: f64,
-    looked: Instant,
+    measured: Instant,
     others: f64,
 }
 
@@ -86,19 +86,19 @@ impl LoadWatch {
         all.refresh_cpu_usage();
         let mut own = System::new();
         let own_time = own_time(&mut own);
-        LoadWatch { all, own, own_time, looked: Instant::now(), others: 0.0 }
+        LoadWatch { all, own, own_time, measured: Instant::now(), others: 0.0 }
     }
 
-    /// How many cores others kept busy since the last look that was long enough ago.
+    /// How many cores others kept busy since the last measurement that was long enough ago.
     pub fn others(&mut self) -> f64 {
-        let elapsed = self.looked.elapsed();
-        if elapsed >= INTERVAL {
+        let elapsed = self.measured.elapsed();
+        if elapsed >= LOAD_INTERVAL {
             self.all.refresh_cpu_usage();
             let own_time = own_time(&mut self.own);
             let busy =
                 f64::from(self.all.global_cpu_usage()) / 100.0 * self.all.cpus().len() as f64;
             let own = (own_time - self.own_time) / elapsed.as_secs_f64();
-            (self.own_time, self.looked) = (own_time, Instant::now());
+            (self.own_time, self.measured) = (own_time, Instant::now());
             self.others = (busy - own).max(0.0);
         }
         self.others

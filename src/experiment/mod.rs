@@ -21,6 +21,7 @@ mod results;
 mod runner;
 mod spec;
 mod store;
+mod variable;
 
 pub use crate::format_error::FormatError;
 pub use data::Places;

@@ -1,7 +1,7 @@
 //! "Did you mean": the known name that looks most like a given one.
 
 /// Names less alike than this are no misspellings of each other (Jaro and Winkler's measure, 1 for equal ones).
-const ALIKE: f64 = 0.8;
+const LEAST_SIMILARITY: f64 = 0.8;
 
 /// `; did you mean "NAME"?`, or nothing.
 pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
@@ -18,7 +18,7 @@ pub fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
     let mut best: Option<(&str, f64)> = None;
     for name in known {
         let alike = alike(name);
-        if alike >= ALIKE && best.is_none_or(|(_, least)| alike > least) {
+        if alike >= LEAST_SIMILARITY && best.is_none_or(|(_, least)| alike > least) {
             best = Some((name, alike));
         }
     }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Deserializer};
 
 use super::machine::{Machine, Program};
 use super::manifest::Manifest;
@@ -11,7 +11,7 @@ use super::store::{Store, lacking};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::npy;
-use crate::run::Status;
+use crate::solve::Summary;
 
 /// One finished run.
 pub struct Done {
@@ -22,34 +22,13 @@ pub struct Done {
     /// `manifest.json`.
     pub manifest: Manifest,
     /// `summary.json`.
-    pub summary: Recorded,
+    pub summary: Summary,
     /// `trace.csv`, in the order of the iterations.
     pub trace: Vec<Point>,
     /// The label of each vertex, V bytes, where they were kept: for the first repetition on small meshes.
     pub labels: Option<Vec<u8>>,
     /// 255 max_p u_kp of each vertex, V bytes, where they were kept.
     pub certainty: Option<Vec<u8>>,
-}
-
-/// What is read of `summary.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Recorded {
-    pub status: Status,
-    pub iterations: u64,
-    pub seconds: f64,
-    pub energy: f64,
-    pub dual_bound: f64,
-    pub baseline: f64,
-    pub relative_gap: f64,
-    pub rounded_energy: f64,
-    #[serde(deserialize_with = "share")]
-    pub rounded_relative_gap: f64,
-    pub vertices: usize,
-    pub faces: usize,
-    pub regions: usize,
-    pub empty_regions: Vec<usize>,
-    pub lambda: f64,
-    pub mass: String,
 }
 
 /// A row of `trace.csv`.
@@ -134,11 +113,6 @@ impl Done {
     }
 }
 
-/// JSON has no infinity.
-fn share<'a, D: Deserializer<'a>>(number: D) -> std::result::Result<f64, D::Error> {
-    Option::<f64>::deserialize(number).map(|share| share.unwrap_or(f64::INFINITY))
-}
-
 /// Where and by what a run was made.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Origin {
@@ -214,4 +188,28 @@ fn json<T: DeserializeOwned>(path: &Path) -> Result<T> {
 
 fn kept(path: &Path) -> Result<Option<Vec<u8>>> {
     if path.exists() { npy::read_bytes(path).map(Some) } else { Ok(None) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All of the results that came with the program, those of earlier versions of it included.
+    #[test]
+    fn summaries_are_read_as_they_were_written() {
+        let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+        let folders = |path: PathBuf| {
+            let entries = std::fs::read_dir(path).into_iter().flatten();
+            entries.map(|entry| entry.unwrap().path())
+        };
+        let mut count = 0;
+        for run in folders(results).flat_map(|results| folders(results.join("runs"))) {
+            let path = run.join("summary.json");
+            let summary: Summary = json(&path).unwrap();
+            let again = serde_json::to_string_pretty(&summary).unwrap() + "\n";
+            assert_eq!(again, std::fs::read_to_string(&path).unwrap(), "{}", path.display());
+            count += 1;
+        }
+        assert!(count > 0);
+    }
 }

@@ -10,11 +10,11 @@ use ndarray::Array1;
 
 use super::data::{Instance, Places};
 use super::external::Attempt;
-use super::machine::{LOADED, LoadWatch, Machine, Program};
+use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
 use super::plan::{Plan, Planned};
 use super::results::Origin;
-use super::store::Store;
+use super::store::{Claim, Store};
 use crate::error::{Error, Result};
 use crate::mesh::io;
 use crate::outcome::write_trace;
@@ -65,11 +65,13 @@ pub struct Tally {
     pub interrupted: bool,
 }
 
-/// Up to so many vertices labels and surfaces are kept for the page.
-pub const SHOWN: usize = 60_000;
+/// Labels and surfaces of larger meshes are not kept for the page.
+pub const MOST_VERTICES_SHOWN: usize = 60_000;
 
 /// Steps before the clock starts, once for each instance.
-const WARM_UP: u64 = 5;
+const WARM_UP_STEPS: u64 = 5;
+
+pub type EventObserver<'a> = &'a mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + Send);
 
 /// Makes what is missing of a plan, or everything if `again`. `observe` may break it off: the run under way is lost,
 /// the others stay.
@@ -82,103 +84,191 @@ pub fn run(
     store: &Store,
     program: &Program,
     again: bool,
-    observe: &mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + Send),
+    observe: EventObserver<'_>,
 ) -> Result<Tally> {
-    let machine = Machine::this();
-    let mut load = LoadWatch::new();
-    let mut tally = Tally::default();
-    for label in &plan.skipped {
-        if observe(Event::Skipped(label)).is_break() {
-            return Ok(Tally { interrupted: true, ..tally });
+    let mut runner = Runner {
+        plan,
+        places,
+        store,
+        program,
+        machine: Machine::this(),
+        load: LoadWatch::new(),
+        current: None,
+        tally: Tally::default(),
+    };
+    let interrupted = runner.make_all(again, observe)?.is_break();
+    Ok(Tally { interrupted, ..runner.tally })
+}
+
+struct Runner<'a> {
+    plan: &'a Plan<'a>,
+    places: &'a Places,
+    store: &'a Store,
+    program: &'a Program,
+    machine: Machine,
+    load: LoadWatch,
+    current: Option<Current<'a>>,
+    tally: Tally,
+}
+
+/// The instance of the run under way; only one is in memory.
+struct Current<'a> {
+    id: &'a str,
+    instance: Instance,
+    /// Whether a solver of ours has run on it.
+    is_warm: bool,
+}
+
+/// A solution, and what was measured while it was made.
+struct Timed {
+    solution: Solution,
+    start: SystemTime,
+    wall_seconds: f64,
+    load_average: f64,
+    /// Cores that other processes kept busy.
+    others: f64,
+}
+
+impl<'a> Runner<'a> {
+    fn make_all(&mut self, again: bool, observe: EventObserver<'_>) -> Result<ControlFlow<()>> {
+        let Runner { plan, store, .. } = *self;
+        for label in &plan.skipped {
+            if observe(Event::Skipped(label)).is_break() {
+                return Ok(ControlFlow::Break(()));
+            }
         }
+        for (index, run) in plan.runs.iter().enumerate() {
+            if store.has(&run.id) && !again {
+                self.count_present(run)?;
+                continue;
+            }
+            let flow = match store.claim(&run.id, again)? {
+                Some(claim) => self.make(index, run, claim, observe)?,
+                None if store.has(&run.id) => {
+                    self.tally.there += 1;
+                    ControlFlow::Continue(())
+                }
+                None => {
+                    self.tally.elsewhere += 1;
+                    observe(Event::Elsewhere(run))
+                }
+            };
+            if flow.is_break() {
+                return Ok(flow);
+            }
+        }
+        Ok(ControlFlow::Continue(()))
     }
-    let mut present: Option<(&str, Instance)> = None;
-    let mut cold = true;
-    for (index, run) in plan.runs.iter().enumerate() {
-        if store.has(&run.id) && !again {
-            tally.there += 1;
-            let origin = Origin::of(&store.run(&run.id))?;
-            if !origin.is_here(program, &machine) {
-                *tally.foreign.entry(origin).or_default() += 1;
-            }
-            continue;
+
+    fn count_present(&mut self, run: &Planned<'_>) -> Result<()> {
+        self.tally.there += 1;
+        let origin = Origin::of(&self.store.run(&run.id))?;
+        if !origin.is_here(self.program, &self.machine) {
+            *self.tally.foreign.entry(origin).or_default() += 1;
         }
-        let Some(claim) = store.claim(&run.id, again)? else {
-            tally.elsewhere += usize::from(!store.has(&run.id));
-            tally.there += usize::from(store.has(&run.id));
-            if !store.has(&run.id) && observe(Event::Elsewhere(run)).is_break() {
-                return Ok(Tally { interrupted: true, ..tally });
-            }
-            continue;
-        };
-        let fresh = present.as_ref().is_none_or(|(id, _)| *id != run.instance_id);
-        if fresh {
-            // The last one goes before the next one comes.
-            drop(present.take());
-            let instance = places.instance(run.instance).map_err(|missing| {
-                plan.spec.format_error(places.blame(run.instance), Error::from(missing))
-            })?;
-            show(store, run, &instance)?;
-            present = Some((&run.instance_id, instance));
+        Ok(())
+    }
+
+    /// Makes one run, from its instance to its files.
+    fn make(
+        &mut self,
+        index: usize,
+        run: &'a Planned<'a>,
+        claim: Claim,
+        observe: EventObserver<'_>,
+    ) -> Result<ControlFlow<()>> {
+        self.bring_instance(run)?;
+        let begins = observe(Event::Begins { index, all: self.plan.runs.len(), run });
+        if begins.is_break() {
+            return Ok(begins);
         }
-        let (_, instance) = present.as_ref().expect("it was just made");
-        if observe(Event::Begins { index, all: plan.runs.len(), run }).is_break() {
-            return Ok(Tally { interrupted: true, ..tally });
+        self.warm_up(run)?;
+        let timed = self.timed(run, claim.folder(), observe)?;
+        if timed.solution.summary.status == Status::Interrupted {
+            return Ok(ControlFlow::Break(()));
         }
-        cold |= fresh;
-        if cold && run.solver.external.is_none() {
-            let warm = Stop { iterations: Some(WARM_UP), ..Stop::default() };
-            attempt(run, instance, warm, &mut |_| ControlFlow::Continue(()))?;
-            cold = false;
+        let manifest = self.manifest(run, &timed);
+        write(claim.folder(), run, &timed.solution, &manifest)?;
+        claim.finish()?;
+        self.tally.made += 1;
+        Ok(observe(Event::Ended { run, solution: &timed.solution }))
+    }
+
+    fn bring_instance(&mut self, run: &'a Planned<'a>) -> Result<()> {
+        if self.current.as_ref().is_some_and(|current| current.id == run.instance_id) {
+            return Ok(());
         }
-        let (start, begin, others) = (SystemTime::now(), Instant::now(), load.others());
-        let average = LoadWatch::average();
+        // The last one is freed before the next one is made.
+        self.current = None;
+        let instance = self.places.instance(run.instance).map_err(|missing| {
+            self.plan.spec.format_error(self.places.blame(run.instance), Error::from(missing))
+        })?;
+        keep_surface(self.store, run, &instance)?;
+        self.current = Some(Current { id: &run.instance_id, instance, is_warm: false });
+        Ok(())
+    }
+
+    fn warm_up(&mut self, run: &Planned<'_>) -> Result<()> {
+        let current = self.current.as_mut().expect("its instance is there");
+        if !current.is_warm && run.solver.external.is_none() {
+            let stop = Stop { iterations: Some(WARM_UP_STEPS), ..Stop::default() };
+            attempt(run, &current.instance, stop, &mut |_| ControlFlow::Continue(()))?;
+            current.is_warm = true;
+        }
+        Ok(())
+    }
+
+    /// `claimed` is the folder where the run is made.
+    fn timed(
+        &mut self,
+        run: &Planned<'_>,
+        claimed: &Path,
+        observe: EventObserver<'_>,
+    ) -> Result<Timed> {
+        let instance = &self.current.as_ref().expect("its instance is there").instance;
+        let (folder, stop) = (&self.places.folder, &self.plan.spec.stop);
+        let (start, begin, others) = (SystemTime::now(), Instant::now(), self.load.others());
+        let load_average = LoadWatch::average();
         let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));
-        let stop = &plan.spec.stop;
         let solution = match &run.solver.external {
             None => attempt(run, instance, stop.clone(), &mut step)?,
             Some(external) => {
-                let (folder, claimed) = (&places.folder, claim.folder());
                 Attempt { run, external, instance, folder, claimed, stop }.make(&mut step)?
             }
         };
         let wall_seconds = begin.elapsed().as_secs_f64();
-        if solution.summary.status == Status::Interrupted {
-            return Ok(Tally { interrupted: true, ..tally });
-        }
-        let others = f64::max(others, load.others());
-        let manifest = Manifest {
+        let others = f64::max(others, self.load.others());
+        Ok(Timed { solution, start, wall_seconds, load_average, others })
+    }
+
+    fn manifest(&self, run: &Planned<'_>, timed: &Timed) -> Manifest {
+        let Timed { solution, start, wall_seconds, load_average, others } = timed;
+        let instance = &self.current.as_ref().expect("its instance is there").instance;
+        Manifest {
             id: run.id.clone(),
-            experiment: plan.spec.name.clone(),
+            experiment: self.plan.spec.name.clone(),
             instance: run.instance.label.clone(),
             instance_id: run.instance_id.clone(),
             solver: run.solver.label.clone(),
             repetition: run.repetition,
-            program: program.clone(),
-            machine: machine.clone(),
-            threads: run.solver.threads.unwrap_or(machine.cores),
-            load_average: average,
-            others,
-            loaded: others > LOADED,
+            program: self.program.clone(),
+            machine: self.machine.clone(),
+            threads: run.solver.threads.unwrap_or(self.machine.cores),
+            load_average: *load_average,
+            others: *others,
+            loaded: *others > TOLERATED_LOAD,
             seed: run.instance.seed,
             generator: "rand_pcg::Pcg64".into(),
-            start: humantime::format_rfc3339_millis(start).to_string(),
+            start: humantime::format_rfc3339_millis(*start).to_string(),
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
-            mislabeled: instance.truth.as_ref().map(|truth| mislabeled(&solution, truth)),
-            wall_seconds,
+            mislabeled: instance.truth.as_ref().map(|truth| mislabeled(solution, truth)),
+            wall_seconds: *wall_seconds,
             exit: match (solution.summary.status, &solution.summary.warnings[..]) {
                 (Status::Failed, [why, ..]) => why.clone(),
-                _ => solution.summary.status_sentence.into(),
+                _ => solution.summary.status_sentence.clone().into_owned(),
             },
-        };
-        write(claim.folder(), run, &solution, &manifest)?;
-        claim.finish()?;
-        tally.made += 1;
-        if observe(Event::Ended { run, solution: &solution }).is_break() {
-            return Ok(Tally { interrupted: true, ..tally });
         }
     }
-    Ok(tally)
 }
 
 fn mislabeled(solution: &Solution, truth: &[usize]) -> f64 {
@@ -215,7 +305,7 @@ fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manif
     file::write(&folder.join("spec.toml"), |out| out.write_all(run.toml.as_bytes()))?;
     write_trace(&folder.join("trace.csv"), &solution.trace)?;
     json("summary.json", &|out| serde_json::to_writer_pretty(out, &solution.summary))?;
-    if run.repetition == 0 && solution.labels.len() <= SHOWN {
+    if run.repetition == 0 && solution.labels.len() <= MOST_VERTICES_SHOWN {
         let labels: Array1<u8> = solution.labels.iter().map(|&label| label as u8).collect();
         let certainty: Array1<u8> = (solution.u.outer_iter())
             .map(|u| (255.0 * u.iter().fold(0.0, |a: f64, &b| a.max(b))).round() as u8)
@@ -226,11 +316,11 @@ fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manif
     json("manifest.json", &|out| serde_json::to_writer_pretty(out, manifest))
 }
 
-/// The surface and its data, once.
-fn show(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
+/// Writes the surface and its data, once, for the page.
+fn keep_surface(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
     let folder = store.folder.join("instances");
     let path = folder.join(format!("{}.ply", run.instance_id));
-    if instance.mesh.vertices.len() > SHOWN || path.exists() {
+    if instance.mesh.vertices.len() > MOST_VERTICES_SHOWN || path.exists() {
         return Ok(());
     }
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;

@@ -29,7 +29,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::document::{self, Fits, Placed, Scalar, Section, Wrong};
+use super::document::{self, Fits, Scalar, Section, Spanned, Wrong};
 use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, MOST_RUNS};
 use super::nearest::did_you_mean;
@@ -88,7 +88,7 @@ impl Spec {
         let question = first_comment(&text);
         document::read(path, &text, |file| {
             let repetitions = file.count("repetitions", 1)?;
-            let repeated = repetitions.as_ref().map_or(0..0, |count| count.place.clone());
+            let repeated = repetitions.as_ref().map_or(0..0, |count| count.span.clone());
             let repetitions = repetitions.map_or(1, |count| count.value);
             let stop = match file.section("stop")? {
                 Some(section) => read_stop(section)?,
@@ -103,36 +103,15 @@ impl Spec {
             let folder = path.parent().unwrap_or(Path::new(""));
             let instances = labeled(file, "instance", |section| read_instances(section, folder))?;
             let solvers = labeled(file, "solver", |section| read_solvers(section, &stop))?;
-            let runs = repetitions
-                .saturating_mul(instances.len() as u64)
-                .saturating_mul(solvers.len() as u64);
-            if runs > MOST_RUNS {
-                let message = format!(
-                    "{repetitions} repetitions of {} solvers on {} instances make {runs} runs; at most {MOST_RUNS} are \
-                     possible",
-                    solvers.len(),
-                    instances.len()
-                );
-                return Err(Wrong::at(&repeated, message));
-            }
-            let exclusions = file
-                .sections("exclude")?
-                .into_iter()
-                .map(|mut section| read_exclusion(&mut section, &instances, &solvers))
-                .collect::<Fits<_>>()?;
-            let figures = file
-                .sections("figure")?
-                .into_iter()
-                .map(FigureSpec::read)
-                .collect::<Fits<Vec<_>>>()?;
+            check_run_count(repetitions, &repeated, instances.len(), solvers.len())?;
+            let exclusions = read_all(file, "exclude", |mut section| {
+                read_exclusion(&mut section, &instances, &solvers)
+            })?;
+            let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
                 check_filters(figure, &instances, &solvers)?;
             }
-            let tables = file
-                .sections("table")?
-                .into_iter()
-                .map(TableSpec::read)
-                .collect::<Fits<Vec<_>>>()?;
+            let tables = read_all(file, "table", TableSpec::read)?;
             Ok(Spec {
                 path: path.to_owned(),
                 name,
@@ -149,19 +128,45 @@ impl Spec {
         })
     }
 
-    /// Something that the file asks for at a place, and that is not there.
-    pub fn format_error(&self, place: &Range<usize>, message: impl fmt::Display) -> Error {
+    /// An error about a span of the file.
+    pub fn format_error(&self, span: &Range<usize>, message: impl fmt::Display) -> Error {
         let end = self.text.len();
-        let place = place.start.min(end)..place.end.min(end);
+        let span = span.start.min(end)..span.end.min(end);
         let message = message.to_string();
         let (path, text) = (self.path.clone(), self.text.clone());
-        Box::new(FormatError { path, text, place, message }).into()
+        Box::new(FormatError { path, text, span, message }).into()
     }
 
     /// Whether a solver runs on an instance.
     pub fn includes(&self, instance: &InstanceCell, solver: &SolverCell) -> bool {
         !self.exclusions.iter().any(|exclusion| covers(exclusion, instance, solver))
     }
+}
+
+/// All tables `[[key]]`, if there are any.
+fn read_all<'a, T>(
+    file: &mut Section<'a>,
+    key: &'static str,
+    read: impl FnMut(Section<'a>) -> Fits<T>,
+) -> Fits<Vec<T>> {
+    file.sections(key)?.into_iter().map(read).collect()
+}
+
+fn check_run_count(
+    repetitions: u64,
+    repeated: &Range<usize>,
+    instances: usize,
+    solvers: usize,
+) -> Fits<()> {
+    let runs = repetitions.saturating_mul(instances as u64).saturating_mul(solvers as u64);
+    if runs <= MOST_RUNS {
+        return Ok(());
+    }
+    let message = format!(
+        "{repetitions} repetitions of {solvers} solvers on {instances} instances make {runs} runs; at most {MOST_RUNS} \
+         are possible"
+    );
+    Err(Wrong::at(repeated, message))
 }
 
 /// Whether a solver on an instance falls under an exclusion.
@@ -184,11 +189,11 @@ fn read_stop(mut section: Section<'_>) -> Fits<Stop> {
     if let Some(gap) = &gap
         && gap.value < 0.0
     {
-        return Err(Wrong::at(&gap.place, "gap must be a number from 0"));
+        return Err(Wrong::at(&gap.span, "gap must be a number from 0"));
     }
     let time = section.number("time-limit")?.map(|limit| {
         time_limit(limit.value)
-            .map_err(|message| Wrong::at(&limit.place, format!("time-limit {message}")))
+            .map_err(|message| Wrong::at(&limit.span, format!("time-limit {message}")))
     });
     let stop = Stop {
         relative_gap: gap.map(|gap| gap.value),
@@ -214,13 +219,13 @@ fn labeled<T: Labeled>(
     let mut all: Vec<T> = Vec::new();
     let mut labels = HashSet::new();
     for section in sections {
-        let place = section.place.clone();
+        let span = section.span.clone();
         for one in read(section)? {
             let label = one.label();
             if !labels.insert(label.to_owned()) {
                 let message =
                     format!("two of [[{key}]] are called {label:?}: give one another label");
-                return Err(Wrong::at(&place, message));
+                return Err(Wrong::at(&span, message));
             }
             all.push(one);
         }
@@ -250,19 +255,19 @@ fn check_filters(
     instances: &[InstanceCell],
     solvers: &[SolverCell],
 ) -> Fits<()> {
-    let check = |key: &str, part: &Option<String>, place: &Range<usize>, labels: Vec<&str>| {
+    let check = |key: &str, part: &Option<String>, span: &Range<usize>, labels: Vec<&str>| {
         let Some(part) = part else { return Ok(()) };
         if labels.iter().any(|label| label.contains(&part[..])) {
             return Ok(());
         }
         let meant = did_you_mean(part, labels);
         let message = format!("{key}: no label of [[{}]] contains {part:?}{meant}", &key_of(key));
-        Err(Wrong::at(place, message))
+        Err(Wrong::at(span, message))
     };
     let labels = instances.iter().map(|cell| cell.label.as_str()).collect();
-    check("only", &figure.only, &figure.places.only, labels)?;
+    check("only", &figure.only, &figure.spans.only, labels)?;
     let labels = solvers.iter().map(|cell| cell.label.as_str()).collect();
-    check("solvers", &figure.solvers, &figure.places.solvers, labels)
+    check("solvers", &figure.solvers, &figure.spans.solvers, labels)
 }
 
 /// The tables whose labels a key of a figure names.
@@ -278,7 +283,7 @@ fn read_exclusion(
     let mut entries = Vec::new();
     if let Some(mut options) = section.section("options")? {
         for (key, values) in options.rest()? {
-            entries.push((Placed { value: format!("options.{}", key.value), ..key }, values));
+            entries.push((Spanned { value: format!("options.{}", key.value), ..key }, values));
         }
     }
     entries.extend(section.rest()?);
@@ -293,7 +298,7 @@ fn read_exclusion(
             let meant = did_you_mean(&key.value, known.iter().copied());
             let message =
                 format!("no cell has {:?}; there are {}{meant}", key.value, known.join(", "));
-            return Err(Wrong::at(&key.place, message));
+            return Err(Wrong::at(&key.span, message));
         };
         if let Some(odd) = values.iter().find(|odd| !there.iter().any(|value| odd.value.is(value)))
         {
@@ -302,14 +307,14 @@ fn read_exclusion(
             let meant = did_you_mean(&given, there.iter().map(String::as_str));
             let message =
                 format!("no cell has the {key} {given}, so that nothing is excluded{meant}");
-            return Err(Wrong::at(&odd.place, message));
+            return Err(Wrong::at(&odd.span, message));
         }
     }
     let exclusion = Exclusion(entries);
     let mut solved = instances.iter().flat_map(|one| solvers.iter().map(move |other| (one, other)));
     if !solved.any(|(instance, solver)| covers(&exclusion, instance, solver)) {
         let message = "no cell has all of these values together, so that nothing is excluded";
-        return Err(Wrong::at(&section.place, message));
+        return Err(Wrong::at(&section.span, message));
     }
     Ok(exclusion)
 }

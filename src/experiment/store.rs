@@ -17,12 +17,12 @@ use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::file;
 
-/// What every run has.
-const FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
+/// The files that every run has.
+const RUN_FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
 
 /// Of these files the first that the folder of a run lacks.
 pub fn lacking(run: &Path) -> Option<&'static str> {
-    FILES.into_iter().find(|name| !run.join(name).is_file())
+    RUN_FILES.into_iter().find(|name| !run.join(name).is_file())
 }
 
 /// The folder of results of one experiment.
@@ -132,7 +132,7 @@ impl Claim {
 }
 
 impl Drop for Claim {
-    /// Whoever opened the lock file before it goes finds the run finished once the lock is free.
+    /// A process that opened the lock file before it is removed finds the run finished once the lock is free.
     fn drop(&mut self) {
         let leftovers = [fs::remove_dir_all(&self.unfinished), fs::remove_file(&self.lock_path)];
         for error in leftovers.into_iter().filter_map(std::result::Result::err) {

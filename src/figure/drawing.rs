@@ -46,6 +46,13 @@ pub struct Axis {
     pub scale: Scale,
 }
 
+impl Axis {
+    /// The axis with a label, logarithmic or linear.
+    pub fn new(label: impl Into<String>, log: bool) -> Self {
+        Axis { label: label.into(), scale: if log { Scale::Log } else { Scale::Linear } }
+    }
+}
+
 /// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
@@ -63,17 +70,17 @@ pub struct Series {
     /// The same index looks the same in every panel and figure.
     pub style: usize,
     /// How the points are drawn.
-    pub shape: Shape,
-    /// x and y. A point without a place on the axes, such as a NaN or a zero on a logarithmic one, is left out
+    pub primitive: Primitive,
+    /// x and y. A point without a position on the axes, such as a NaN or a zero on a logarithmic one, is left out
     /// and breaks the line.
     pub points: Vec<[f64; 2]>,
-    /// x, low, high, such as quartiles: bars beside [`Shape::Marks`], an area behind lines.
+    /// x, low, high, such as quartiles: bars beside [`Primitive::Marks`], an area behind lines.
     pub band: Vec<[f64; 3]>,
 }
 
 /// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum Primitive {
     /// Straight lines from each point to the next.
     Line,
     /// Each value holds until the next x.
@@ -86,7 +93,7 @@ pub enum Shape {
     Reference,
 }
 
-/// Figures are plain data; what stops one is said without a file name.
+/// Figures are plain data, so the error has no file name.
 pub(super) fn unsuitable(message: impl std::fmt::Display) -> Error {
     Error::unsuitable(format!("the figure cannot be drawn: {message}"))
 }

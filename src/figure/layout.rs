@@ -3,13 +3,15 @@
 
 use super::legend::Legend;
 use super::range::Range;
-use super::text::{self, ASCENT, DESCENT, DIGITS, EXPONENT, LABEL, LINE, SMALL};
+use super::text::{
+    self, ASCENT, DESCENT, DIGIT_HEIGHT, EXPONENT_SIZE, LABEL_SIZE, LINE_SPACING, SMALL_SIZE,
+};
 use super::ticks::{self, Label, Ticks};
 use super::{Axis, Figure, Panel, Result, Scale, Width, unsuitable};
 
 /// Nothing is closer to the edge of the page.
 const MARGIN: f64 = 1.0;
-pub const TICK: f64 = 2.6;
+pub const TICK_LENGTH: f64 = 2.6;
 /// Between a tick and its label.
 pub const TICK_GAP: f64 = 2.0;
 /// Between tick labels and the label of the axis.
@@ -19,10 +21,10 @@ const ABOVE_NOTE: f64 = 2.0;
 const BELOW_LEGEND: f64 = 5.0;
 const BELOW_TITLE: f64 = 3.5;
 /// A plot is this high for the width of its panel, between two bounds.
-const ASPECT: f64 = 0.6;
-const HEIGHTS: [f64; 2] = [84.0, 190.0];
+const PLOT_ASPECT: f64 = 0.6;
+const PLOT_HEIGHTS: [f64; 2] = [84.0, 190.0];
 /// With narrower plots, a figure has fewer columns.
-const NARROWEST: f64 = 48.0;
+const NARROWEST_PLOT: f64 = 48.0;
 
 /// The rectangle of the plot, and what it shows.
 #[derive(Clone, Copy, Debug)]
@@ -36,18 +38,18 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// On the page. The point has a place on both axes.
+    /// On the page. The point has a position on both axes.
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let place = |scale: Scale, value| scale.place(value).expect("a drawable number");
-        [self.across(place(self.x.scale, x)), self.up(place(self.y.scale, y))]
+        let position = |scale: Scale, value| scale.position(value).expect("a drawable number");
+        [self.across(position(self.x.scale, x)), self.up(position(self.y.scale, y))]
     }
 
-    pub fn across(&self, place: f64) -> f64 {
-        self.left + self.width * self.x.share(place)
+    pub fn across(&self, position: f64) -> f64 {
+        self.left + self.width * self.x.share(position)
     }
 
-    pub fn up(&self, place: f64) -> f64 {
-        self.top + self.height * (1.0 - self.y.share(place))
+    pub fn up(&self, position: f64) -> f64 {
+        self.top + self.height * (1.0 - self.y.share(position))
     }
 
     pub fn right(&self) -> f64 {
@@ -59,11 +61,11 @@ impl Frame {
     }
 }
 
-/// A panel with its place.
-pub struct Placed<'a> {
+/// A panel, its plot and its texts, all with their positions.
+pub struct PlacedPanel<'a> {
     pub panel: &'a Panel,
     pub frame: Frame,
-    /// `false`: no series has a point with a place on the axes.
+    /// `false`: no series has a point with a position on the axes.
     pub has_data: bool,
     pub x_ticks: Ticks,
     pub y_ticks: Ticks,
@@ -81,7 +83,7 @@ pub struct Layout<'a> {
     pub height: f64,
     pub columns: usize,
     pub legend: Legend<'a>,
-    pub panels: Vec<Placed<'a>>,
+    pub panels: Vec<PlacedPanel<'a>>,
     /// Between the plots of neighbors.
     pub gaps: [f64; 2],
     pub note: Vec<String>,
@@ -96,7 +98,7 @@ impl<'a> Layout<'a> {
         let mut columns = figure.columns.clamp(1, figure.panels.len());
         loop {
             let grid = Grid::new(figure, columns);
-            if grid.plot[0] >= NARROWEST || columns == 1 {
+            if grid.plot[0] >= NARROWEST_PLOT || columns == 1 {
                 return Ok(grid.place());
             }
             columns -= 1;
@@ -105,21 +107,21 @@ impl<'a> Layout<'a> {
 }
 
 pub fn label_width(label: &Label) -> f64 {
-    let exponent = label.exponent.as_ref().map_or(0.0, |e| text::width(e, EXPONENT));
-    text::width(&label.text, SMALL) + exponent
+    let exponent = label.exponent.as_ref().map_or(0.0, |e| text::width(e, EXPONENT_SIZE));
+    text::width(&label.text, SMALL_SIZE) + exponent
 }
 
-/// What the axes of a panel show.
-struct Shown<'a> {
+/// The ranges that the data of a panel extend over.
+struct Extents<'a> {
     panel: &'a Panel,
     has_data: bool,
     x: Range,
     y: Range,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> Extents<'a> {
     fn new(panel: &'a Panel) -> Self {
-        let drawable = |axis: &Axis, value: f64| axis.scale.place(value).is_some();
+        let drawable = |axis: &Axis, value: f64| axis.scale.position(value).is_some();
         let mut points = Vec::new();
         for series in &panel.series {
             let bands = series.band.iter();
@@ -133,7 +135,7 @@ impl<'a> Shown<'a> {
         let range =
             |axis: &Axis, i: usize| Range::holding(axis.scale, points.iter().map(|point| point[i]));
         let empty = Range { scale: Scale::Linear, low: 0.0, high: 1.0 };
-        Shown {
+        Extents {
             panel,
             has_data: !points.is_empty(),
             x: range(&panel.x, 0).unwrap_or(empty),
@@ -146,15 +148,14 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// The sizes of rows and columns, before anything has its place.
+/// The sizes of rows and columns, before anything has its position.
 struct Grid<'a> {
     figure: &'a Figure,
     columns: usize,
     width: f64,
-    shown: Vec<Shown<'a>>,
+    extents: Vec<Extents<'a>>,
     x_ticks: Vec<Ticks>,
     y_ticks: Vec<Ticks>,
-    x_labels: Vec<Vec<String>>,
     y_labels: Vec<Vec<String>>,
     /// Width and height of every plot.
     plot: [f64; 2],
@@ -173,61 +174,54 @@ impl<'a> Grid<'a> {
         let panels = &figure.panels;
         let between = BETWEEN_PANELS * (columns - 1) as f64;
         let room = width - 2.0 * MARGIN - between;
-        let height = (ASPECT * room / columns as f64).clamp(HEIGHTS[0], HEIGHTS[1]);
-        let shown: Vec<Shown> = panels.iter().map(Shown::new).collect();
-        let y_ticks: Vec<Ticks> =
-            shown.iter().map(|s| s.ticks(&s.y, height, &|_| 1.7 * SMALL)).collect();
-        let y_labels: Vec<Vec<String>> = (0..panels.len())
-            .map(|i| {
-                let repeats = i % columns > 0 && panels[i - 1].y.label == panels[i].y.label;
-                let label = if repeats { "" } else { &panels[i].y.label };
-                text::wrap(label, LABEL, height)
-            })
-            .collect();
+        let height = (PLOT_ASPECT * room / columns as f64).clamp(PLOT_HEIGHTS[0], PLOT_HEIGHTS[1]);
+        let extents: Vec<Extents> = panels.iter().map(Extents::new).collect();
+        let y_ticks =
+            extents.iter().map(|e| e.ticks(&e.y, height, &|_| 1.7 * SMALL_SIZE)).collect();
         let mut grid = Grid {
             figure,
             columns,
             width,
-            shown,
+            extents,
             x_ticks: Vec::new(),
             y_ticks,
-            x_labels: Vec::new(),
-            y_labels,
+            y_labels: y_labels(panels, columns, height),
             plot: [0.0, height],
             left: [0.0; 2],
             right: 0.0,
         };
         for i in 0..panels.len() {
-            grid.make_room(i, grid.y_label_room(i) + grid.y_tick_labels(i) + TICK_GAP + TICK);
+            grid.make_room(
+                i,
+                grid.y_label_room(i) + grid.y_tick_labels(i) + TICK_GAP + TICK_LENGTH,
+            );
         }
-        // The labels of x reach beyond the plot, and which there are depends on its width.
+        grid.fit_width(room);
+        grid
+    }
+
+    /// Makes the plots as wide as the room for them allows. The labels of x reach beyond the plot, and which there are
+    /// depends on its width.
+    fn fit_width(&mut self, room: f64) {
         loop {
-            let inner = grid.left[1] * (columns - 1) as f64;
-            grid.plot[0] = (room - grid.left[0] - inner) / columns as f64 - grid.right;
-            if grid.plot[0] < NARROWEST && columns > 1 {
-                return grid;
+            let inner = self.left[1] * (self.columns - 1) as f64;
+            self.plot[0] = (room - self.left[0] - inner) / self.columns as f64 - self.right;
+            if self.plot[0] < NARROWEST_PLOT && self.columns > 1 {
+                return;
             }
             let room = |label: &Label| label_width(label) + 5.0;
-            grid.x_ticks = grid.shown.iter().map(|s| s.ticks(&s.x, grid.plot[0], &room)).collect();
-            let before = (grid.left, grid.right);
-            for i in 0..panels.len() {
-                let [left, right] = grid.overhang(i);
-                grid.make_room(i, left);
-                grid.right = grid.right.max(right);
+            let ticks = self.extents.iter().map(|e| e.ticks(&e.x, self.plot[0], &room));
+            self.x_ticks = ticks.collect();
+            let before = (self.left, self.right);
+            for i in 0..self.x_ticks.len() {
+                let [left, right] = self.overhang(i);
+                self.make_room(i, left);
+                self.right = self.right.max(right);
             }
-            if before == (grid.left, grid.right) {
-                break;
+            if before == (self.left, self.right) {
+                return;
             }
         }
-        grid.x_labels = (0..panels.len())
-            .map(|i| {
-                let below = panels.get(i + columns);
-                let repeats = below.is_some_and(|below| below.x.label == panels[i].x.label);
-                let label = if repeats { "" } else { &panels[i].x.label };
-                text::wrap(label, LABEL, grid.plot[0])
-            })
-            .collect();
-        grid
     }
 
     /// At the left of a plot.
@@ -243,16 +237,16 @@ impl<'a> Grid<'a> {
     fn y_label_room(&self, i: usize) -> f64 {
         match self.y_labels[i].len() {
             0 => 0.0,
-            lines => (ASCENT + DESCENT + LINE * (lines - 1) as f64) * LABEL,
+            lines => (ASCENT + DESCENT + LINE_SPACING * (lines - 1) as f64) * LABEL_SIZE,
         }
     }
 
     /// How far the labels of x reach beyond the plot.
     fn overhang(&self, i: usize) -> [f64; 2] {
-        let mut overhang = [0.0f64; 2];
+        let (mut overhang, range) = ([0.0f64; 2], &self.extents[i].x);
         for tick in &self.x_ticks[i].major {
             let half = label_width(&tick.label) / 2.0;
-            let at = self.plot[0] * self.shown[i].x.share(tick.number.place(self.shown[i].x.scale));
+            let at = self.plot[0] * range.share(tick.number.position(range.scale));
             overhang[0] = overhang[0].max(half - at);
             overhang[1] = overhang[1].max(at + half - self.plot[0]);
         }
@@ -261,70 +255,85 @@ impl<'a> Grid<'a> {
     }
 
     fn place(self) -> Layout<'a> {
-        let panels = &self.figure.panels;
-        let inside = self.width - 2.0 * MARGIN;
-        let mut legend = Legend::new(panels, MARGIN, inside);
+        let (width, columns) = (self.width, self.columns);
+        let inside = width - 2.0 * MARGIN;
+        let mut legend = Legend::new(&self.figure.panels, MARGIN, inside);
         for entry in &mut legend.entries {
             entry.at[1] += MARGIN;
         }
-        let titles: Vec<Vec<String>> = panels
-            .iter()
-            .map(|panel| text::wrap(panel.title.as_deref().unwrap_or(""), LABEL, self.plot[0]))
-            .collect();
-        let most = |lines: &[Vec<String>]| lines.iter().map(Vec::len).max().unwrap_or(0) as f64;
-        let above = |lines: f64| match lines {
-            // Half a tick label is above the plot.
-            0.0 => SMALL / 2.0,
-            lines => (ASCENT + LINE * (lines - 1.0)) * LABEL + BELOW_TITLE,
+        let titles = self.titles();
+        let x_labels = x_labels(&self.figure.panels, columns, self.plot[0]);
+        let rows = self.rows(&legend, &titles, &x_labels);
+        let gaps = [self.right + BETWEEN_PANELS + self.left[1], rows.gap];
+        let note = text::wrap(self.figure.note.as_deref().unwrap_or(""), SMALL_SIZE, inside);
+        let note_at = [MARGIN, rows.bottom + ABOVE_NOTE + ASCENT * SMALL_SIZE];
+        let bottom = match note.len() {
+            0 => rows.bottom,
+            lines => note_at[1] + (LINE_SPACING * (lines - 1) as f64 + DESCENT) * SMALL_SIZE,
         };
-        let below_ticks = TICK + TICK_GAP + SMALL;
-        let below = |lines: f64| match lines {
-            0.0 => below_ticks,
-            lines => below_ticks + LABEL_GAP + (LINE * (lines - 1.0) + DIGITS) * LABEL,
-        };
-        let rows = panels.len().div_ceil(self.columns);
-        let inner = (rows - 1) * self.columns;
-        // Rows are at one distance, as pgfplots has it.
-        let gap = below(most(&self.x_labels[..inner]))
-            + BETWEEN_PANELS
-            + above(most(&titles[self.columns..]));
+        Layout {
+            width,
+            height: bottom + MARGIN,
+            columns,
+            legend,
+            panels: self.placed(titles, x_labels, rows.top, gaps),
+            gaps,
+            note,
+            note_at,
+        }
+    }
 
-        let mut top = MARGIN + legend.height + above(most(&titles[..self.columns]));
+    fn titles(&self) -> Vec<Vec<String>> {
+        let titles = self.figure.panels.iter().map(|panel| panel.title.as_deref().unwrap_or(""));
+        titles.map(|title| text::wrap(title, LABEL_SIZE, self.plot[0])).collect()
+    }
+
+    fn rows(&self, legend: &Legend<'_>, titles: &[Vec<String>], x_labels: &[Vec<String>]) -> Rows {
+        let rows = titles.len().div_ceil(self.columns);
+        let inner = (rows - 1) * self.columns;
+        let gap = below_plot(most_lines(&x_labels[..inner]))
+            + BETWEEN_PANELS
+            + above_plot(most_lines(&titles[self.columns..]));
+        let mut top = MARGIN + legend.height + above_plot(most_lines(&titles[..self.columns]));
         if !legend.entries.is_empty() {
             top += BELOW_LEGEND;
         }
-        let gaps = [self.right + BETWEEN_PANELS + self.left[1], gap];
-        let bottom = top + rows as f64 * self.plot[1] + (rows - 1) as f64 * gap;
-        let height = bottom + below(most(&self.x_labels)) + DESCENT * LABEL;
-        let note = text::wrap(self.figure.note.as_deref().unwrap_or(""), SMALL, inside);
-        let note_at = [MARGIN, height + ABOVE_NOTE + ASCENT * SMALL];
-        let height = match note.len() {
-            0 => height,
-            lines => note_at[1] + (LINE * (lines - 1) as f64 + DESCENT) * SMALL,
-        };
+        let last = top + rows as f64 * self.plot[1] + (rows - 1) as f64 * gap;
+        let bottom = last + below_plot(most_lines(x_labels)) + DESCENT * LABEL_SIZE;
+        Rows { top, gap, bottom }
+    }
 
+    fn placed(
+        self,
+        titles: Vec<Vec<String>>,
+        x_labels: Vec<Vec<String>>,
+        top: f64,
+        gaps: [f64; 2],
+    ) -> Vec<PlacedPanel<'a>> {
         let ticks = self.x_ticks.into_iter().zip(self.y_ticks);
-        let labels = self.x_labels.into_iter().zip(self.y_labels);
+        let labels = x_labels.into_iter().zip(self.y_labels);
         let texts = titles.into_iter().zip(labels);
-        let placed = self.shown.into_iter().zip(ticks).zip(texts).enumerate().map(
-            |(i, ((shown, (x_ticks, y_ticks)), (title, (x_label, y_label))))| {
+        let panels = self.extents.into_iter().zip(ticks).zip(texts).enumerate();
+        let placed =
+            panels.map(|(i, ((extents, (x_ticks, y_ticks)), (title, (x_label, y_label))))| {
                 let (row, column) = (i / self.columns, i % self.columns);
                 let frame = Frame {
                     left: MARGIN + self.left[0] + (self.plot[0] + gaps[0]) * column as f64,
                     top: top + (self.plot[1] + gaps[1]) * row as f64,
                     width: self.plot[0],
                     height: self.plot[1],
-                    x: shown.x,
-                    y: shown.y,
+                    x: extents.x,
+                    y: extents.y,
                 };
                 // The last of several lines is the one above the plot.
-                let above = LINE * LABEL * title.len().saturating_sub(1) as f64;
-                Placed {
-                    panel: shown.panel,
-                    has_data: shown.has_data,
+                let above = LINE_SPACING * LABEL_SIZE * title.len().saturating_sub(1) as f64;
+                PlacedPanel {
+                    panel: extents.panel,
+                    has_data: extents.has_data,
                     title_at: frame.top - BELOW_TITLE - above,
-                    x_label_at: frame.bottom() + below(1.0),
-                    y_label_at: frame.left - self.left[usize::from(column > 0)] + ASCENT * LABEL,
+                    x_label_at: frame.bottom() + below_plot(1),
+                    y_label_at: frame.left - self.left[usize::from(column > 0)]
+                        + ASCENT * LABEL_SIZE,
                     frame,
                     x_ticks,
                     y_ticks,
@@ -332,17 +341,60 @@ impl<'a> Grid<'a> {
                     x_label,
                     y_label,
                 }
-            },
-        );
-        Layout {
-            width: self.width,
-            height: height + MARGIN,
-            columns: self.columns,
-            legend,
-            panels: placed.collect(),
-            gaps,
-            note,
-            note_at,
+            });
+        placed.collect()
+    }
+}
+
+/// The rows of plots, from the top of the page on; they are at one distance, as pgfplots has it.
+struct Rows {
+    /// Of the first plots.
+    top: f64,
+    /// Between the plots of one row and the next.
+    gap: f64,
+    /// Below the labels of the last row.
+    bottom: f64,
+}
+
+fn most_lines(texts: &[Vec<String>]) -> usize {
+    texts.iter().map(Vec::len).max().unwrap_or(0)
+}
+
+/// The room above a plot for a title of `lines` lines.
+fn above_plot(lines: usize) -> f64 {
+    match lines {
+        // Half a tick label is above the plot.
+        0 => SMALL_SIZE / 2.0,
+        lines => (ASCENT + LINE_SPACING * (lines - 1) as f64) * LABEL_SIZE + BELOW_TITLE,
+    }
+}
+
+/// The room below a plot for tick labels and a label of `lines` lines, to the baseline of the last.
+fn below_plot(lines: usize) -> f64 {
+    let ticks = TICK_LENGTH + TICK_GAP + SMALL_SIZE;
+    match lines {
+        0 => ticks,
+        lines => {
+            ticks + LABEL_GAP + (LINE_SPACING * (lines - 1) as f64 + DIGIT_HEIGHT) * LABEL_SIZE
         }
     }
+}
+
+/// The labels of y, but where the neighbor to the left has the same.
+fn y_labels(panels: &[Panel], columns: usize, height: f64) -> Vec<Vec<String>> {
+    let label = |i: usize| {
+        let repeats = !i.is_multiple_of(columns) && panels[i - 1].y.label == panels[i].y.label;
+        if repeats { "" } else { &panels[i].y.label[..] }
+    };
+    (0..panels.len()).map(|i| text::wrap(label(i), LABEL_SIZE, height)).collect()
+}
+
+/// The labels of x, but where the neighbor below has the same.
+fn x_labels(panels: &[Panel], columns: usize, width: f64) -> Vec<Vec<String>> {
+    let label = |i: usize| {
+        let below = panels.get(i + columns);
+        let repeats = below.is_some_and(|below| below.x.label == panels[i].x.label);
+        if repeats { "" } else { &panels[i].x.label[..] }
+    };
+    (0..panels.len()).map(|i| text::wrap(label(i), LABEL_SIZE, width)).collect()
 }

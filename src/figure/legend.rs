@@ -1,17 +1,17 @@
 //! One legend for all panels: its entries in columns, row by row.
 
-use super::text::{self, LABEL, LINE};
-use super::{Panel, Series, Shape};
+use super::text::{self, LABEL_SIZE, LINE_SPACING};
+use super::{Panel, Primitive, Series};
 
 /// The drawn sample, if it has a line and if it has none.
-const SAMPLE: f64 = 23.0;
-const MARK: f64 = 8.0;
+const LINE_SAMPLE_WIDTH: f64 = 23.0;
+const MARK_SAMPLE_WIDTH: f64 = 8.0;
 /// Between the sample and its text.
-const GAP: f64 = 4.0;
+const SAMPLE_GAP: f64 = 4.0;
 /// The room between columns.
-const APART: f64 = 13.0;
+const COLUMN_GAP: f64 = 13.0;
 
-pub struct Entry<'a> {
+pub struct LegendEntry<'a> {
     pub series: &'a Series,
     pub lines: Vec<String>,
     /// Of the widest line.
@@ -23,7 +23,7 @@ pub struct Entry<'a> {
 }
 
 pub struct Legend<'a> {
-    pub entries: Vec<Entry<'a>>,
+    pub entries: Vec<LegendEntry<'a>>,
     pub columns: usize,
     pub height: f64,
 }
@@ -38,13 +38,14 @@ impl<'a> Legend<'a> {
                 labeled.push(series);
             }
         }
-        let mut entries: Vec<Entry> = labeled
+        let mut entries: Vec<LegendEntry> = labeled
             .into_iter()
             .map(|series| {
-                let lines = text::wrap(&series.label, LABEL, width - SAMPLE - GAP);
-                let widths = lines.iter().map(|line| text::width(line, LABEL));
+                let lines =
+                    text::wrap(&series.label, LABEL_SIZE, width - LINE_SAMPLE_WIDTH - SAMPLE_GAP);
+                let widths = lines.iter().map(|line| text::width(line, LABEL_SIZE));
                 let width = widths.fold(0.0, f64::max);
-                Entry { series, lines, width, sample: [0.0; 2], at: [0.0; 2] }
+                LegendEntry { series, lines, width, sample: [0.0; 2], at: [0.0; 2] }
             })
             .collect();
         let columns = columns(&entries, width);
@@ -54,18 +55,18 @@ impl<'a> Legend<'a> {
             let mut x = left + (width - total(&widths)) / 2.0;
             for (entry, [sample, text]) in row.iter_mut().zip(&widths) {
                 entry.sample = [x, x + sample];
-                entry.at = [x + sample + GAP, y + text::ASCENT * LABEL];
-                x += sample + GAP + text + APART;
+                entry.at = [x + sample + SAMPLE_GAP, y + text::ASCENT * LABEL_SIZE];
+                x += sample + SAMPLE_GAP + text + COLUMN_GAP;
             }
             let lines = row.iter().map(|entry| entry.lines.len()).max().unwrap_or(0);
-            y += LINE * LABEL * lines as f64;
+            y += LINE_SPACING * LABEL_SIZE * lines as f64;
         }
         Legend { entries, columns, height: y }
     }
 }
 
 /// As few rows as fit, and no more columns than these rows need.
-fn columns(entries: &[Entry], width: f64) -> usize {
+fn columns(entries: &[LegendEntry], width: f64) -> usize {
     let fits = |columns: &usize| total(&widths(entries, *columns)) <= width;
     let count = entries.len();
     let most = (1..=count).rev().find(fits).unwrap_or(1);
@@ -74,10 +75,14 @@ fn columns(entries: &[Entry], width: f64) -> usize {
 }
 
 /// Of samples and texts in the columns, each as wide as its widest entry.
-fn widths(entries: &[Entry], columns: usize) -> Vec<[f64; 2]> {
+fn widths(entries: &[LegendEntry], columns: usize) -> Vec<[f64; 2]> {
     let mut widths = vec![[0.0f64; 2]; columns.min(entries.len())];
     for (i, entry) in entries.iter().enumerate() {
-        let sample = if entry.series.shape == Shape::Marks { MARK } else { SAMPLE };
+        let sample = if entry.series.primitive == Primitive::Marks {
+            MARK_SAMPLE_WIDTH
+        } else {
+            LINE_SAMPLE_WIDTH
+        };
         let column = &mut widths[i % columns];
         *column = [column[0].max(sample), column[1].max(entry.width)];
     }
@@ -85,6 +90,6 @@ fn widths(entries: &[Entry], columns: usize) -> Vec<[f64; 2]> {
 }
 
 fn total(widths: &[[f64; 2]]) -> f64 {
-    let columns: f64 = widths.iter().map(|[sample, text]| sample + GAP + text).sum();
-    columns + APART * widths.len().saturating_sub(1) as f64
+    let columns: f64 = widths.iter().map(|[sample, text]| sample + SAMPLE_GAP + text).sum();
+    columns + COLUMN_GAP * widths.len().saturating_sub(1) as f64
 }

@@ -36,7 +36,7 @@ use drawing::unsuitable;
 use layout::Layout;
 use svg::Font;
 
-pub use drawing::{Axis, Figure, Panel, Scale, Series, Shape, Width};
+pub use drawing::{Axis, Figure, Panel, Primitive, Scale, Series, Width};
 
 /// Writes `stem.svg`, `stem.png` (300 dots an inch), `stem.pdf`, `stem.tex` and `stem.dat`. Fails if the figure cannot
 /// be laid out, such as one without panels, or a file cannot be written.

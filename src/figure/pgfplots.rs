@@ -7,21 +7,21 @@
 use std::fmt::Write as _;
 
 use super::curve::{self, Curve};
-use super::layout::{Frame, Layout, Placed};
+use super::layout::{Frame, Layout, PlacedPanel};
 use super::range::Range;
 use super::style::{self, Outline, Style};
 use super::tex::escaped;
-use super::text::{LABEL, LINE, SMALL};
+use super::text::{LABEL_SIZE, LINE_SPACING, SMALL_SIZE};
 use super::ticks::{Decimal, Label, MINUS, Ticks};
-use super::{Scale, Series, Shape};
+use super::{Primitive, Scale, Series};
 
-/// pgfplots puts the labels of x this much lower than here.
-const BELOW_LABEL: f64 = 5.0;
-/// So many lengths of a logarithmic axis may be between its end and 1.
-const FARTHEST: f64 = 25.0;
+/// pgfplots puts the labels of x this much lower than the SVG has them.
+const X_LABEL_DROP: f64 = 5.0;
+/// Between the end of a logarithmic axis and 1, in lengths of the axis.
+const MOST_LENGTHS_TO_ONE: f64 = 25.0;
 
 /// Points of a line at most. TeX draws thirty such lines in about five seconds.
-const POINTS: usize = 300;
+const MOST_POINTS: usize = 300;
 
 /// The contents of `stem.tex` and `stem.dat`.
 pub fn draw(layout: &Layout, stem: &str) -> (String, String) {
@@ -31,7 +31,7 @@ pub fn draw(layout: &Layout, stem: &str) -> (String, String) {
         let legend = if i == 0 { legend(layout) } else { String::new() };
         let _ = write!(tex, "\\nextgroupplot[{}]\n{legend}", axes(placed, i == 0, stem));
         if !placed.has_data {
-            let font = font(LABEL);
+            let font = font(LABEL_SIZE);
             let _ = writeln!(tex, "\\node[{font}] at (rel axis cs:0.5,0.5) {{no data}};");
             continue;
         }
@@ -67,7 +67,7 @@ fn head(layout: &Layout, stem: &str) -> String {
     for color in colors {
         let _ = writeln!(tex, "\\definecolor{{figure{color}}}{{HTML}}{{{color}}}");
     }
-    let Some(Placed { frame, .. }) = layout.panels.first() else { return tex };
+    let Some(PlacedPanel { frame, .. }) = layout.panels.first() else { return tex };
     let rows = layout.panels.len().div_ceil(layout.columns);
     let _ = write!(
         tex,
@@ -85,26 +85,26 @@ fn head(layout: &Layout, stem: &str) -> String {
          ]\n",
         layout.columns,
         layout.gaps[0],
-        layout.gaps[1] + BELOW_LABEL,
+        layout.gaps[1] + X_LABEL_DROP,
         frame.width,
         frame.height,
         layout.legend.columns,
         ink = style::INK,
         grid = style::GRID_INK,
-        frame = style::FRAME,
-        thin = style::GRID,
-        label = font(LABEL),
-        small = font(SMALL),
+        frame = style::FRAME_WIDTH,
+        thin = style::GRID_WIDTH,
+        label = font(LABEL_SIZE),
+        small = font(SMALL_SIZE),
     );
     tex
 }
 
 fn font(size: f64) -> String {
-    format!("font=\\fontsize{{{size}}}{{{:.1}}}\\selectfont", LINE * size)
+    format!("font=\\fontsize{{{size}}}{{{:.1}}}\\selectfont", LINE_SPACING * size)
 }
 
 /// The options of a panel; the first one collects the legend.
-fn axes(placed: &Placed, is_first: bool, stem: &str) -> String {
+fn axes(placed: &PlacedPanel, is_first: bool, stem: &str) -> String {
     let mut options = String::new();
     let lines =
         |lines: &[String]| lines.iter().map(|line| escaped(line)).collect::<Vec<_>>().join(r" \\ ");
@@ -135,7 +135,7 @@ fn axis_options(options: &mut String, axis: char, range: &Range, ticks: &Ticks) 
         end(range, range.low),
         end(range, range.high)
     );
-    // Where nothing is said, pgfplots chooses.
+    // Without an option, pgfplots chooses.
     if ticks.major.is_empty() {
         let _ = writeln!(options, "{axis}tick=\\empty,");
     } else {
@@ -157,14 +157,14 @@ fn axis_options(options: &mut String, axis: char, range: &Range, ticks: &Ticks) 
 /// and so short is as good as straight.
 fn is_logarithmic(range: &Range) -> bool {
     let far = range.low.abs().max(range.high.abs());
-    range.scale == Scale::Log && far < FARTHEST * (range.high - range.low)
+    range.scale == Scale::Log && far < MOST_LENGTHS_TO_ONE * (range.high - range.low)
 }
 
 /// The end of a range as a number, which may be too large or small for a double.
-fn end(range: &Range, place: f64) -> String {
+fn end(range: &Range, position: f64) -> String {
     match range.scale {
-        Scale::Linear => format!("{place:e}"),
-        Scale::Log => format!("{}e{}", 10f64.powf(place - place.floor()), place.floor()),
+        Scale::Linear => format!("{position:e}"),
+        Scale::Log => format!("{}e{}", 10f64.powf(position - position.floor()), position.floor()),
     }
 }
 
@@ -179,10 +179,12 @@ fn legend(layout: &Layout) -> String {
     let mut tex = String::new();
     for entry in &layout.legend.entries {
         let style = Style::of(entry.series);
-        let look = match entry.series.shape {
-            Shape::Marks => format!("only marks, {}", marks(&style)),
-            Shape::LineMarks => format!("{}, {}", line(&style), marks(&style)),
-            Shape::Line | Shape::Steps | Shape::Reference => format!("{}, mark=none", line(&style)),
+        let look = match entry.series.primitive {
+            Primitive::Marks => format!("only marks, {}", marks(&style)),
+            Primitive::LineMarks => format!("{}, {}", line(&style), marks(&style)),
+            Primitive::Line | Primitive::Steps | Primitive::Reference => {
+                format!("{}, mark=none", line(&style))
+            }
         };
         let _ = writeln!(
             tex,
@@ -211,14 +213,14 @@ fn around(layout: &Layout, stem: &str) -> String {
     }
     if !layout.note.is_empty() {
         let rows = layout.panels.len().div_ceil(layout.columns);
-        let below = layout.note_at[1] - last.frame.bottom() + BELOW_LABEL;
+        let below = layout.note_at[1] - last.frame.bottom() + X_LABEL_DROP;
         let note: Vec<String> = layout.note.iter().map(|line| escaped(line)).collect();
         let _ = writeln!(
             tex,
             "\\node[anchor=base west, inner sep=0, align=left, xshift=-{:.2}bp, yshift=-{below:.2}bp, \
              {}] at (group c1r{rows}.south west) {{{}}};",
             first.frame.left - layout.note_at[0],
-            font(SMALL),
+            font(SMALL_SIZE),
             note.join(r" \\ ")
         );
     }
@@ -228,7 +230,7 @@ fn around(layout: &Layout, stem: &str) -> String {
 fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> String {
     let curve = Curve::new(series, frame);
     let thin = |lines: &[Vec<[f64; 2]>]| -> Vec<Vec<[f64; 2]>> {
-        lines.iter().map(|line| curve::at_most(POINTS, line, frame)).collect()
+        lines.iter().map(|line| curve::at_most(MOST_POINTS, line, frame)).collect()
     };
     let style = Style::of(series);
     let color = style.color;
@@ -241,7 +243,7 @@ fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> Strin
         let _ =
             writeln!(tex, "\\addplot[forget plot, {look}] table[x={x}, y={y}] {{\\figuretable}};");
     };
-    let cover = style::COVER;
+    let cover = style::AREA_OPACITY;
     let area = format!("draw=none, fill=figure{color}, fill opacity={cover}, mark=none");
     plot(area, "area", &thin(&curve.areas));
     plot(format!("{}, mark=none", line(&style)), "", &thin(&curve.lines));
@@ -250,7 +252,7 @@ fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> Strin
     let bars: Vec<_> = curve.bars.iter().map(|&[x, low, high]| vec![[x, low], [x, high]]).collect();
     let look = format!(
         "figure{color}, line width={}bp, mark=-, mark size=1.6bp, mark options={{solid}}",
-        style::BAR
+        style::BAR_WIDTH
     );
     plot(look, "bar", &bars);
     tex

@@ -2,10 +2,10 @@
 
 use super::Scale;
 
-/// Larger numbers, and smaller ones on a logarithmic axis, have no place: their ranges would overflow.
-const LARGEST: f64 = 1e300;
+/// Larger numbers, and smaller ones on a logarithmic axis, have no position: their ranges would overflow.
+const LARGEST_DRAWN: f64 = 1e300;
 /// Numbers that differ by less than this share of their size are drawn as one.
-const ALIKE: f64 = 1e-9;
+const LEAST_RELATIVE_SPAN: f64 = 1e-9;
 /// The part of the data's span that is added at either end, for a line not to run along the frame.
 const PADDING: f64 = 0.04;
 /// Numbers of which the smallest is at most this share of the largest are shown from zero on.
@@ -13,14 +13,13 @@ const NEAR_ZERO: f64 = 0.25;
 
 impl Scale {
     /// Where a number is, in units of the axis: its own, or decades.
-    pub(super) fn place(self, value: f64) -> Option<f64> {
+    pub(super) fn position(self, value: f64) -> Option<f64> {
         match self {
-            Scale::Linear => (value.abs() <= LARGEST).then_some(if value.abs() < 1.0 / LARGEST {
-                0.0
-            } else {
-                value
-            }),
-            Scale::Log => (1.0 / LARGEST..=LARGEST).contains(&value).then(|| value.log10()),
+            Scale::Linear => (value.abs() <= LARGEST_DRAWN)
+                .then_some(if value.abs() < 1.0 / LARGEST_DRAWN { 0.0 } else { value }),
+            Scale::Log => {
+                (1.0 / LARGEST_DRAWN..=LARGEST_DRAWN).contains(&value).then(|| value.log10())
+            }
         }
     }
 }
@@ -37,15 +36,16 @@ impl Range {
     /// A range that holds all of these with room at its ends; a linear one begins at zero if they come near
     /// it. `None` if there is nothing to show.
     pub fn holding(scale: Scale, values: impl Iterator<Item = f64>) -> Option<Self> {
-        let places = values.filter_map(|value| scale.place(value));
-        let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
-            (low.min(place), high.max(place))
-        });
+        let positions = values.filter_map(|value| scale.position(value));
+        let (low, high) = positions
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), position| {
+                (low.min(position), high.max(position))
+            });
         if low > high {
             return None;
         }
         let size = low.abs().max(high.abs());
-        let alike = high - low <= ALIKE * size.max(1.0 / LARGEST);
+        let alike = high - low <= LEAST_RELATIVE_SPAN * size.max(1.0 / LARGEST_DRAWN);
         let padding = match scale {
             Scale::Log if alike => 0.5,
             Scale::Linear if size == 0.0 => 1.0,
@@ -57,8 +57,8 @@ impl Range {
         Some(Range { scale, low, high: high + padding })
     }
 
-    /// The part of the range below a place.
-    pub fn share(&self, place: f64) -> f64 {
-        (place - self.low) / (self.high - self.low)
+    /// The part of the range below a position.
+    pub fn share(&self, position: f64) -> f64 {
+        (position - self.low) / (self.high - self.low)
     }
 }

@@ -1,30 +1,30 @@
 //! The looks that a series can have: colors of Okabe and Ito, for every kind of eye, with dashes and marks that
 //! tell series apart without them.
 
-use super::{Series, Shape};
+use super::{Primitive, Series};
 
 /// Widths of lines.
-pub const DATA: f64 = 1.2;
-pub const REFERENCE: f64 = 0.8;
-pub const BAR: f64 = 0.7;
-pub const FRAME: f64 = 0.5;
-pub const GRID: f64 = 0.4;
+pub const DATA_WIDTH: f64 = 1.2;
+pub const REFERENCE_WIDTH: f64 = 0.8;
+pub const BAR_WIDTH: f64 = 0.7;
+pub const FRAME_WIDTH: f64 = 0.5;
+pub const GRID_WIDTH: f64 = 0.4;
 /// Colors, as in SVG and as in LaTeX.
 pub const WHITE: &str = "FFFFFF";
 pub const INK: &str = "222222";
 pub const REFERENCE_INK: &str = "6E6E6E";
 pub const GRID_INK: &str = "E2E2E2";
 /// How much of what is behind an area it covers.
-pub const COVER: f64 = 0.18;
+pub const AREA_OPACITY: f64 = 0.18;
 
-const LOOKS: usize = 8;
+const LOOK_COUNT: usize = 8;
 
 /// The yellow of the palette is darkened: it would not be seen as a line on white.
-const COLORS: [&str; LOOKS] =
+const COLORS: [&str; LOOK_COUNT] =
     ["0072B2", "D55E00", "009E73", "CC79A7", "E69F00", "000000", "56B4E9", "A89B00"];
 
 /// On, off, on, off; one list a look.
-const DASHES: [&[f64]; LOOKS] = [
+const DASHES: [&[f64]; LOOK_COUNT] = [
     &[],
     &[5.0, 1.8],
     &[1.3, 1.5],
@@ -68,7 +68,7 @@ impl Mark {
     /// The width of its outline.
     pub fn pen(self) -> f64 {
         match self.outline {
-            Outline::Cross => DATA,
+            Outline::Cross => DATA_WIDTH,
             _ if self.filled => 0.5,
             _ => 0.8,
         }
@@ -80,7 +80,7 @@ impl Mark {
     }
 }
 
-const MARKS: [Mark; LOOKS] = [
+const MARKS: [Mark; LOOK_COUNT] = [
     Mark { outline: Outline::Circle, filled: true },
     Mark { outline: Outline::Square, filled: false },
     Mark { outline: Outline::Triangle, filled: true },
@@ -104,13 +104,13 @@ impl Style {
         let style = series.style;
         // A second round of the colors has other dashes, and pairs them with other marks: 32 looks without
         // color, 64 with it.
-        let round = style / LOOKS % LOOKS;
-        let mark = MARKS[(style + 5 * round) % LOOKS];
-        if series.shape == Shape::Reference {
+        let round = style / LOOK_COUNT % LOOK_COUNT;
+        let mark = MARKS[(style + 5 * round) % LOOK_COUNT];
+        if series.primitive == Primitive::Reference {
             let dashes = REFERENCE_DASHES[style % REFERENCE_DASHES.len()];
-            return Style { color: REFERENCE_INK, dashes, width: REFERENCE, mark };
+            return Style { color: REFERENCE_INK, dashes, width: REFERENCE_WIDTH, mark };
         }
-        let dashes = DASHES[(style + 3 * round) % LOOKS];
-        Style { color: COLORS[style % LOOKS], dashes, width: DATA, mark }
+        let dashes = DASHES[(style + 3 * round) % LOOK_COUNT];
+        Style { color: COLORS[style % LOOK_COUNT], dashes, width: DATA_WIDTH, mark }
     }
 }

@@ -3,15 +3,17 @@
 use std::fmt::Write as _;
 
 use super::curve::Curve;
-use super::layout::{Frame, Layout, Placed, TICK, TICK_GAP, label_width};
-use super::legend::Entry;
+use super::layout::{Frame, Layout, PlacedPanel, TICK_GAP, TICK_LENGTH, label_width};
+use super::legend::LegendEntry;
 use super::style::{self, Mark, Outline, Style};
-use super::text::{DIGITS, EXPONENT, LABEL, LINE, RAISE, SMALL, width};
+use super::text::{
+    DIGIT_HEIGHT, EXPONENT_RAISE, EXPONENT_SIZE, LABEL_SIZE, LINE_SPACING, SMALL_SIZE, width,
+};
 use super::ticks::{Decimal, Label};
-use super::{Series, Shape};
+use super::{Primitive, Series};
 use crate::font;
 
-const MINOR_TICK: f64 = 1.5;
+const MINOR_TICK_LENGTH: f64 = 1.5;
 
 /// Whose font shows the text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +40,7 @@ pub fn draw(layout: &Layout, font: Font) -> String {
     for entry in &layout.legend.entries {
         page.entry(entry);
     }
-    page.lines(&layout.note, SMALL, layout.note_at, Anchor::Start);
+    page.lines(&layout.note, SMALL_SIZE, layout.note_at, Anchor::Start);
     page.text.push_str("</svg>\n");
     page.text
 }
@@ -56,22 +58,22 @@ struct Page {
 }
 
 impl Page {
-    fn panel(&mut self, placed: &Placed) {
+    fn panel(&mut self, placed: &PlacedPanel) {
         let frame = &placed.frame;
         self.axes(placed);
         let middle = frame.left + frame.width / 2.0;
-        self.lines(&placed.title, LABEL, [middle, placed.title_at], Anchor::Middle);
-        self.lines(&placed.x_label, LABEL, [middle, placed.x_label_at], Anchor::Middle);
+        self.lines(&placed.title, LABEL_SIZE, [middle, placed.title_at], Anchor::Middle);
+        self.lines(&placed.x_label, LABEL_SIZE, [middle, placed.x_label_at], Anchor::Middle);
         let center = frame.top + frame.height / 2.0;
         for (i, line) in placed.y_label.iter().enumerate() {
-            let x = placed.y_label_at + LINE * LABEL * i as f64;
+            let x = placed.y_label_at + LINE_SPACING * LABEL_SIZE * i as f64;
             let turn = format!(" transform=\"rotate(-90 {} {})\"", number(x), number(center));
-            let more = turn + &self.room(width(line, LABEL));
-            self.put(&escaped(line), LABEL, [x, center], Anchor::Middle, &more);
+            let more = turn + &self.room(width(line, LABEL_SIZE));
+            self.put(&escaped(line), LABEL_SIZE, [x, center], Anchor::Middle, &more);
         }
         if !placed.has_data {
-            let at = [middle, center + DIGITS * LABEL / 2.0];
-            self.put("no data", LABEL, at, Anchor::Middle, "");
+            let at = [middle, center + DIGIT_HEIGHT * LABEL_SIZE / 2.0];
+            self.put("no data", LABEL_SIZE, at, Anchor::Middle, "");
             return;
         }
         let series = &placed.panel.series;
@@ -82,43 +84,48 @@ impl Page {
         }
         // A fit is under the data that it fits.
         let (references, data): (Vec<_>, Vec<_>) =
-            curves.iter().partition(|(series, _)| series.shape == Shape::Reference);
+            curves.iter().partition(|(series, _)| series.primitive == Primitive::Reference);
         for (series, curve) in references.into_iter().chain(data) {
             self.curve(curve, &Style::of(series), frame);
         }
     }
 
-    fn axes(&mut self, placed: &Placed) {
+    fn axes(&mut self, placed: &PlacedPanel) {
         let frame = &placed.frame;
         let (left, top, bottom, right) = (frame.left, frame.top, frame.bottom(), frame.right());
-        let across = |number: &Decimal| frame.across(number.place(frame.x.scale));
-        let up = |number: &Decimal| frame.up(number.place(frame.y.scale));
+        let across = |number: &Decimal| frame.across(number.position(frame.x.scale));
+        let up = |number: &Decimal| frame.up(number.position(frame.y.scale));
         let (mut grid, mut ticks) = (String::new(), String::new());
         for tick in &placed.x_ticks.major {
             let x = across(&tick.number);
             segment(&mut grid, [x, top], [x, bottom]);
-            segment(&mut ticks, [x, bottom], [x, bottom + TICK]);
+            segment(&mut ticks, [x, bottom], [x, bottom + TICK_LENGTH]);
         }
         for tick in &placed.y_ticks.major {
             let y = up(&tick.number);
             segment(&mut grid, [left, y], [right, y]);
-            segment(&mut ticks, [left, y], [left - TICK, y]);
+            segment(&mut ticks, [left, y], [left - TICK_LENGTH, y]);
         }
         for minor in &placed.x_ticks.minor {
-            segment(&mut ticks, [across(minor), bottom], [across(minor), bottom + MINOR_TICK]);
+            segment(
+                &mut ticks,
+                [across(minor), bottom],
+                [across(minor), bottom + MINOR_TICK_LENGTH],
+            );
         }
         for minor in &placed.y_ticks.minor {
-            segment(&mut ticks, [left, up(minor)], [left - MINOR_TICK, up(minor)]);
+            segment(&mut ticks, [left, up(minor)], [left - MINOR_TICK_LENGTH, up(minor)]);
         }
-        self.stroke(&grid, style::GRID_INK, style::GRID, &[]);
+        self.stroke(&grid, style::GRID_INK, style::GRID_WIDTH, &[]);
         let corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
-        self.stroke(&format!("{}Z{ticks}", path(corners)), style::INK, style::FRAME, &[]);
+        self.stroke(&format!("{}Z{ticks}", path(corners)), style::INK, style::FRAME_WIDTH, &[]);
         for tick in &placed.x_ticks.major {
-            let y = bottom + TICK + TICK_GAP + DIGITS * SMALL + 0.8;
+            let y = bottom + TICK_LENGTH + TICK_GAP + DIGIT_HEIGHT * SMALL_SIZE + 0.8;
             self.tick_label(&tick.label, [across(&tick.number), y], Anchor::Middle);
         }
         for tick in &placed.y_ticks.major {
-            let at = [left - TICK - TICK_GAP, up(&tick.number) + DIGITS * SMALL / 2.0];
+            let at =
+                [left - TICK_LENGTH - TICK_GAP, up(&tick.number) + DIGIT_HEIGHT * SMALL_SIZE / 2.0];
             self.tick_label(&tick.label, at, Anchor::End);
         }
     }
@@ -126,7 +133,7 @@ impl Page {
     fn areas(&mut self, curve: &Curve, style: &Style, frame: &Frame) {
         for area in &curve.areas {
             let outline = path(area.iter().map(|&point| frame.at(point)));
-            let (color, cover) = (style.color, style::COVER);
+            let (color, cover) = (style.color, style::AREA_OPACITY);
             let _ = writeln!(
                 self.text,
                 "<path d=\"{outline}Z\" fill=\"#{color}\" fill-opacity=\"{cover}\"/>"
@@ -150,21 +157,21 @@ impl Page {
                 segment(&mut bars, [x - 1.6, end], [x + 1.6, end]);
             }
         }
-        self.stroke(&bars, style.color, style::BAR, &[]);
+        self.stroke(&bars, style.color, style::BAR_WIDTH, &[]);
     }
 
-    fn entry(&mut self, entry: &Entry) {
+    fn entry(&mut self, entry: &LegendEntry) {
         let style = Style::of(entry.series);
         let [left, right] = entry.sample;
-        let y = entry.at[1] - DIGITS * LABEL / 2.0;
-        if entry.series.shape != Shape::Marks {
+        let y = entry.at[1] - DIGIT_HEIGHT * LABEL_SIZE / 2.0;
+        if entry.series.primitive != Primitive::Marks {
             let sample = path([[left, y], [right, y]]);
             self.stroke(&sample, style.color, style.width, style.dashes);
         }
-        if matches!(entry.series.shape, Shape::Marks | Shape::LineMarks) {
+        if matches!(entry.series.primitive, Primitive::Marks | Primitive::LineMarks) {
             self.mark(style.mark, style.color, [(left + right) / 2.0, y]);
         }
-        self.lines(&entry.lines, LABEL, entry.at, Anchor::Start);
+        self.lines(&entry.lines, LABEL_SIZE, entry.at, Anchor::Start);
     }
 
     fn stroke(&mut self, path: &str, color: &str, width: f64, dashes: &[f64]) {
@@ -216,15 +223,15 @@ impl Page {
         if let Some(exponent) = &label.exponent {
             let _ = write!(
                 content,
-                "<tspan dy=\"-{RAISE}\" font-size=\"{EXPONENT}\">{exponent}</tspan>"
+                "<tspan dy=\"-{EXPONENT_RAISE}\" font-size=\"{EXPONENT_SIZE}\">{exponent}</tspan>"
             );
         }
-        self.put(&content, SMALL, at, anchor, &self.room(label_width(label)));
+        self.put(&content, SMALL_SIZE, at, anchor, &self.room(label_width(label)));
     }
 
     fn lines(&mut self, lines: &[String], size: f64, [x, y]: [f64; 2], anchor: Anchor) {
         for (i, line) in lines.iter().enumerate() {
-            let at = [x, y + LINE * size * i as f64];
+            let at = [x, y + LINE_SPACING * size * i as f64];
             self.put(&escaped(line), size, at, anchor, &self.room(width(line, size)));
         }
     }

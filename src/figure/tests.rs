@@ -10,8 +10,8 @@ fn axis(label: &str, scale: Scale) -> Axis {
     Axis { label: label.to_owned(), scale }
 }
 
-fn series(label: &str, style: usize, shape: Shape, points: Vec<[f64; 2]>) -> Series {
-    Series { label: label.to_owned(), style, shape, points, band: Vec::new() }
+fn series(label: &str, style: usize, primitive: Primitive, points: Vec<[f64; 2]>) -> Series {
+    Series { label: label.to_owned(), style, primitive, points, band: Vec::new() }
 }
 
 fn panel(scales: [Scale; 2], series: Vec<Series>) -> Panel {
@@ -29,10 +29,15 @@ const SCALES: [[Scale; 2]; 4] = [
     [Scale::Log, Scale::Linear],
     [Scale::Log, Scale::Log],
 ];
-const SHAPES: [Shape; 5] =
-    [Shape::Line, Shape::Steps, Shape::Marks, Shape::LineMarks, Shape::Reference];
+const PRIMITIVES: [Primitive; 5] = [
+    Primitive::Line,
+    Primitive::Steps,
+    Primitive::Marks,
+    Primitive::LineMarks,
+    Primitive::Reference,
+];
 
-/// Six solvers on four problems, with every shape, breaks, bands, long texts and characters of XML and LaTeX.
+/// Six solvers on four problems, with every primitive, breaks, bands, long texts and characters of XML and LaTeX.
 fn crowded(width: Width, columns: usize) -> Figure {
     let panels = SCALES.iter().enumerate().map(|(p, &scales)| {
         let all = (0..11).map(|k| {
@@ -43,7 +48,7 @@ fn crowded(width: Width, columns: usize) -> Figure {
             let mut points: Vec<[f64; 2]> = (0..300).map(point).collect();
             points[40][1] = [f64::NAN, 0.0, f64::INFINITY, -1.0][p];
             let label = if k == 10 { "" } else { &format!("solver <{k}> of 100% & more_or_less") };
-            let mut series = series(label, k, SHAPES[k % 5], points.clone());
+            let mut series = series(label, k, PRIMITIVES[k % 5], points.clone());
             series.band = points.iter().map(|&[x, y]| [x, 0.8 * y, 1.3 * y]).collect();
             series
         });
@@ -124,7 +129,7 @@ fn logarithmic_ticks_are_decades_or_divide_the_few_there_are() {
     assert_eq!(three_decades.minor.len(), 3 * 8 + 2);
 }
 
-/// On axes of every size: at least two labels that do not overlap, at their true places, inside, and in
+/// On axes of every size: at least two labels that do not overlap, at their true positions, inside, and in
 /// order, and minor ticks inside.
 #[test]
 fn ticks_of_any_range_can_be_read() {
@@ -140,13 +145,16 @@ fn ticks_of_any_range_can_be_read() {
                 for tick in &ticks.major {
                     let share = range.share(heard(&tick.label, scale));
                     assert!((-1e-6..=1.0 + 1e-6).contains(&share), "{told}");
-                    assert!((range.share(tick.number.place(scale)) - share).abs() < 1e-6, "{told}");
+                    assert!(
+                        (range.share(tick.number.position(scale)) - share).abs() < 1e-6,
+                        "{told}"
+                    );
                     let half = layout::label_width(&tick.label) / 2.0;
                     assert!(130.0 * share - half > end, "{told}");
                     end = 130.0 * share + half;
                 }
                 for minor in &ticks.minor {
-                    assert!((-1e-6..=1.0 + 1e-6).contains(&range.share(minor.place(scale))));
+                    assert!((-1e-6..=1.0 + 1e-6).contains(&range.share(minor.position(scale))));
                 }
             }
         }
@@ -162,7 +170,7 @@ fn a_range_holds_its_data_with_room() {
         for values in [&[2.0, 3.0][..], &[3.0], &[f64::NAN, 1.0, 2.0], &[1e-300, 1e300]] {
             let range = range(scale, values).unwrap();
             let from_zero = scale == Scale::Linear && range.low == 0.0;
-            for share in values.iter().filter_map(|&v| scale.place(v)).map(|p| range.share(p)) {
+            for share in values.iter().filter_map(|&v| scale.position(v)).map(|p| range.share(p)) {
                 assert!(share < 1.0 && (share > 0.0 || from_zero), "{values:?}");
             }
         }
@@ -181,7 +189,7 @@ fn frame(scales: [Scale; 2]) -> Frame {
 #[test]
 fn a_point_without_a_place_breaks_the_line() {
     let points = vec![[1.0, 1.0], [200.0, 0.0], [300.0, 10.0], [500.0, f64::NAN], [900.0, 1e3]];
-    let line = series("", 0, Shape::Line, points);
+    let line = series("", 0, Primitive::Line, points);
     let drawn = |scales| curve::Curve::new(&line, &frame(scales));
     let linear = drawn(SCALES[0]).lines;
     assert_eq!(linear, [vec![[1.0, 1.0], [200.0, 0.0], [300.0, 10.0]], vec![[900.0, 1e3]]]);
@@ -193,7 +201,7 @@ fn a_point_without_a_place_breaks_the_line() {
 
 #[test]
 fn steps_hold_their_value_until_the_next() {
-    let steps = series("", 0, Shape::Steps, vec![[1.0, 1.0], [100.0, 500.0], [200.0, 700.0]]);
+    let steps = series("", 0, Primitive::Steps, vec![[1.0, 1.0], [100.0, 500.0], [200.0, 700.0]]);
     let corners = [[1.0, 1.0], [100.0, 1.0], [100.0, 500.0], [200.0, 500.0], [200.0, 700.0]];
     assert_eq!(curve::Curve::new(&steps, &frame(SCALES[0])).lines, [corners.to_vec()]);
 }
@@ -204,7 +212,7 @@ fn long_lines_have_about_eight_marks_elsewhere_for_each_style() {
     let points: Vec<[f64; 2]> =
         (10..=10_000).map(|i| [f64::from(i) / 10.0, 1e4 / f64::from(i)]).collect();
     let marks = |style| {
-        let line = series("", style, Shape::LineMarks, points.clone());
+        let line = series("", style, Primitive::LineMarks, points.clone());
         curve::Curve::new(&line, &frame).marks
     };
     for style in 0..16 {
@@ -218,8 +226,9 @@ fn long_lines_have_about_eight_marks_elsewhere_for_each_style() {
 
 #[test]
 fn styles_differ_with_color_and_without() {
-    let styles: Vec<style::Style> =
-        (0..32).map(|k| style::Style::of(&series("", k, Shape::LineMarks, Vec::new()))).collect();
+    let styles: Vec<style::Style> = (0..32)
+        .map(|k| style::Style::of(&series("", k, Primitive::LineMarks, Vec::new())))
+        .collect();
     for (i, a) in styles.iter().enumerate() {
         for (k, b) in styles.iter().enumerate().skip(i + 1) {
             assert!(a.dashes != b.dashes || a.mark != b.mark, "{i} and {k}");
@@ -236,7 +245,7 @@ fn styles_differ_with_color_and_without() {
 
 #[test]
 fn the_legend_has_each_label_once() {
-    let line = |label| series(label, 0, Shape::Line, vec![[1.0, 1.0], [2.0, 2.0]]);
+    let line = |label| series(label, 0, Primitive::Line, vec![[1.0, 1.0], [2.0, 2.0]]);
     let panels = vec![
         panel(SCALES[0], vec![line("b"), line(""), line("a"), line("b")]),
         panel(SCALES[0], vec![line("c"), line("a"), line(" ")]),
@@ -253,7 +262,7 @@ fn the_legend_has_each_label_once() {
 fn the_legend_fits_its_page() {
     let long = "x".repeat(22);
     let labels = [&long, "a", "b", "c", "d", &long.replace('x', "y"), "e"];
-    let all = labels.map(|label| series(label, 0, Shape::Marks, Vec::new()));
+    let all = labels.map(|label| series(label, 0, Primitive::Marks, Vec::new()));
     let panels = [panel(SCALES[0], all.into())];
     let legend = legend::Legend::new(&panels, 0.0, 240.0);
     assert_eq!(legend.columns, 5);
@@ -262,19 +271,19 @@ fn the_legend_fits_its_page() {
     }
 }
 
-/// Left, top, right and bottom, as the SVG reader measures them.
+/// A text of a figure, and its left, top, right and bottom, as the SVG reader measures them.
 #[derive(Debug)]
-struct Shown {
+struct DrawnText {
     text: String,
     line: [f32; 4],
     /// A line is higher than its letters, to be apart from the next.
     letters: [f32; 4],
 }
 
-fn texts(group: &Group, shown: &mut Vec<Shown>) {
+fn texts(group: &Group, drawn: &mut Vec<DrawnText>) {
     for node in group.children() {
         match node {
-            Node::Group(group) => texts(group, shown),
+            Node::Group(group) => texts(group, drawn),
             Node::Text(node) => {
                 let text = node.chunks().iter().map(|chunk| chunk.text()).collect();
                 let at = node.abs_bounding_box();
@@ -284,7 +293,7 @@ fn texts(group: &Group, shown: &mut Vec<Shown>) {
                 let i = if node.abs_transform().has_skew() { 0 } else { 1 };
                 letters[i] += 0.2 * (line[i + 2] - line[i]);
                 letters[i + 2] -= 0.12 * (line[i + 2] - line[i]);
-                shown.push(Shown { text, line, letters });
+                drawn.push(DrawnText { text, line, letters });
             }
             _ => {}
         }
@@ -292,12 +301,12 @@ fn texts(group: &Group, shown: &mut Vec<Shown>) {
 }
 
 /// The figure as read, and its texts.
-fn read(figure: &Figure) -> (Tree, Vec<Shown>) {
+fn read(figure: &Figure) -> (Tree, Vec<DrawnText>) {
     let svg = svg::draw(&Layout::new(figure).unwrap(), Font::Bundled);
     let tree = convert::tree(&svg).unwrap();
-    let mut shown = Vec::new();
-    texts(tree.root(), &mut shown);
-    (tree, shown)
+    let mut drawn = Vec::new();
+    texts(tree.root(), &mut drawn);
+    (tree, drawn)
 }
 
 fn all_widths() -> impl Iterator<Item = Figure> {
@@ -308,9 +317,9 @@ fn all_widths() -> impl Iterator<Item = Figure> {
 #[test]
 fn no_text_leaves_the_page() {
     for figure in all_widths() {
-        let (tree, shown) = read(&figure);
-        assert!(shown.len() > 60);
-        for Shown { text, line: [left, top, right, bottom], .. } in shown {
+        let (tree, texts) = read(&figure);
+        assert!(texts.len() > 60);
+        for DrawnText { text, line: [left, top, right, bottom], .. } in texts {
             let inside = left >= 0.0
                 && top >= 0.0
                 && right <= tree.size().width()
@@ -323,9 +332,9 @@ fn no_text_leaves_the_page() {
 #[test]
 fn no_text_is_on_another() {
     for figure in all_widths() {
-        let (_, shown) = read(&figure);
-        for (i, one) in shown.iter().enumerate() {
-            for other in &shown[i + 1..] {
+        let (_, texts) = read(&figure);
+        for (i, one) in texts.iter().enumerate() {
+            for other in &texts[i + 1..] {
                 let (a, b) = (one.letters, other.letters);
                 let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
                 assert!(apart, "{one:?} and {other:?}");
@@ -352,7 +361,7 @@ fn plots_are_aligned_below_the_legend() {
 
 #[test]
 fn columns_that_would_be_too_narrow_are_fewer() {
-    let line = || series("a", 0, Shape::Line, vec![[1.0, 1e-9], [2.0, 1.0]]);
+    let line = || series("a", 0, Primitive::Line, vec![[1.0, 1e-9], [2.0, 1.0]]);
     let panels = |n| (0..n).map(|_| panel(SCALES[3], vec![line()])).collect::<Vec<_>>();
     let columns = |width, n| Layout::new(&figure(width, n, panels(n))).unwrap().columns;
     assert_eq!(columns(Width::Page, 4), 4);
@@ -370,11 +379,11 @@ fn panels_without_data_say_so() {
         1,
         vec![
             panel(SCALES[3], Vec::new()),
-            panel(SCALES[3], vec![series("a", 0, Shape::LineMarks, none)]),
+            panel(SCALES[3], vec![series("a", 0, Primitive::LineMarks, none)]),
         ],
     );
-    let (_, shown) = read(&figure);
-    assert_eq!(shown.iter().filter(|shown| shown.text == "no data").count(), 2);
+    let (_, texts) = read(&figure);
+    assert_eq!(texts.iter().filter(|texts| texts.text == "no data").count(), 2);
     assert_eq!(
         pgfplots::draw(&Layout::new(&figure).unwrap(), "stem").0.matches("no data").count(),
         2
@@ -389,8 +398,8 @@ fn numbers_of_any_kind_are_drawn_or_left_out() {
         for &a in &odd {
             let points: Vec<[f64; 2]> =
                 odd.iter().flat_map(|&b| [[a, b], [b, a], [b, b]]).collect();
-            let all = SHAPES.map(|shape| {
-                let mut series = series("a", 3, shape, points.clone());
+            let all = PRIMITIVES.map(|primitive| {
+                let mut series = series("a", 3, primitive, points.clone());
                 series.band = odd.iter().map(|&b| [a, b, a]).collect();
                 series
             });
@@ -409,9 +418,9 @@ fn text_is_measured_as_it_is_drawn() {
     for text in ["chambolle-pock", "AVATAR, fi ffl To.", "λ ≤ 10 − ε", "1.5\u{d7}10"] {
         let mut figure = figure(Width::Page, 1, vec![panel(SCALES[0], Vec::new())]);
         figure.panels[0].title = Some(text.to_owned());
-        let (_, shown) = read(&figure);
-        let [left, _, right, _] = shown.iter().find(|shown| shown.text == text).unwrap().line;
-        let measured = text::width(text, text::LABEL);
+        let (_, texts) = read(&figure);
+        let [left, _, right, _] = texts.iter().find(|texts| texts.text == text).unwrap().line;
+        let measured = text::width(text, text::LABEL_SIZE);
         assert!(
             (f64::from(right - left) - measured).abs() < 1e-3,
             "{text}: {left} {right} {measured}"

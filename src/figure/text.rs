@@ -3,19 +3,19 @@
 pub use crate::font::width;
 
 /// Axis labels, titles and the legend.
-pub const LABEL: f64 = 8.0;
+pub const LABEL_SIZE: f64 = 8.0;
 /// Tick labels and the note.
-pub const SMALL: f64 = 7.0;
+pub const SMALL_SIZE: f64 = 7.0;
 /// The exponent of a tick label, and how far it is raised.
-pub const EXPONENT: f64 = 5.2;
-pub const RAISE: f64 = 2.7;
+pub const EXPONENT_SIZE: f64 = 5.2;
+pub const EXPONENT_RAISE: f64 = 2.7;
 /// From one baseline to the next, in font sizes.
-pub const LINE: f64 = 1.2;
+pub const LINE_SPACING: f64 = 1.2;
 /// What a font's box reaches above and below its baseline, in font sizes.
 pub const ASCENT: f64 = 1.03;
 pub const DESCENT: f64 = 0.41;
 /// The height of digits, in font sizes.
-pub const DIGITS: f64 = 0.65;
+pub const DIGIT_HEIGHT: f64 = 0.65;
 
 /// Lines no wider than `room`, as few as can be, and none much longer than the others.
 pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {

@@ -3,10 +3,10 @@
 use super::Scale;
 use super::range::Range;
 
-/// The closest that labels of a linear axis come, and the shortest decade that is divided, in points.
-const LOOSE: f64 = 20.0;
-/// Decades that are shorter than this have no ticks of their own.
-const CROWDED: f64 = 3.0;
+/// Between the labels of a linear axis, and the shortest decade that is divided, in points.
+const LEAST_LABEL_DISTANCE: f64 = 20.0;
+/// Shorter decades have no ticks of their own.
+const SHORTEST_TICKED_DECADE: f64 = 3.0;
 /// Below this many decades, powers of ten alone would say too little.
 const FEW_DECADES: f64 = 1.5;
 
@@ -22,7 +22,7 @@ impl Decimal {
         format!("{}e{}", self.digits, self.exponent).parse().expect("digits and an exponent")
     }
 
-    pub fn place(self, scale: Scale) -> f64 {
+    pub fn position(self, scale: Scale) -> f64 {
         match scale {
             Scale::Linear => self.value(),
             Scale::Log => (self.digits as f64).log10() + f64::from(self.exponent),
@@ -100,7 +100,7 @@ pub struct Ticks {
     pub minor: Vec<Decimal>,
 }
 
-/// The ticks of an axis of so many points, whose labels take up `room` along it.
+/// The ticks of an axis `length` points long, whose labels take up `room` along it.
 pub fn ticks(range: &Range, length: f64, room: &dyn Fn(&Label) -> f64) -> Ticks {
     let axis = Spaced { range, length, room };
     match range.scale {
@@ -118,15 +118,15 @@ struct Spaced<'a> {
 impl Spaced<'_> {
     fn shows(&self, number: Decimal) -> bool {
         // Rounding may not take the tick at the end of an axis.
-        (-1e-9..=1.0 + 1e-9).contains(&self.range.share(number.place(self.range.scale)))
+        (-1e-9..=1.0 + 1e-9).contains(&self.range.share(number.position(self.range.scale)))
     }
 
     fn fit(&self, ticks: &[Tick]) -> bool {
-        let place =
-            |tick: &Tick| self.range.share(tick.number.place(self.range.scale)) * self.length;
+        let position =
+            |tick: &Tick| self.range.share(tick.number.position(self.range.scale)) * self.length;
         ticks.windows(2).all(|pair| {
             let room = ((self.room)(&pair[0].label) + (self.room)(&pair[1].label)) / 2.0;
-            place(&pair[1]) - place(&pair[0]) >= room
+            position(&pair[1]) - position(&pair[0]) >= room
         })
     }
 
@@ -139,7 +139,7 @@ impl Spaced<'_> {
             (smallest..=smallest + 3).flat_map(|e| [1, 2, 5].map(|factor| (e, factor)))
         {
             let step = Decimal { digits: factor, exponent }.value();
-            if step / span * self.length < LOOSE {
+            if step / span * self.length < LEAST_LABEL_DISTANCE {
                 continue;
             }
             let numbers = ((low / step).floor() as i64..=(high / step).ceil() as i64)
@@ -205,8 +205,8 @@ impl Spaced<'_> {
         let steps = [1, 2, 3, 5, 10, 20, 50, 100, 200, 500];
         let major = steps.into_iter().map(every).find(|major| self.fit(major)).unwrap_or_default();
         let candidates = match decade {
-            LOOSE.. => &all[..],
-            CROWDED.. => &decades,
+            LEAST_LABEL_DISTANCE.. => &all[..],
+            SHORTEST_TICKED_DECADE.. => &decades,
             _ => &[],
         };
         Ticks { minor: minor(&major, candidates), major }

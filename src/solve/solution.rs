@@ -1,9 +1,10 @@
 //! The result of a run, and its certificate: gap, relative gap, and the gap of the rounded labels; see `problem.rs`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use ndarray::{Array1, Array2};
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::coarse::Record;
 use crate::empty_regions;
@@ -19,7 +20,7 @@ use crate::run::{Run, Sample, Status};
 use crate::sweep;
 
 /// The numbers of a result, as in `summary.json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Summary {
     /// The name of the method, such as `chambolle-pock`.
     pub solver: String,
@@ -28,7 +29,7 @@ pub struct Summary {
     /// How the run ended.
     pub status: Status,
     /// [`Status::sentence`].
-    pub status_sentence: &'static str,
+    pub status_sentence: Cow<'static, str>,
     /// Steps of the solver on the finest mesh.
     pub iterations: u64,
     /// Wall time of the steps of the solver and of all that `coarse_to_fine` counts, in seconds. Evaluations of
@@ -46,8 +47,9 @@ pub struct Summary {
     pub relative_gap: f64,
     /// R, the energy of the one-hot rows of `labels`.
     pub rounded_energy: f64,
-    /// (R - D) / (D - B): the energy of the labels is at most this fraction above that of any labeling, measured from
-    /// B. Infinite (null in JSON) if D = B.
+    /// (R - D) / (D - B): the labels are at most this share above any labeling, measured from B as well. Infinite
+    /// (null in JSON) where D = B, which bounds no such share.
+    #[serde(deserialize_with = "null_as_infinity")]
     pub rounded_relative_gap: f64,
     /// V.
     pub vertices: usize,
@@ -60,13 +62,18 @@ pub struct Summary {
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
-    pub mass: &'static str,
+    pub mass: Cow<'static, str>,
     /// Sum of A_j over the faces with an area, in squared units of the mesh.
     pub area: f64,
     /// The coarse levels, whose solutions initialized the finest one.
     pub coarse_to_fine: Option<Record>,
     /// Warnings for the user, a sentence each: empty regions, unknown vertices, faces left out.
     pub warnings: Vec<String>,
+}
+
+/// JSON has no infinity.
+fn null_as_infinity<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+    Option::<f64>::deserialize(from).map(|number| number.unwrap_or(f64::INFINITY))
 }
 
 /// The result of a run.
@@ -149,7 +156,7 @@ pub(crate) fn conclude<const M: usize>(
         solver: request.method.name().to_owned(),
         solver_options: request.method.changed(),
         status,
-        status_sentence: status.sentence(),
+        status_sentence: status.sentence().into(),
         iterations: run.iterations(),
         seconds: run.seconds(),
         energy: baseline + energy,
@@ -167,7 +174,7 @@ pub(crate) fn conclude<const M: usize>(
         regions: m,
         empty_regions: empty_regions::of_labels(&labels, m),
         lambda: problem.lambda,
-        mass: request.mass.name(),
+        mass: request.mass.name().into(),
         area: model.area(),
         coarse_to_fine: None,
         warnings,

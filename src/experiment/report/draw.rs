@@ -2,9 +2,10 @@
 
 use super::super::figures::{Clock, FigureKind, FigureSpec, Measure, Target};
 use super::super::results::{Done, Point};
-use super::pool::{Cell, Pool, given, value};
-use super::quantity::quantity;
-use crate::figure::{Axis, Figure, Panel, Scale, Series, Shape, Width};
+use super::super::variable::Variable;
+use super::pool::{Cell, Pool, given};
+use super::relation::relation;
+use crate::figure::{Axis, Figure, Panel, Primitive, Series, Width};
 
 /// A figure and the runs that its numbers are of.
 pub struct Drawn<'a> {
@@ -26,9 +27,9 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
         FigureKind::Profile { x, gap } => {
             (vec![profile(pool, &cells, *x, *gap)], *x == Clock::Seconds)
         }
-        FigureKind::Relation { x, y, .. } => {
-            let timed = [x, y].iter().any(|name| name.contains("seconds"));
-            (relation(pool, &cells, &spec.kind), timed)
+        FigureKind::Relation(asked) => {
+            let timed = [&asked.x, &asked.y].into_iter().any(Variable::is_time);
+            (relation(pool, &cells, asked), timed)
         }
     };
     let figure = Figure {
@@ -40,10 +41,6 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
     let counts = |run: &&Done| !timed || run.manifest.machine.host == pool.host;
     let sources = cells.iter().flat_map(|cell| cell.runs.iter().copied()).filter(counts).collect();
     Drawn { figure, sources }
-}
-
-fn axis(label: impl Into<String>, log: bool) -> Axis {
-    Axis { label: label.into(), scale: if log { Scale::Log } else { Scale::Linear } }
 }
 
 /// A panel for each instance, a curve for each solver.
@@ -65,7 +62,7 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
         let series = cells.iter().filter(|cell| cell.instance == instance).map(|cell| Series {
             label: pool.solver(cell).label.clone(),
             style: cell.solver,
-            shape: Shape::LineMarks,
+            primitive: Primitive::LineMarks,
             points: pool
                 .trace(cell, x == Clock::Seconds)
                 .iter()
@@ -76,8 +73,8 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
         });
         Panel {
             title: Some(pool.spec.instances[instance].label.clone()),
-            x: axis(x.label(), true),
-            y: axis(label, y != Measure::Energy),
+            x: Axis::new(x.label(), true),
+            y: Axis::new(label, y != Measure::Energy),
             series: series.collect(),
         }
     };
@@ -119,162 +116,18 @@ fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Pane
         Series {
             label: cell.label.clone(),
             style: solver,
-            shape: Shape::Steps,
+            primitive: Primitive::Steps,
             points,
             band: Vec::new(),
         }
     });
     Panel {
         title: None,
-        x: axis(format!("{} to a gap of {}, relative to the fastest", x.label(), given(gap)), true),
-        y: axis(format!("share of {} instances", instances.len()), false),
+        x: Axis::new(
+            format!("{} to a gap of {}, relative to the fastest", x.label(), given(gap)),
+            true,
+        ),
+        y: Axis::new(format!("share of {} instances", instances.len()), false),
         series: series.collect(),
-    }
-}
-
-/// One mark for each cell; cells that differ in nothing but x are one series.
-fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], kind: &FigureKind) -> Vec<Panel> {
-    let FigureKind::Relation { x, y, gap, panels, fit, logx, logy, reference } = kind else {
-        unreachable!("it is called for relations");
-    };
-    let hidden = |key: &str| {
-        key == x
-            || panels.as_deref() == Some(key)
-            || (key == "mesh" && ["faces", "vertices"].contains(&x.as_str()))
-    };
-    let varying: Vec<&str> = pool.varying(cells).into_iter().filter(|key| !hidden(key)).collect();
-    let name = |cell: &Cell<'a>| {
-        let (instance, solver) = (pool.instance(cell), pool.solver(cell));
-        let mut label = solver.base.clone();
-        for (key, value) in solver.varied.iter().filter(|(key, _)| !hidden(key)) {
-            let key = key.strip_prefix("options.").unwrap_or(key);
-            label += &format!(", {key} {}", value.text());
-        }
-        for key in &varying {
-            // Not every instance has every key.
-            let Some(value) = value(&instance.keys, key) else { continue };
-            label += &match *key {
-                "mesh" | "data" => format!(", {}", value.text()),
-                key => format!(", {key} {}", value.text()),
-            };
-        }
-        label
-    };
-    let panel_of =
-        |cell: &Cell<'a>| panels.as_ref().map(|key| quantity(pool, cell, key, None).text());
-    let (mut names, mut titles): (Vec<String>, Vec<Option<String>>) = (Vec::new(), Vec::new());
-    for cell in cells {
-        let (name, title) = (name(cell), panel_of(cell));
-        if !names.contains(&name) {
-            names.push(name);
-        }
-        if !titles.contains(&title) {
-            titles.push(title);
-        }
-    }
-    // The looks of its solver, as in all other figures, where no other series has them.
-    let first = |label: &String| {
-        let own = cells.iter().find(|cell| name(cell) == *label);
-        own.map_or(0, |cell| cell.solver)
-    };
-    let mut styles: Vec<usize> = names.iter().map(first).collect();
-    let distinct = (1..styles.len()).all(|i| !styles[..i].contains(&styles[i]));
-    if !distinct {
-        styles = (0..names.len()).collect();
-    }
-    let unused = styles.iter().max().map_or(0, |last| last + 1);
-    let panel = |title: &Option<String>| {
-        let mut series = Vec::new();
-        for (&style, label) in styles.iter().zip(&names) {
-            let own = cells.iter().filter(|cell| name(cell) == *label && panel_of(cell) == *title);
-            let mut marks: Vec<([f64; 2], [f64; 3])> = own
-                .filter_map(|cell| {
-                    let x = quantity(pool, cell, x, None).number()?.median;
-                    let y = quantity(pool, cell, y, *gap).number()?;
-                    Some(([x, y.median], [x, y.low, y.high]))
-                })
-                .collect();
-            marks.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-            let points: Vec<[f64; 2]> = marks.iter().map(|mark| mark.0).collect();
-            let band =
-                marks.iter().map(|mark| mark.1).filter(|[_, low, high]| low < high).collect();
-            let line = fit.then(|| power(&points)).flatten();
-            let label = match line {
-                Some((exponent, _)) => format!("{label} (exponent {exponent:.2})"),
-                None => label.clone(),
-            };
-            let shape = if *fit { Shape::Marks } else { Shape::LineMarks };
-            if let Some((exponent, factor)) = line {
-                let ends = [points[0][0], points[points.len() - 1][0]];
-                let points = ends.map(|x| [x, factor * x.powf(exponent)]).to_vec();
-                let label = String::new();
-                series.push(Series {
-                    label,
-                    style,
-                    shape: Shape::Reference,
-                    points,
-                    band: Vec::new(),
-                });
-            }
-            if !points.is_empty() {
-                series.push(Series { label, style, shape, points, band });
-            }
-        }
-        if let Some((label, point)) = reference {
-            let (label, points) = (label.clone(), vec![*point]);
-            let style = unused;
-            series.push(Series { label, style, shape: Shape::Marks, points, band: Vec::new() });
-        }
-        let title = match (panels, title) {
-            (Some(key), Some(title)) => {
-                Some(format!("{} {title}", key.strip_prefix("options.").unwrap_or(key)))
-            }
-            _ => None,
-        };
-        Panel { title, x: axis(words(x, None), *logx), y: axis(words(y, *gap), *logy), series }
-    };
-    // Cells without the key of the panels, such as a reference solver, have nothing to show.
-    titles.iter().map(panel).filter(|panel| !panel.series.is_empty()).collect()
-}
-
-/// Exponent and factor of y = factor x^exponent by least squares of the logarithms, for two points and more.
-pub fn power(points: &[[f64; 2]]) -> Option<(f64, f64)> {
-    let logs: Vec<[f64; 2]> = points
-        .iter()
-        .filter(|[x, y]| *x > 0.0 && *y > 0.0 && y.is_finite())
-        .map(|point| point.map(f64::ln))
-        .collect();
-    let n = logs.len() as f64;
-    let mean = |i: usize| logs.iter().map(|log| log[i]).sum::<f64>() / n;
-    let (x, y) = (mean(0), mean(1));
-    let variance: f64 = logs.iter().map(|log| (log[0] - x).powi(2)).sum();
-    if logs.len() < 2 || variance == 0.0 {
-        return None;
-    }
-    let exponent = logs.iter().map(|log| (log[0] - x) * (log[1] - y)).sum::<f64>() / variance;
-    Some((exponent, (y - exponent * x).exp()))
-}
-
-/// The label of an axis.
-fn words(name: &str, gap: Option<f64>) -> String {
-    let words = match name {
-        "excess" => "energy above the best bound",
-        "bias" => "least smoothed energy above the best bound",
-        "optimization-error" => "optimization error",
-        "rounding-error" => "rounding error",
-        "labels-changed" => "share of labels changed",
-        "regions-used" => "regions that are used",
-        "mislabeled" => "share of vertices that are mislabeled",
-        "rounded-gap" => "certified gap of the labels",
-        "gap" => "certified gap",
-        "bound" => "lower bound",
-        "wall-seconds" => "seconds, certificates included",
-        name => name.strip_prefix("options.").unwrap_or(name),
-    };
-    match gap {
-        Some(gap) if ["seconds", "iterations"].contains(&name) => {
-            format!("{words} to a gap of {}", given(gap))
-        }
-        _ => words.to_owned(),
     }
 }

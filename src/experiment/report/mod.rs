@@ -1,9 +1,10 @@
 //! Figures, tables and a page, drawn from what is on disk alone.
 
+mod cell_value;
 mod draw;
 mod page;
 mod pool;
-mod quantity;
+mod relation;
 mod table;
 mod why;
 
@@ -16,15 +17,17 @@ use std::time::SystemTime;
 
 use serde_json::json;
 
-use self::page::Shown;
+use self::page::{PageContent, PageFigure};
 use self::pool::Pool;
+use self::table::Table;
 use super::figures::{
-    Clock, FigureKind, FigureSpec, Measure, Places, TableKind, TableSpec, Target,
+    Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
 };
 use super::results::Done;
-use super::runner::SHOWN;
+use super::runner::MOST_VERTICES_SHOWN;
 use super::spec::Spec;
 use super::store::Store;
+use super::variable::{Quantity, Variable};
 use crate::error::{Error, Result};
 use crate::figure::{self, tex};
 use crate::file;
@@ -57,15 +60,7 @@ pub struct Report {
 /// # Errors
 /// A folder without runs, files in it that are damaged, and what cannot be written.
 pub fn report(folder: &Path, version: &str) -> Result<Report> {
-    let kept = folder.join("experiment.toml");
-    if !kept.is_file() {
-        return Err(Error::malformed(
-            folder,
-            "is no folder of an experiment: it has no experiment.toml; run `meshseg experiment run` first",
-        ));
-    }
-    let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
-    let spec = Spec { name: name.unwrap_or_default(), ..Spec::open(&kept)? };
+    let spec = kept_spec(folder)?;
     let store = Store::open(folder.to_owned())?;
     let done = Done::all(&store)?;
     let pool = Pool::of(&spec, &done);
@@ -78,91 +73,157 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     }
     let wanted = pool.cells.len() as u64 * spec.repetitions;
     let (figures, tables) = asked(&spec);
-    let unlabeled = pool.runs().filter(|run| lacks_labels(run)).count();
-    let (mut kept, mut empty) = (Vec::new(), None);
-    let mut keep = |path: &Path, stays: bool| {
-        kept.push(format!(
-            "{} {}: it needs the labels of all runs, and {unlabeled} of {runs} came without labels.npy; \
+    let unlabeled =
+        Unlabeled { lacking: pool.runs().filter(|run| lacks_labels(run)).count(), runs };
+    let figures = write_figures(&pool, &figures, &unlabeled, &made(folder.join("figures"))?)?;
+    let tables = write_tables(&pool, &tables, &unlabeled, &made(folder.join("tables"))?)?;
+
+    let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
+    write(&folder.join("numbers.tex"), &definitions(&tables.listed))?;
+    let content = PageContent {
+        figures: figures.shown,
+        tables: &tables.listed,
+        version,
+        written: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+    };
+    let page = folder.join("report.html");
+    write(&page, &page::page(&pool, &store, &content)?)?;
+    Ok(Report {
+        figures: figures.paths,
+        tables: tables.paths,
+        page,
+        runs,
+        missing: (wanted as usize).saturating_sub(runs),
+        kept: [figures.kept, tables.kept].concat(),
+        empty: figures.empty,
+    })
+}
+
+/// The file that the results in a folder are of.
+fn kept_spec(folder: &Path) -> Result<Spec> {
+    let path = folder.join("experiment.toml");
+    if !path.is_file() {
+        return Err(Error::malformed(
+            folder,
+            "is no folder of an experiment: it has no experiment.toml; run `meshseg experiment run` first",
+        ));
+    }
+    let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
+    Ok(Spec { name: name.unwrap_or_default(), ..Spec::open(&path)? })
+}
+
+/// How many runs came without the labels that they were made with.
+struct Unlabeled {
+    lacking: usize,
+    runs: usize,
+}
+
+impl Unlabeled {
+    /// Whether some of these variables cannot be computed.
+    fn bars(&self, variables: &[&Variable]) -> bool {
+        self.lacking > 0 && variables.iter().any(|variable| variable.is(Quantity::LabelsChanged))
+    }
+
+    /// Why a file is not written again.
+    fn sentence(&self, path: &Path) -> String {
+        let Unlabeled { lacking, runs } = self;
+        format!(
+            "{} {}: it needs the labels of all runs, and {lacking} of {runs} came without labels.npy; \
              `meshseg experiment run --force` makes them",
             path.display(),
-            if stays { "stays as it was" } else { "is left out" }
-        ));
-    };
-
-    let figure_folder = made(folder.join("figures"))?;
-    let mut shown = Vec::new();
-    let mut figure_paths = Vec::new();
-    for figure in &figures {
-        let (name, title) = (&figure.name[..], figure.title.as_deref());
-        let path = figure_folder.join(format!("{name}.svg"));
-        if unlabeled > 0 && figure.quantities().contains(&LABELS) {
-            keep(&path, path.is_file());
-            if path.is_file() {
-                shown.push(Shown::old(title, &path, name)?);
-                figure_paths.push(path);
-            }
-            continue;
-        }
-        let drawn = draw::draw(&pool, figure);
-        if drawn.figure.panels.is_empty() {
-            let message = format!(
-                "the figure {name:?} has nothing to show: no run has {}",
-                figure.quantities().join(" and ")
-            );
-            empty.get_or_insert(spec.format_error(&figure.places.shown, message));
-            continue;
-        }
-        figure::write(&drawn.figure, &figure_folder, name)?;
-        sources(&figure_folder, name, &drawn.sources)?;
-        shown.push(Shown::figure(title, &drawn, name)?);
-        figure_paths.push(path);
+            if path.is_file() { "stays as it was" } else { "is left out" }
+        )
     }
-    let table_folder = made(folder.join("tables"))?;
-    let (mut table_paths, mut listed) = (Vec::new(), Vec::new());
-    let mut numbers = NUMBERS.to_owned();
-    for spec in &tables {
-        let path = table_folder.join(format!("{}.md", spec.name));
-        let mut table = table::table(&pool, spec);
-        if unlabeled > 0 && spec.quantities().contains(&LABELS) {
-            let old = table_folder.join(format!("{}.csv", spec.name));
-            keep(&old, old.is_file());
+}
+
+#[derive(Default)]
+struct WrittenFigures {
+    paths: Vec<PathBuf>,
+    shown: Vec<PageFigure>,
+    /// As in [`Report`].
+    kept: Vec<String>,
+    empty: Option<Error>,
+}
+
+fn write_figures(
+    pool: &Pool<'_>,
+    figures: &[FigureSpec],
+    unlabeled: &Unlabeled,
+    folder: &Path,
+) -> Result<WrittenFigures> {
+    let mut written = WrittenFigures::default();
+    for figure in figures {
+        let (name, title) = (&figure.name[..], figure.title.as_deref());
+        let path = folder.join(format!("{name}.svg"));
+        let shown = if unlabeled.bars(&figure.variables()) {
+            written.kept.push(unlabeled.sentence(&path));
+            if !path.is_file() {
+                continue;
+            }
+            PageFigure::kept(title, &path, name)?
+        } else {
+            let drawn = draw::draw(pool, figure);
+            if drawn.figure.panels.is_empty() {
+                written.empty.get_or_insert_with(|| nothing_to_show(pool.spec, figure));
+                continue;
+            }
+            figure::write(&drawn.figure, folder, name)?;
+            write_sources(folder, name, &drawn.sources)?;
+            PageFigure::drawn(title, &drawn, name)?
+        };
+        written.shown.push(shown);
+        written.paths.push(path);
+    }
+    Ok(written)
+}
+
+fn nothing_to_show(spec: &Spec, figure: &FigureSpec) -> Error {
+    let variables = figure.variables();
+    let names: Vec<&str> = variables.into_iter().map(Variable::name).collect();
+    let (name, names) = (&figure.name, names.join(" and "));
+    let message = format!("the figure {name:?} has nothing to show: no run has {names}");
+    spec.format_error(&figure.spans.shown, message)
+}
+
+#[derive(Default)]
+struct WrittenTables<'a> {
+    paths: Vec<PathBuf>,
+    listed: Vec<Table<'a>>,
+    /// As in [`Report`].
+    kept: Vec<String>,
+}
+
+fn write_tables<'a>(
+    pool: &Pool<'a>,
+    tables: &[TableSpec],
+    unlabeled: &Unlabeled,
+    folder: &Path,
+) -> Result<WrittenTables<'a>> {
+    let mut written = WrittenTables::default();
+    for spec in tables {
+        let mut table = table::table(pool, spec);
+        if unlabeled.bars(&spec.variables()) {
+            let old = folder.join(format!("{}.csv", spec.name));
+            written.kept.push(unlabeled.sentence(&old));
             if !old.is_file() {
                 continue;
             }
             table.read(&old)?;
         } else {
-            table.write(&table_folder)?;
-            sources(&table_folder, &table.name, &table.sources)?;
+            table.write(folder)?;
+            write_sources(folder, &table.name, &table.sources)?;
         }
-        for (name, x) in table.numbers() {
-            numbers += &defined(&name, &pool::number(x));
-        }
-        table_paths.push(path);
-        listed.push(table);
+        written.paths.push(folder.join(format!("{}.md", spec.name)));
+        written.listed.push(table);
     }
-    let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
-    write(&folder.join("numbers.tex"), &numbers)?;
-    let written = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-    let shown = Shown { figures: shown, tables: &listed, version, written };
-    let page = folder.join("report.html");
-    write(&page, &page::page(&pool, &store, &shown)?)?;
-    Ok(Report {
-        figures: figure_paths,
-        tables: table_paths,
-        page,
-        runs,
-        missing: (wanted as usize).saturating_sub(runs),
-        kept,
-        empty,
-    })
+    Ok(written)
 }
-
-/// The quantity that is computed of labels.
-const LABELS: &str = "labels-changed";
 
 /// Whether a run was made with labels that are not there.
 fn lacks_labels(run: &Done) -> bool {
-    run.labels.is_none() && run.manifest.repetition == 0 && run.summary.vertices <= SHOWN
+    run.labels.is_none()
+        && run.manifest.repetition == 0
+        && run.summary.vertices <= MOST_VERTICES_SHOWN
 }
 
 /// What the file asks for; if nothing, decay over both clocks and the times to gaps.
@@ -175,7 +236,7 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         columns: 2,
         only: None,
         solvers: None,
-        places: Places::default(),
+        spans: FigureSpans::default(),
     };
     let figures = match &spec.figures[..] {
         [] => vec![
@@ -195,7 +256,14 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
     (figures, tables)
 }
 
-const NUMBERS: &str = "\
+/// `numbers.tex`: all numbers of the tables, each under its name.
+fn definitions(tables: &[Table<'_>]) -> String {
+    let numbers = tables.iter().flat_map(Table::numbers);
+    let definitions = numbers.map(|(name, x)| defined(&name, &pool::number(x)));
+    RESULT_MACRO.to_owned() + &definitions.collect::<String>()
+}
+
+const RESULT_MACRO: &str = "\
 % \\result{TABLE/INSTANCE/SOLVER/COLUMN} is a number of a table: the names as they are, with \\%, \\&, \\#, \\$, \\{ and \\}.\n\
 \\providecommand{\\result}[1]{\\ifcsname meshseg@\\detokenize{#1}\\endcsname\n\
 \x20 \\csname meshseg@\\detokenize{#1}\\endcsname\\else\\textbf{??}\\typeout{There is no result \\detokenize{#1}}\\fi}\n";
@@ -215,7 +283,7 @@ fn made(folder: PathBuf) -> Result<PathBuf> {
 }
 
 /// Keeps which runs the numbers of a figure or a table are of.
-fn sources(folder: &Path, stem: &str, runs: &[&Done]) -> Result<()> {
+fn write_sources(folder: &Path, stem: &str, runs: &[&Done]) -> Result<()> {
     let ids: Vec<&str> = runs.iter().map(|run| run.manifest.id.as_str()).collect();
     file::write(&folder.join(format!("{stem}.runs.json")), |out| {
         serde_json::to_writer_pretty(&mut *out, &json!({ "runs": ids }))?;

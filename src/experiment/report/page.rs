@@ -7,48 +7,115 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use super::super::results::Done;
+use super::super::results::{Done, Point};
 use super::super::store::Store;
 use super::draw::Drawn;
-use super::pool::Pool;
-use super::table::{Entry, Table};
+use super::pool::{Cell, Pool};
+use super::table::{Table, TableEntry};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::io;
 
 /// The page without data; see assets/report/README.md.
 const TEMPLATE: &str = include_str!("../../../assets/report/dist/template.html");
-/// Where they go.
-const PLACE: &str = "/*REPORT_DATA*/";
+/// What stands in it for them.
+const DATA_MARK: &str = "/*REPORT_DATA*/";
 
-/// Rows of a trace that are shown: more than a screen has points.
-const SHOWN_POINTS: usize = 600;
+/// Rows of a trace that are shown at most: more than a screen has points.
+const MOST_POINTS: usize = 600;
 
-pub struct Shown<'a> {
-    pub figures: Vec<(String, String, &'a str)>,
+/// What the page shows besides the runs.
+pub struct PageContent<'a> {
+    pub figures: Vec<PageFigure>,
     pub tables: &'a [Table<'a>],
     pub version: &'a str,
     pub written: String,
 }
 
-/// The page as a text. `shown.figures` are titles, SVG texts and stems.
+pub struct PageFigure {
+    title: String,
+    svg: String,
+    /// Of its files.
+    stem: String,
+}
+
+impl PageFigure {
+    pub fn drawn(title: Option<&str>, drawn: &Drawn<'_>, stem: &str) -> Result<Self> {
+        Ok(PageFigure::new(title, crate::figure::svg(&drawn.figure)?, stem))
+    }
+
+    /// A figure that stays as it was.
+    pub fn kept(title: Option<&str>, path: &Path, stem: &str) -> Result<Self> {
+        let svg = String::from_utf8(file::read(path)?)
+            .map_err(|error| Error::malformed(path, error.to_string()))?;
+        Ok(PageFigure::new(title, svg, stem))
+    }
+
+    fn new(title: Option<&str>, svg: String, stem: &str) -> Self {
+        PageFigure { title: title.unwrap_or(stem).to_owned(), svg, stem: stem.to_owned() }
+    }
+
+    fn json(&self) -> Value {
+        let PageFigure { title, svg, stem } = self;
+        json!({ "title": title, "svg": svg, "stem": stem })
+    }
+}
+
+/// The page as a text.
 ///
 /// # Errors
 /// A surface that cannot be read.
-pub fn page(pool: &Pool<'_>, store: &Store, shown: &Shown<'_>) -> Result<String> {
-    let (mut machines, mut scenes) = (Vec::<Value>::new(), BTreeMap::new());
-    let mut hosts: Vec<&str> = Vec::new();
-    for run in pool.runs() {
+pub fn page(pool: &Pool<'_>, store: &Store, content: &PageContent<'_>) -> Result<String> {
+    let hosts = hosts(pool);
+    let machines = hosts.iter().enumerate().map(|(h, (host, run))| {
         let machine = &run.manifest.machine;
-        if !hosts.contains(&machine.host.as_str()) {
-            machines.push(json!({
-                "id": format!("m{}", hosts.len()), "cpu": machine.cpu, "cores": machine.cores,
-                "memory_gib": machine.memory_gib, "first": machine.host == pool.host,
-            }));
-            hosts.push(&machine.host);
+        json!({
+            "id": format!("m{h}"), "cpu": machine.cpu, "cores": machine.cores,
+            "memory_gib": machine.memory_gib, "first": *host == pool.host,
+        })
+    });
+    let solvers = pool.spec.solvers.iter().enumerate();
+    let solvers = solvers
+        .map(|(s, solver)| json!({ "id": format!("s{s}"), "label": solver.label, "style": s }));
+    let runs = pool.cells.iter().flat_map(|cell| {
+        let host =
+            |run: &Done| hosts.iter().position(|(host, _)| *host == run.manifest.machine.host);
+        cell.runs.iter().map(move |run| run_json(pool, cell, run, host(run)))
+    });
+    let (instances, scenes) = instances(pool, store)?;
+    let data = json!({
+        "name": pool.spec.name, "question": pool.spec.question, "program": format!("meshseg {}", content.version),
+        "written": content.written, "machines": machines.collect::<Vec<_>>(),
+        "solvers": solvers.collect::<Vec<_>>(), "instances": instances, "runs": runs.collect::<Vec<_>>(),
+        "tables": content.tables.iter().map(table_json).collect::<Vec<_>>(),
+        "figures": content.figures.iter().map(PageFigure::json).collect::<Vec<_>>(), "scenes": scenes,
+    });
+    Ok(TEMPLATE.replacen(DATA_MARK, &within_script(&data), 1))
+}
+
+/// JSON in which no name can end the script, or open a comment in it.
+fn within_script(data: &Value) -> String {
+    data.to_string()
+        .replace('<', "\\u003c")
+        .replace('\u{2028}', "\\u2028")
+        .replace('\u{2029}', "\\u2029")
+}
+
+/// The hosts in the order of the runs, each with its first run.
+fn hosts<'a>(pool: &Pool<'a>) -> Vec<(&'a str, &'a Done)> {
+    let mut hosts: Vec<(&str, &Done)> = Vec::new();
+    for run in pool.runs() {
+        let host = run.manifest.machine.host.as_str();
+        if hosts.iter().all(|(known, _)| *known != host) {
+            hosts.push((host, run));
         }
     }
-    let mut instances = Vec::new();
+    hosts
+}
+
+/// The instances that have runs, and the scenes of those whose surface was kept, by their names.
+fn instances(pool: &Pool<'_>, store: &Store) -> Result<(Vec<Value>, BTreeMap<String, Value>)> {
+    let (mut instances, mut scenes) = (Vec::new(), BTreeMap::new());
     for (i, instance) in pool.spec.instances.iter().enumerate() {
         let Some(run) = pool.of_instance(i).next() else { continue };
         let scene = scene(pool, store, i, run)?;
@@ -64,71 +131,45 @@ pub fn page(pool: &Pool<'_>, store: &Store, shown: &Shown<'_>) -> Result<String>
             scenes.insert(id, scene);
         }
     }
-    let solvers: Vec<Value> = pool
-        .spec
-        .solvers
-        .iter()
-        .enumerate()
-        .map(|(s, solver)| json!({ "id": format!("s{s}"), "label": solver.label, "style": s }))
-        .collect();
-    let mut runs = Vec::new();
-    for cell in &pool.cells {
-        for run in &cell.runs {
-            let host = hosts.iter().position(|host| *host == run.manifest.machine.host);
-            let step = run.trace.len().div_ceil(SHOWN_POINTS).max(1);
-            let last = run.trace.len().saturating_sub(1);
-            let points: Vec<_> = run
-                .trace
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| i % step == 0 || *i == last)
-                .map(|(_, point)| point)
-                .collect();
-            let column = |value: &dyn Fn(&super::super::results::Point) -> f64| -> Vec<f64> {
-                points.iter().map(|point| value(point)).collect()
-            };
-            runs.push(json!({
-                "id": run.manifest.id, "instance": format!("i{}", cell.instance), "solver": format!("s{}", cell.solver),
-                "repetition": run.manifest.repetition, "machine": host.map(|host| format!("m{host}")),
-                "loaded": run.manifest.loaded, "status": run.summary.status,
-                "iterations": run.summary.iterations, "seconds": run.summary.seconds,
-                "energy": run.summary.energy, "dual_bound": run.summary.dual_bound,
-                "relative_gap": run.summary.relative_gap, "manifest": flat(run),
-                "trace": {
-                    "iteration": column(&|point| point.iteration as f64), "seconds": column(&|point| point.seconds),
-                    "energy": column(&|point| point.energy), "relative_gap": column(&|point| point.relative_gap),
-                    "suboptimality": column(&|point| pool.suboptimality(cell.instance, point.energy)),
-                },
-            }));
-        }
-    }
-    let tables: Vec<Value> = shown.tables.iter().map(|table| json!({
+    Ok((instances, scenes))
+}
+
+fn run_json<'a>(pool: &Pool<'a>, cell: &Cell<'a>, run: &Done, host: Option<usize>) -> Value {
+    let step = run.trace.len().div_ceil(MOST_POINTS).max(1);
+    let last = run.trace.len().saturating_sub(1);
+    let points = run.trace.iter().enumerate().filter(|(i, _)| i % step == 0 || *i == last);
+    let points: Vec<&Point> = points.map(|(_, point)| point).collect();
+    let column = |value: &dyn Fn(&Point) -> f64| -> Vec<f64> {
+        points.iter().map(|point| value(point)).collect()
+    };
+    json!({
+        "id": run.manifest.id, "instance": format!("i{}", cell.instance), "solver": format!("s{}", cell.solver),
+        "repetition": run.manifest.repetition, "machine": host.map(|host| format!("m{host}")),
+        "loaded": run.manifest.loaded, "status": run.summary.status,
+        "iterations": run.summary.iterations, "seconds": run.summary.seconds,
+        "energy": run.summary.energy, "dual_bound": run.summary.dual_bound,
+        "relative_gap": run.summary.relative_gap, "manifest": flat(run),
+        "trace": {
+            "iteration": column(&|point| point.iteration as f64), "seconds": column(&|point| point.seconds),
+            "energy": column(&|point| point.energy), "relative_gap": column(&|point| point.relative_gap),
+            "suboptimality": column(&|point| pool.suboptimality(cell.instance, point.energy)),
+        },
+    })
+}
+
+fn table_json(table: &Table<'_>) -> Value {
+    let column = |(i, label)| json!({ "label": label, "numeric": table.is_numeric(i) });
+    let entry = |entry: &TableEntry| match entry {
+        TableEntry::Number(x) => json!(x),
+        TableEntry::Nothing => Value::Null,
+        entry => json!(entry.text()),
+    };
+    let row = |row: &Vec<TableEntry>| row.iter().map(entry).collect::<Value>();
+    json!({
         "title": table.title,
-        "columns": table.columns.iter().enumerate()
-            .map(|(i, label)| json!({ "label": label, "numeric": table.is_numeric(i) })).collect::<Vec<_>>(),
-        "rows": table.rows.iter().map(|row| row.iter().map(|entry| match entry {
-            Entry::Number(x) => json!(x),
-            Entry::Nothing => Value::Null,
-            entry => json!(entry.text()),
-        }).collect::<Vec<_>>()).collect::<Vec<_>>(),
-    })).collect();
-    let figures: Vec<Value> = shown
-        .figures
-        .iter()
-        .map(|(title, svg, stem)| json!({ "title": title, "svg": svg, "stem": stem }))
-        .collect();
-    let data = json!({
-        "name": pool.spec.name, "question": pool.spec.question, "program": format!("meshseg {}", shown.version),
-        "written": shown.written, "machines": machines, "solvers": solvers, "instances": instances, "runs": runs,
-        "tables": tables, "figures": figures, "scenes": scenes,
-    });
-    // No name can end the script, or open a comment in it.
-    let text = data
-        .to_string()
-        .replace('<', "\\u003c")
-        .replace('\u{2028}', "\\u2028")
-        .replace('\u{2029}', "\\u2029");
-    Ok(TEMPLATE.replacen(PLACE, &text, 1))
+        "columns": table.columns.iter().enumerate().map(column).collect::<Value>(),
+        "rows": table.rows.iter().map(row).collect::<Value>(),
+    })
 }
 
 /// The manifest with one level of keys.
@@ -197,26 +238,4 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
         "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),
         "palette": palette, "solutions": solutions, "view": { "towards": towards, "up": up },
     })))
-}
-
-impl<'a> Shown<'a> {
-    /// The figures as the page shows them.
-    pub fn figure(
-        title: Option<&str>,
-        drawn: &Drawn<'_>,
-        stem: &'a str,
-    ) -> Result<(String, String, &'a str)> {
-        Ok((title.unwrap_or(stem).to_owned(), crate::figure::svg(&drawn.figure)?, stem))
-    }
-
-    /// A figure that stays as it was.
-    pub fn old(
-        title: Option<&str>,
-        path: &Path,
-        stem: &'a str,
-    ) -> Result<(String, String, &'a str)> {
-        let svg = String::from_utf8(file::read(path)?)
-            .map_err(|error| Error::malformed(path, error.to_string()))?;
-        Ok((title.unwrap_or(stem).to_owned(), svg, stem))
-    }
 }

@@ -36,10 +36,10 @@ impl Spread {
     pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| {
-            let place = share * (values.len() - 1) as f64;
-            let (below, above) = (values[place.floor() as usize], values[place.ceil() as usize]);
+            let index = share * (values.len() - 1) as f64;
+            let (below, above) = (values[index.floor() as usize], values[index.ceil() as usize]);
             // Between two infinities there is no number.
-            if below == above { below } else { below + (above - below) * place.fract() }
+            if below == above { below } else { below + (above - below) * index.fract() }
         };
         Spread { low: at(0.25), median: at(0.5), high: at(0.75) }
     }

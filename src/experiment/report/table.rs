@@ -5,8 +5,9 @@ use std::path::Path;
 use super::super::figures::{Clock, TableKind, TableSpec, Target};
 use super::super::quoting::one_line;
 use super::super::results::Done;
+use super::super::variable::Variable;
+use super::cell_value::{CellValue, value_of};
 use super::pool::{Cell, Pool, given, number};
-use super::quantity::{Shown, quantity};
 use crate::error::{Error, Result};
 use crate::figure::tex;
 use crate::file;
@@ -15,13 +16,13 @@ pub struct Table<'a> {
     pub name: String,
     pub title: String,
     pub columns: Vec<String>,
-    pub rows: Vec<Vec<Entry>>,
+    pub rows: Vec<Vec<TableEntry>>,
     /// The runs that its numbers are of.
     pub sources: Vec<&'a Done>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Entry {
+pub enum TableEntry {
     Text(String),
     Number(f64),
     /// Not reached, and how far the run came.
@@ -29,12 +30,12 @@ pub enum Entry {
     Nothing,
 }
 
-impl Entry {
+impl TableEntry {
     pub fn text(&self) -> String {
         match self {
-            Entry::Text(text) | Entry::Censored(text) => text.clone(),
-            Entry::Number(x) => number(*x),
-            Entry::Nothing => String::new(),
+            TableEntry::Text(text) | TableEntry::Censored(text) => text.clone(),
+            TableEntry::Number(x) => number(*x),
+            TableEntry::Nothing => String::new(),
         }
     }
 }
@@ -53,7 +54,7 @@ pub fn table<'a>(pool: &Pool<'a>, spec: &TableSpec) -> Table<'a> {
     }
 }
 
-type Content = (String, Vec<String>, Vec<Vec<Entry>>);
+type Content = (String, Vec<String>, Vec<Vec<TableEntry>>);
 
 /// A row for each cell, iterations and median seconds for each gap.
 fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
@@ -62,15 +63,15 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
     columns.extend(gaps.iter().map(|&gap| format!("seconds to {}", given(gap))));
     let row = |cell: &Cell<'_>| {
         let mut row = vec![
-            Entry::Text(pool.instance(cell).label.clone()),
-            Entry::Text(pool.solver(cell).label.clone()),
+            TableEntry::Text(pool.instance(cell).label.clone()),
+            TableEntry::Text(pool.solver(cell).label.clone()),
         ];
         for clock in [Clock::Iterations, Clock::Seconds] {
             row.extend(gaps.iter().map(|&gap| match pool.time_to(cell, clock, gap, to) {
-                None => Entry::Nothing,
-                Some(spread) if spread.median.is_finite() => Entry::Number(spread.median),
+                None => TableEntry::Nothing,
+                Some(spread) if spread.median.is_finite() => TableEntry::Number(spread.median),
                 Some(_) => {
-                    Entry::Censored(match cell.runs.first().and_then(|run| run.trace.last()) {
+                    TableEntry::Censored(match cell.runs.first().and_then(|run| run.trace.last()) {
                         Some(last) => {
                             let gap = match to {
                                 Target::Certificate => last.relative_gap,
@@ -92,20 +93,18 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
     (title.to_owned(), columns, pool.cells.iter().map(row).collect())
 }
 
-fn cells(pool: &Pool<'_>, names: &[String]) -> Content {
+fn cells(pool: &Pool<'_>, variables: &[Variable]) -> Content {
     let mut columns = vec!["instance".to_owned(), "solver".to_owned()];
-    columns.extend(
-        names.iter().map(|name| name.strip_prefix("options.").unwrap_or(name).replace('-', " ")),
-    );
+    columns.extend(variables.iter().map(|variable| variable.short_name().replace('-', " ")));
     let row = |cell: &Cell<'_>| {
         let mut row = vec![
-            Entry::Text(pool.instance(cell).label.clone()),
-            Entry::Text(pool.solver(cell).label.clone()),
+            TableEntry::Text(pool.instance(cell).label.clone()),
+            TableEntry::Text(pool.solver(cell).label.clone()),
         ];
-        row.extend(names.iter().map(|name| match quantity(pool, cell, name, None) {
-            Shown::Number(spread) => Entry::Number(spread.median),
-            Shown::Text(text) => Entry::Text(text),
-            Shown::Nothing => Entry::Nothing,
+        row.extend(variables.iter().map(|variable| match value_of(pool, cell, variable, None) {
+            CellValue::Number(spread) => TableEntry::Number(spread.median),
+            CellValue::Text(text) => TableEntry::Text(text),
+            CellValue::Nothing => TableEntry::Nothing,
         }));
         row
     };
@@ -137,10 +136,10 @@ impl Table<'_> {
         let mut csv = csv::Reader::from_reader(&bytes[..]);
         self.columns = csv.headers().map_err(malformed)?.iter().map(String::from).collect();
         let entry = |(column, text): (usize, &str)| match text.parse() {
-            _ if text.is_empty() => Entry::Nothing,
-            Ok(x) if column >= 2 => Entry::Number(x),
-            _ if text.starts_with("> ") => Entry::Censored(text.into()),
-            _ => Entry::Text(text.into()),
+            _ if text.is_empty() => TableEntry::Nothing,
+            Ok(x) if column >= 2 => TableEntry::Number(x),
+            _ if text.starts_with("> ") => TableEntry::Censored(text.into()),
+            _ => TableEntry::Text(text.into()),
         };
         let row = |row: csv::Result<csv::StringRecord>| {
             Ok(row.map_err(malformed)?.iter().enumerate().map(entry).collect())
@@ -158,7 +157,7 @@ impl Table<'_> {
         csv.write_record(&self.columns)?;
         for row in &self.rows {
             csv.write_record(row.iter().map(|entry| match entry {
-                Entry::Number(x) => x.to_string(),
+                TableEntry::Number(x) => x.to_string(),
                 entry => entry.text(),
             }))?;
         }
@@ -190,7 +189,7 @@ impl Table<'_> {
         text += &line(self.columns.clone());
         text += "\\midrule\n";
         for row in &self.rows {
-            text += &line(row.iter().map(Entry::text).collect());
+            text += &line(row.iter().map(TableEntry::text).collect());
         }
         text + "\\bottomrule\n\\end{tabular}\n"
     }
@@ -198,8 +197,8 @@ impl Table<'_> {
     /// Whether a column holds numbers, at least one.
     pub fn is_numeric(&self, column: usize) -> bool {
         let mut entries = self.rows.iter().map(|row| &row[column]);
-        entries.clone().any(|entry| matches!(entry, Entry::Number(_)))
-            && entries.all(|entry| !matches!(entry, Entry::Text(_)))
+        entries.clone().any(|entry| matches!(entry, TableEntry::Number(_)))
+            && entries.all(|entry| !matches!(entry, TableEntry::Text(_)))
     }
 
     /// Every number with a name: `table/instance/solver/column`.
@@ -210,7 +209,7 @@ impl Table<'_> {
             };
             let entries = row.iter().zip(&self.columns);
             entries.filter_map(move |(entry, column)| match entry {
-                Entry::Number(x) => Some((name(column), *x)),
+                TableEntry::Number(x) => Some((name(column), *x)),
                 _ => None,
             })
         })
@@ -227,7 +226,7 @@ fn markdown(text: &str) -> String {
             '<' => escaped += "&lt;",
             '&' if after.is_ascii_alphabetic() || after == '#' => escaped += "&amp;",
             c if c.is_control() => escaped.push(' '),
-            // Within a word it is none.
+            // Within a word it marks nothing.
             '_' if before.is_alphanumeric() && after.is_alphanumeric() => escaped.push(c),
             '\\' | '|' | '*' | '`' | '[' | ']' | '$' | '_' => {
                 escaped.push('\\');

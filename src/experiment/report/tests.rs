@@ -2,9 +2,9 @@
 
 mod numbers;
 
-use super::draw::power;
 use super::pool::{Spread, given, number};
-use super::table::{Entry, Table};
+use super::relation::power;
+use super::table::{Table, TableEntry};
 
 #[test]
 fn quartiles_are_those_of_the_sorted_values() {
@@ -54,14 +54,19 @@ fn numbers_are_short_and_keep_three_digits() {
 }
 
 fn table() -> Table<'static> {
-    let entry = |text: &str| Entry::Text(text.into());
+    let entry = |text: &str| TableEntry::Text(text.into());
     Table {
         name: "t".into(),
         title: "Title".into(),
         columns: ["instance", "solver", "x", "y"].map(String::from).to_vec(),
         rows: vec![
-            vec![entry("a|b"), entry("s_1"), Entry::Number(0.5), Entry::Censored("> 3".into())],
-            vec![entry("c"), entry("s_2"), Entry::Number(1.0 / 3.0), Entry::Nothing],
+            vec![
+                entry("a|b"),
+                entry("s_1"),
+                TableEntry::Number(0.5),
+                TableEntry::Censored("> 3".into()),
+            ],
+            vec![entry("c"), entry("s_2"), TableEntry::Number(1.0 / 3.0), TableEntry::Nothing],
         ],
         sources: Vec::new(),
     }

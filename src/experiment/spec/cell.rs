@@ -2,27 +2,27 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use super::super::document::{Fits, Placed, Scalar, Wrong};
+use super::super::document::{Fits, Scalar, Spanned, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use crate::names::{Named, must_be_one_of};
 
 /// The values of a cell, each asked for by its key.
-pub struct Cell<'a>(pub &'a [(String, Placed<Scalar>)]);
+pub struct Cell<'a>(pub &'a [(String, Spanned<Scalar>)]);
 
 impl Cell<'_> {
-    pub fn get(&self, key: &str) -> Option<&Placed<Scalar>> {
+    pub fn get(&self, key: &str) -> Option<&Spanned<Scalar>> {
         self.0.iter().find(|(name, _)| name == key).map(|(_, value)| value)
     }
 
     pub fn number(&self, key: &str, default: f64, least: f64) -> Fits<f64> {
-        let Some(Placed { value, place }) = self.get(key) else { return Ok(default) };
+        let Some(Spanned { value, span }) = self.get(key) else { return Ok(default) };
         let number = value.number().filter(|&number| number >= least);
-        number.ok_or_else(|| Wrong::at(place, format!("{key} must be a number from {least}")))
+        number.ok_or_else(|| Wrong::at(span, format!("{key} must be a number from {least}")))
     }
 
     pub fn count(&self, key: &str, default: u64, range: RangeInclusive<u64>) -> Fits<u64> {
-        let Some(Placed { value, place }) = self.get(key) else { return Ok(default) };
+        let Some(Spanned { value, span }) = self.get(key) else { return Ok(default) };
         match value {
             Scalar::Integer(x) if u64::try_from(*x).is_ok_and(|x| range.contains(&x)) => {
                 Ok(*x as u64)
@@ -30,33 +30,33 @@ impl Cell<'_> {
             _ => {
                 let (from, to) = (range.start(), range.end());
                 let to = if *to == u64::MAX { String::new() } else { format!(" to {to}") };
-                Err(Wrong::at(place, format!("{key} must be a whole number from {from}{to}")))
+                Err(Wrong::at(span, format!("{key} must be a whole number from {from}{to}")))
             }
         }
     }
 
     pub fn named<T: Named>(&self, key: &str, default: T) -> Fits<T> {
-        let Some(Placed { value, place }) = self.get(key) else { return Ok(default) };
+        let Some(Spanned { value, span }) = self.get(key) else { return Ok(default) };
         let found = if let Scalar::Text(name) = value { T::named(name) } else { None };
         found.ok_or_else(|| {
             let meant = did_you_mean(&value.text(), T::names().iter().copied());
             let quoted = T::names().iter().map(|name| format!("{name:?}"));
-            Wrong::at(place, format!("{key} {}{meant}", must_be_one_of(quoted)))
+            Wrong::at(span, format!("{key} {}{meant}", must_be_one_of(quoted)))
         })
     }
 
     pub fn text(&self, key: &str) -> Fits<Option<(&str, &Range<usize>)>> {
         match self.get(key) {
             None => Ok(None),
-            Some(Placed { value: Scalar::Text(text), place }) => Ok(Some((text, place))),
-            Some(Placed { place, .. }) => {
-                Err(Wrong::at(place, format!("{key} must be a text in quotes")))
+            Some(Spanned { value: Scalar::Text(text), span }) => Ok(Some((text, span))),
+            Some(Spanned { span, .. }) => {
+                Err(Wrong::at(span, format!("{key} must be a text in quotes")))
             }
         }
     }
 
     pub fn keys(&self) -> Keys {
-        self.0.iter().map(|(key, placed)| (key.clone(), placed.value.clone())).collect()
+        self.0.iter().map(|(key, spanned)| (key.clone(), spanned.value.clone())).collect()
     }
 }
 
@@ -64,9 +64,9 @@ impl Cell<'_> {
 pub fn label_of(label: Option<&str>, plain: String, cell: &Cell<'_>, group: &Group) -> String {
     let Some(label) = label else { return plain };
     let varied = cell.0.iter().filter(|(key, _)| group.varies(key));
-    let varied = varied.map(|(key, placed)| {
+    let varied = varied.map(|(key, spanned)| {
         let key = key.strip_prefix("options.").unwrap_or(key);
-        format!(", {key} {}", placed.value.text())
+        format!(", {key} {}", spanned.value.text())
     });
     label.to_owned() + &varied.collect::<String>()
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::super::choice::DataChoice;
-use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::super::document::{Fits, Scalar, Section, Spanned, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
@@ -33,21 +33,21 @@ pub struct InstanceCell {
     /// Whether the mesh is scaled to area 1.
     pub normalize: Normalize,
     /// Where its mesh and its data stand in the file.
-    pub(crate) mesh_place: Range<usize>,
-    pub(crate) data_place: Range<usize>,
+    pub(crate) mesh_span: Range<usize>,
+    pub(crate) data_span: Range<usize>,
 }
 
 /// The key `lambda` of an instance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LambdaChoice {
     Given(f64),
-    /// So many times what `segment` takes for these data: "auto", "0.5 auto".
+    /// A multiple of what `segment` takes for these data: "auto", "0.5 auto".
     Auto(f64),
 }
 
 impl LambdaChoice {
-    fn of(Placed { value, place }: &Placed<Scalar>, data: &DataChoice) -> Fits<Self> {
-        let wrong = |message: &str| Err(Wrong::at(place, message));
+    fn of(Spanned { value, span }: &Spanned<Scalar>, data: &DataChoice) -> Fits<Self> {
+        let wrong = |message: &str| Err(Wrong::at(span, message));
         let valid = |x: f64| x >= 0.0 && x.is_finite();
         let factor = match value {
             Scalar::Text(text) => text.strip_suffix("auto").map(str::trim_end),
@@ -77,68 +77,80 @@ pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Ve
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
             None if ["mesh", "data", "lambda"].contains(&key) => {
-                return Err(Wrong::at(&section.place, format!("{} needs {key}", section.name)));
+                return Err(Wrong::at(&section.span, format!("{} needs {key}", section.name)));
             }
             None => {}
         }
     }
     group.zipped(&mut section)?;
-    let table = section.place.clone();
+    let table = section.span.clone();
     section.end()?;
-    let instance = |cell: &[(String, Placed<Scalar>)]| {
-        let cell = Cell(cell);
-        let (mesh, place) = cell.text("mesh")?.expect("it is needed");
-        let mesh_place = place.clone();
-        if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
-            Source::parse(mesh).map_err(|error| Wrong::at(place, error.to_string()))?;
+    let cells = group.cells(&table)?;
+    cells.iter().map(|cell| read_cell(&Cell(cell), &group, label.as_deref(), folder)).collect()
+}
+
+fn read_cell(
+    cell: &Cell<'_>,
+    group: &Group,
+    label: Option<&str>,
+    folder: &Path,
+) -> Fits<InstanceCell> {
+    let (mesh, mesh_span) = cell.text("mesh")?.expect("it is needed");
+    if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
+        Source::parse(mesh).map_err(|error| Wrong::at(mesh_span, error.to_string()))?;
+    }
+    let (data, data_span) = cell.text("data")?.expect("it is needed");
+    let data: DataChoice = data.parse().map_err(|message: String| {
+        let known = ["waves", "own", "colors", "curvature"];
+        Wrong::at(data_span, message + &did_you_mean(data, known))
+    })?;
+    let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
+    let regions = region_count(cell, &data, data_span)?;
+    Ok(InstanceCell {
+        label: label_of(label, plain_label(cell, group, mesh, &data, regions), cell, group),
+        keys: cell.keys(),
+        mesh: mesh.to_owned(),
+        data,
+        noise: cell.number("noise", 0.0, 0.0)?,
+        seed: cell.count("seed", 0, 0..=u64::MAX)?,
+        regions,
+        lambda,
+        mass: cell.named("mass", Mass::Barycentric)?,
+        normalize: cell.named("normalize", Normalize::Area)?,
+        mesh_span: mesh_span.clone(),
+        data_span: data_span.clone(),
+    })
+}
+
+/// Of costs, which have their own number of regions, 0.
+fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) -> Fits<usize> {
+    match (cell.get("regions"), data) {
+        (Some(given), DataChoice::Costs(_)) => {
+            let message = "costs have one column per region: leave regions out";
+            Err(Wrong::at(&given.span, message))
         }
-        let (data, place) = cell.text("data")?.expect("it is needed");
-        let data_place = place.clone();
-        let data: DataChoice = data.parse().map_err(|message: String| {
-            let known = ["waves", "own", "colors", "curvature"];
-            Wrong::at(place, message + &did_you_mean(data, known))
-        })?;
-        let lambda = cell.get("lambda").expect("it is needed");
-        let lambda_text = lambda.value.text();
-        let lambda = LambdaChoice::of(lambda, &data)?;
-        let regions = match (cell.get("regions"), &data) {
-            (Some(given), DataChoice::Costs(_)) => {
-                let message = "costs have one column per region: leave regions out";
-                return Err(Wrong::at(&given.place, message));
-            }
-            (None, DataChoice::Costs(_)) => 0,
-            (None, _) => {
-                return Err(Wrong::at(place, "regions is needed beside this data"));
-            }
-            (Some(_), _) => {
-                let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
-                cell.count("regions", 0, range)? as usize
-            }
-        };
-        let plain = {
-            let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
-            let mass =
-                cell.get("mass").map_or(String::new(), |mass| format!(", {}", mass.value.text()));
-            let extra = ["noise", "seed"].iter().filter(|key| group.varies(key));
-            let extra: String = extra
-                .map(|key| format!(", {key} {}", cell.get(key).expect("it varies").value.text()))
-                .collect();
-            format!("{mesh}, {data}{regions}, lambda {lambda_text}{mass}{extra}")
-        };
-        Ok(InstanceCell {
-            label: label_of(label.as_deref(), plain, &cell, &group),
-            keys: cell.keys(),
-            mesh: mesh.to_owned(),
-            data,
-            noise: cell.number("noise", 0.0, 0.0)?,
-            seed: cell.count("seed", 0, 0..=u64::MAX)?,
-            regions,
-            lambda,
-            mass: cell.named("mass", Mass::Barycentric)?,
-            normalize: cell.named("normalize", Normalize::Area)?,
-            mesh_place,
-            data_place,
-        })
-    };
-    group.cells(&table)?.iter().map(|cell| instance(cell)).collect()
+        (None, DataChoice::Costs(_)) => Ok(0),
+        (None, _) => Err(Wrong::at(data_span, "regions is needed beside this data")),
+        (Some(_), _) => {
+            let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
+            Ok(cell.count("regions", 0, range)? as usize)
+        }
+    }
+}
+
+/// What an instance without a label of its own is called.
+fn plain_label(
+    cell: &Cell<'_>,
+    group: &Group,
+    mesh: &str,
+    data: &DataChoice,
+    regions: usize,
+) -> String {
+    let text = |key: &str| cell.get(key).map(|value| value.value.text());
+    let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
+    let lambda = text("lambda").expect("it is needed");
+    let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
+    let varied = ["noise", "seed"].into_iter().filter(|key| group.varies(key));
+    let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
+    format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use super::super::document::{Fits, Placed, Scalar, Section, Wrong};
+use super::super::document::{Fits, Scalar, Section, Spanned, Wrong};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
@@ -52,7 +52,7 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     match section.list("name")? {
         Some(names) => group.keys.push(("solver".into(), names)),
-        None => return Err(Wrong::at(&section.place, "[[solver]] needs name")),
+        None => return Err(Wrong::at(&section.span, "[[solver]] needs name")),
     }
     for key in ["command", "limit", "threads", "coarse-to-fine"] {
         if let Some(values) = section.list(key)? {
@@ -65,84 +65,78 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
         }
     }
     group.zipped(&mut section)?;
-    let table = section.place.clone();
+    let table = section.span.clone();
     section.end()?;
-    let solver = |cell: &[(String, Placed<Scalar>)]| {
-        let cell = Cell(cell);
-        let (name, place) = cell.text("solver")?.expect("it is needed");
-        let external = match name {
-            EXTERNAL => Some(read_external(&cell, place, stop)?),
-            _ => None,
-        };
-        if external.is_none()
-            && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
-        {
-            let message = format!("belongs to name = \"{EXTERNAL}\" only");
-            return Err(Wrong::at(&given.place, message));
-        }
-        let method = match &external {
-            Some(_) => None,
-            None => Some(method_named(name, place)?),
-        };
-        let options = read_options(&cell, method, place)?;
-        let threads = match cell.get("threads") {
-            None => None,
-            Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
-        };
-        let coarse_to_fine = read_truth(&cell, "coarse-to-fine")?;
-        let plain = {
-            let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
-            let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
-            let pairs = cell.0.iter().filter_map(|(key, value)| {
-                let key = key.strip_prefix("options.")?;
-                Some(format!(", {key}={}", value.value.text()))
-            });
-            let options: String = pairs.collect();
-            let name = external.as_ref().map_or(name, |external| &external.command);
-            format!("{name}{options}{threads}{coarse}")
-        };
-        let varied = cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect();
-        let base = match &label {
-            Some(label) => label.clone(),
-            None => external.as_ref().map_or(name, |external| &external.command).to_owned(),
-        };
-        Ok(SolverCell {
-            label: label_of(label.as_deref(), plain, &cell, &group),
-            base,
-            varied,
-            keys: cell.keys(),
-            name: name.to_owned(),
-            options,
-            threads,
-            coarse_to_fine,
-            external,
-        })
-    };
-    group.cells(&table)?.iter().map(|cell| solver(cell)).collect()
+    let cells = group.cells(&table)?;
+    cells.iter().map(|cell| read_cell(&Cell(cell), &group, label.as_deref(), stop)).collect()
 }
 
-fn method_named(name: &str, place: &Range<usize>) -> Fits<Method> {
+fn read_cell(cell: &Cell<'_>, group: &Group, label: Option<&str>, stop: &Stop) -> Fits<SolverCell> {
+    let (name, span) = cell.text("solver")?.expect("it is needed");
+    let external = match name {
+        EXTERNAL => Some(read_external(cell, span, stop)?),
+        _ => None,
+    };
+    if external.is_none()
+        && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
+    {
+        let message = format!("belongs to name = \"{EXTERNAL}\" only");
+        return Err(Wrong::at(&given.span, message));
+    }
+    let method = match &external {
+        Some(_) => None,
+        None => Some(method_named(name, span)?),
+    };
+    let options = read_options(cell, method, span)?;
+    let threads = match cell.get("threads") {
+        None => None,
+        Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
+    };
+    let coarse_to_fine = read_truth(cell, "coarse-to-fine")?;
+    let called = external.as_ref().map_or(name, |external| &external.command);
+    let plain = called.to_owned() + &plain_settings(cell, threads, coarse_to_fine);
+    Ok(SolverCell {
+        label: label_of(label, plain, cell, group),
+        base: label.unwrap_or(called).to_owned(),
+        varied: cell.keys().into_iter().filter(|(key, _)| group.varies(key)).collect(),
+        keys: cell.keys(),
+        name: name.to_owned(),
+        options,
+        threads,
+        coarse_to_fine,
+        external,
+    })
+}
+
+/// What stands behind the name of a solver without a label of its own.
+fn plain_settings(cell: &Cell<'_>, threads: Option<usize>, coarse_to_fine: bool) -> String {
+    let options = cell.0.iter().filter_map(|(key, value)| {
+        let key = key.strip_prefix("options.")?;
+        Some(format!(", {key}={}", value.value.text()))
+    });
+    let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
+    let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
+    format!("{}{threads}{coarse}", options.collect::<String>())
+}
+
+fn method_named(name: &str, span: &Range<usize>) -> Fits<Method> {
     Method::named(name).map_err(|error| {
         let known = Method::all();
         let known = known.iter().map(Method::name);
         let meant = did_you_mean(name, known.chain([EXTERNAL]));
-        Wrong::at(place, format!("{error}, {EXTERNAL}{meant}"))
+        Wrong::at(span, format!("{error}, {EXTERNAL}{meant}"))
     })
 }
 
 /// The options of a method, each tried by itself and then all together; those of a command are what they are. What
-/// cannot be said of one option alone is said at `place`.
-fn read_options(
-    cell: &Cell<'_>,
-    mut method: Option<Method>,
-    place: &Range<usize>,
-) -> Fits<Options> {
+/// goes wrong only together is an error at `span`.
+fn read_options(cell: &Cell<'_>, mut method: Option<Method>, span: &Range<usize>) -> Fits<Options> {
     let mut options = Vec::new();
     for (key, value) in cell.0 {
         let Some(key) = key.strip_prefix("options.") else { continue };
         if method.is_none() && key == "command" {
             let message = "command is no option; it stands beside name";
-            return Err(Wrong::at(&value.place, message));
+            return Err(Wrong::at(&value.span, message));
         }
         let option = format!("{key}={}", value.value.text());
         Options::parse(&[&option])
@@ -152,49 +146,49 @@ fn read_options(
                 let known: Vec<&str> = known.map(|setting| setting.key).collect();
                 let meant = did_you_mean(key, known.iter().copied());
                 let meant = if known.contains(&key) { "" } else { &meant };
-                Wrong::at(&value.place, format!("{error}{meant}"))
+                Wrong::at(&value.span, format!("{error}{meant}"))
             })?;
-        options.push((option, &value.place));
+        options.push((option, &value.span));
     }
     if let Some(method) = &method
         && let Err(error) = try_out(method)
     {
         let names = |option: &str| error.to_string().contains(option);
         let blamed = options.iter().find(|(option, _)| names(option));
-        return Err(Wrong::at(blamed.map_or(place, |(_, place)| place), error.to_string()));
+        return Err(Wrong::at(blamed.map_or(span, |(_, span)| span), error.to_string()));
     }
     let texts: Vec<String> = options.into_iter().map(|(option, _)| option).collect();
-    Options::parse(&texts).map_err(|error| Wrong::at(place, error.to_string()))
+    Options::parse(&texts).map_err(|error| Wrong::at(span, error.to_string()))
 }
 
 /// Whether a key is set; no by default.
 fn read_truth(cell: &Cell<'_>, key: &str) -> Fits<bool> {
     match cell.get(key) {
         None => Ok(false),
-        Some(Placed { value: Scalar::Truth(truth), .. }) => Ok(*truth),
-        Some(Placed { place, .. }) => Err(Wrong::at(place, format!("{key} must be true or false"))),
+        Some(Spanned { value: Scalar::Truth(truth), .. }) => Ok(*truth),
+        Some(Spanned { span, .. }) => Err(Wrong::at(span, format!("{key} must be true or false"))),
     }
 }
 
-/// A command that would take no more than three times the time of the stop, and a minute to start, by itself.
-fn read_external(cell: &Cell<'_>, place: &Range<usize>, stop: &Stop) -> Fits<External> {
+/// A command. Its default limit is three times the time limit of the stop, and a minute to start.
+fn read_external(cell: &Cell<'_>, span: &Range<usize>, stop: &Stop) -> Fits<External> {
     if let Some(given) = cell.get("coarse-to-fine") {
-        return Err(Wrong::at(&given.place, "a solver outside the program starts where it likes"));
+        return Err(Wrong::at(&given.span, "a solver outside the program starts where it likes"));
     }
-    let Some((command, command_place)) = cell.text("command")? else {
-        return Err(Wrong::at(place, "an external solver needs command = \"PROGRAM [WORDS]\""));
+    let Some((command, command_span)) = cell.text("command")? else {
+        return Err(Wrong::at(span, "an external solver needs command = \"PROGRAM [WORDS]\""));
     };
     if command.trim().is_empty() {
-        return Err(Wrong::at(command_place, "command is empty"));
+        return Err(Wrong::at(command_span, "command is empty"));
     }
     let limit = match (cell.get("limit"), stop.time) {
         (None, Some(time)) => time.saturating_mul(3).saturating_add(Duration::from_secs(60)),
         (None, None) => {
             let message = "an external solver needs limit = SECONDS, or stop a time-limit";
-            return Err(Wrong::at(place, message));
+            return Err(Wrong::at(span, message));
         }
         (Some(given), _) => time_limit(cell.number("limit", 0.0, 0.0)?)
-            .map_err(|message| Wrong::at(&given.place, format!("limit {message}")))?,
+            .map_err(|message| Wrong::at(&given.span, format!("limit {message}")))?,
     };
     Ok(External { command: command.to_owned(), limit })
 }

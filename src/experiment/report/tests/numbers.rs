@@ -10,9 +10,9 @@ use super::super::super::figures::{Clock, Target};
 use super::super::super::plan::run_toml;
 use super::super::super::results::{Done, Point};
 use super::super::super::spec::Spec;
+use super::super::cell_value::{CellValue, value_of};
 use super::super::pool::Pool;
-use super::super::quantity::{Shown, quantity};
-use super::super::table::{Entry, table};
+use super::super::table::{TableEntry, table};
 
 const FILE: &str = r#"# What do the numbers say?
 repetitions = 3
@@ -78,11 +78,11 @@ fn done(
     let trace: Vec<Point> = samples.iter().map(point).collect();
     let last = trace[trace.len() - 1];
     let summary = json!({
-        "status": "converged", "iterations": last.iteration, "seconds": last.seconds,
+        "solver": "s", "solver_options": {}, "status": "converged", "status_sentence": "", "iterations": last.iteration, "seconds": last.seconds,
         "energy": last.energy, "dual_bound": last.dual_bound, "baseline": 10.0,
-        "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
+        "gap": last.energy - last.dual_bound, "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
         "vertices": 240, "faces": 480, "regions": 2, "empty_regions": [1], "lambda": 0.0125,
-        "mass": "barycentric"
+        "mass": "barycentric", "area": 1.0, "coarse_to_fine": null, "warnings": []
     });
     Done {
         folder: PathBuf::new(),
@@ -154,10 +154,14 @@ fn times_to_a_gap_are_those_of_the_first_sample() {
     seconds.iter().zip(expected).for_each(|(&a, b)| near(a, b));
 
     let rows = table(&pool, &spec.tables[0]).rows;
-    assert_eq!(rows[0][2], Entry::Number(30.0));
-    assert!(matches!(rows[0][4], Entry::Number(x) if (x - 0.4).abs() < 1e-12), "{:?}", rows[0][4]);
+    assert_eq!(rows[0][2], TableEntry::Number(30.0));
+    assert!(
+        matches!(rows[0][4], TableEntry::Number(x) if (x - 0.4).abs() < 1e-12),
+        "{:?}",
+        rows[0][4]
+    );
     // How near to the optimum it came, not how near it is known to be.
-    assert_eq!(rows[1][3], Entry::Censored("> 9 (3e-1)".into()));
+    assert_eq!(rows[1][3], TableEntry::Censored("> 9 (3e-1)".into()));
 }
 
 /// Of energies: E_eps is compared with that of the same eps alone.
@@ -166,8 +170,11 @@ fn quantities_are_what_they_are_called() {
     let spec = spec();
     let done = runs(&spec);
     let pool = Pool::of(&spec, &done);
-    let value = |solver: usize, name: &str| match quantity(&pool, &pool.cells[solver], name, None) {
-        Shown::Number(spread) => spread.median,
+    let of_cell = |solver: usize, name: &str| {
+        value_of(&pool, &pool.cells[solver], &name.parse().unwrap(), None)
+    };
+    let value = |solver: usize, name: &str| match of_cell(solver, name) {
+        CellValue::Number(spread) => spread.median,
         other => panic!("{name}: {other:?}"),
     };
     near(value(0, "excess"), 0.05);
@@ -185,5 +192,5 @@ fn quantities_are_what_they_are_called() {
     near(value(1, "mislabeled"), 0.125);
     // What the run was made with, whatever its file says.
     near(value(1, "lambda"), 0.0125);
-    assert_eq!(quantity(&pool, &pool.cells[2], "labels-changed", None), Shown::Nothing);
+    assert_eq!(of_cell(2, "labels-changed"), CellValue::Nothing);
 }

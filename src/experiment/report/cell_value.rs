@@ -1,0 +1,172 @@
+//! The values of the variables of a cell: its keys, and what its runs reached.
+
+use super::super::figures::{Clock, Target};
+use super::super::results::Done;
+use super::super::variable::{Quantity, Variable};
+use super::pool::{Cell, Pool, Spread, number, value};
+
+/// One value of a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CellValue {
+    Number(Spread),
+    Text(String),
+    /// The quantity does not exist for this cell.
+    Nothing,
+}
+
+impl CellValue {
+    pub fn number(&self) -> Option<Spread> {
+        match self {
+            CellValue::Number(spread) => Some(*spread),
+            CellValue::Text(_) | CellValue::Nothing => None,
+        }
+    }
+
+    pub fn text(&self) -> String {
+        match self {
+            CellValue::Number(spread) => number(spread.median),
+            CellValue::Text(text) => text.clone(),
+            CellValue::Nothing => String::new(),
+        }
+    }
+}
+
+/// A gap makes times those until it.
+pub fn value_of<'a>(
+    pool: &Pool<'a>,
+    cell: &Cell<'a>,
+    variable: &Variable,
+    gap: Option<f64>,
+) -> CellValue {
+    match variable {
+        Variable::Key(key) => value_of_key(pool, cell, key),
+        Variable::Quantity(quantity) => CellRuns { pool, cell }.value(*quantity, gap),
+    }
+}
+
+fn value_of_key(pool: &Pool<'_>, cell: &Cell<'_>, key: &str) -> CellValue {
+    // In the file it may be a word.
+    if key == "lambda"
+        && let Some(run) = cell.runs.first()
+    {
+        return CellValue::Number(Spread::of(vec![run.summary.lambda]));
+    }
+    let (instance, solver) = (pool.instance(cell), pool.solver(cell));
+    match value(&instance.keys, key).or_else(|| value(&solver.keys, key)) {
+        Some(scalar) => match scalar.number() {
+            Some(x) => CellValue::Number(Spread::of(vec![x])),
+            None => CellValue::Text(scalar.text()),
+        },
+        None => CellValue::Nothing,
+    }
+}
+
+/// The runs of a cell, among all of its instance.
+struct CellRuns<'p, 'a> {
+    pool: &'p Pool<'a>,
+    cell: &'p Cell<'a>,
+}
+
+impl<'a> CellRuns<'_, 'a> {
+    fn value(&self, quantity: Quantity, gap: Option<f64>) -> CellValue {
+        let bound = self.pool.bound(self.cell.instance);
+        match quantity {
+            Quantity::Vertices => self.of_all(|run| Some(run.summary.vertices as f64)),
+            Quantity::Faces => self.of_all(|run| Some(run.summary.faces as f64)),
+            Quantity::Iterations => self.time(Clock::Iterations, gap),
+            Quantity::Seconds => self.time(Clock::Seconds, gap),
+            Quantity::WallSeconds => self.of_timed(|run| run.manifest.wall_seconds),
+            Quantity::Energy => self.of_all(|run| Some(run.summary.energy)),
+            Quantity::Bound => self.of_all(|run| Some(run.summary.dual_bound)),
+            Quantity::Gap => self.of_all(|run| Some(run.summary.relative_gap)),
+            Quantity::Excess => self.of_all(|run| Some(self.share(run.summary.energy - bound))),
+            Quantity::Bias => {
+                let least = self.least_smoothed();
+                self.of_all(|run| Some(self.share(smoothed(run).and(least)? - bound)))
+            }
+            Quantity::OptimizationError => {
+                let least = self.least_smoothed();
+                self.of_all(|run| match (smoothed(run), least) {
+                    (Some(energy), Some(least)) => Some(self.share(energy - least)),
+                    _ => Some(self.share(run.summary.energy - bound)),
+                })
+            }
+            Quantity::RoundingError => {
+                self.of_all(|run| Some(self.share(run.summary.rounded_energy - run.summary.energy)))
+            }
+            Quantity::LabelsChanged => {
+                let reference = self.reference_labels();
+                self.of_all(|run| Some(share_of_changes(run.labels.as_ref()?, reference?)))
+            }
+            Quantity::RoundedGap => self.of_all(|run| Some(run.summary.rounded_relative_gap)),
+            Quantity::RegionsUsed => self
+                .of_all(|run| Some((run.summary.regions - run.summary.empty_regions.len()) as f64)),
+            Quantity::Mislabeled => self.of_all(|run| run.manifest.mislabeled),
+            Quantity::Status => self.status(),
+        }
+    }
+
+    fn of_all(&self, value: impl Fn(&'a Done) -> Option<f64>) -> CellValue {
+        spread(self.cell.runs.iter().copied().filter_map(value))
+    }
+
+    /// Of the runs whose times count.
+    fn of_timed(&self, value: impl Fn(&'a Done) -> f64) -> CellValue {
+        spread(self.pool.timed(self.cell).map(value))
+    }
+
+    fn share(&self, difference: f64) -> f64 {
+        self.pool.share(self.cell.instance, difference)
+    }
+
+    fn time(&self, clock: Clock, gap: Option<f64>) -> CellValue {
+        match (clock, gap) {
+            (_, Some(gap)) => match self.pool.time_to(self.cell, clock, gap, Target::Certificate) {
+                Some(spread) if spread.median.is_finite() => CellValue::Number(spread),
+                _ => CellValue::Nothing,
+            },
+            (Clock::Iterations, None) => self.of_all(|run| Some(run.summary.iterations as f64)),
+            (Clock::Seconds, None) => self.of_timed(|run| run.summary.seconds),
+        }
+    }
+
+    /// The least E_eps of all runs that minimize the same.
+    fn least_smoothed(&self) -> Option<f64> {
+        let first = self.cell.runs.first()?;
+        let is_same = |run: &&Done| {
+            ["options.epsilon", "options.epsilon-mode"]
+                .iter()
+                .all(|key| run.key(key) == first.key(key))
+        };
+        let runs = self.pool.of_instance(self.cell.instance).filter(is_same);
+        runs.filter_map(smoothed).reduce(f64::min)
+    }
+
+    /// The labels of the run of least energy, of those that kept theirs.
+    fn reference_labels(&self) -> Option<&'a [u8]> {
+        let runs = self.pool.of_instance(self.cell.instance);
+        let labeled = runs.filter_map(|run| Some((run.summary.energy, run.labels.as_deref()?)));
+        labeled.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, labels)| labels)
+    }
+
+    fn status(&self) -> CellValue {
+        let Some(run) = self.cell.runs.first() else { return CellValue::Nothing };
+        let status = serde_json::to_value(run.summary.status).expect("a plain name");
+        CellValue::Text(status.as_str().expect("a plain name").to_owned())
+    }
+}
+
+fn spread(values: impl Iterator<Item = f64>) -> CellValue {
+    let values: Vec<f64> = values.filter(|x| !x.is_nan()).collect();
+    if values.is_empty() { CellValue::Nothing } else { CellValue::Number(Spread::of(values)) }
+}
+
+/// E_eps of the last sample.
+fn smoothed(run: &Done) -> Option<f64> {
+    run.trace.last().and_then(|point| point.smoothed_energy)
+}
+
+fn share_of_changes(labels: &[u8], reference: &[u8]) -> f64 {
+    let changed = labels.iter().zip(reference).filter(|(a, b)| a != b).count();
+    changed as f64 / labels.len() as f64
+}
