@@ -20,7 +20,7 @@ fn numbers_out_of_range() {
         ("--solver-option rho=nan", "rho=nan: must be"),
         ("--solver-option step-ratio=-1", "step-ratio=-1"),
         ("--solver-option steps=best", "local, diagonal, plain"),
-        ("--solver-option rho", "must read key=value"),
+        ("--solver-option rho", "must be key=value"),
         ("--solver-option rho=1 --solver-option rho=1", "given twice"),
         ("--solver-option epsilon=1", "unknown to chambolle-pock"),
         ("--solver fista --solver-option epsilon=0", "epsilon=0"),
