@@ -381,11 +381,11 @@ fn experiment_files_say_what_an_external_solver_lacks() {
     refused("[[solver]]\nname = \"fista\"\nlimit = 3\n", all, "external");
     refused("[[solver]]\nname = \"external\"\ncommand = \"x\"\nlimit = -1\n", all, "limit");
     let option = "[[solver]]\nname = \"external\"\ncommand = \"x\"\noptions = { command = 1 }\n";
-    refused(option, all, "is no option");
+    refused(option, all, "is not an option");
     refused(
         "[[solver]]\nname = \"external\"\ncommand = \"x\"\ncoarse-to-fine = true\n",
         all,
-        "where it likes",
+        "does not apply to an external solver",
     );
     refused("[[solver]]\nname = \"extrenal\"\n", all, "external");
 }
@@ -544,13 +544,16 @@ fn damaged_iterates_are_refused_in_one_line() {
     };
     refused(None, "trace.csv");
     refused(Some(""), "is empty");
-    refused(Some("time,seconds\n1,2\n"), "line 1: names no column iteration");
-    refused(Some("iteration;seconds\n1;2\n"), "line 1: names no column iteration");
+    refused(Some("time,seconds\n1,2\n"), "line 1: has no column iteration");
+    refused(Some("iteration;seconds\n1;2\n"), "line 1: has no column iteration");
     refused(Some("iteration\tseconds\n1\t2\n"), "with commas between them");
-    refused(Some("1,2\n2,3\n"), "line 1: names no column iteration");
-    refused(Some("iteration,seconds\n1,soon\n"), "line 2: seconds \"soon\" is no number");
-    refused(Some("iteration,seconds\n1.5,1\n"), "line 2: iteration \"1.5\" is no whole number");
-    refused(Some("iteration,seconds,epsilon\n1,1,None\n"), "line 2: epsilon \"None\" is no number");
+    refused(Some("1,2\n2,3\n"), "line 1: has no column iteration");
+    refused(Some("iteration,seconds\n1,soon\n"), "line 2: seconds \"soon\" is not a number");
+    refused(Some("iteration,seconds\n1.5,1\n"), "line 2: iteration \"1.5\" is not a whole number");
+    refused(
+        Some("iteration,seconds,epsilon\n1,1,None\n"),
+        "line 2: epsilon \"None\" is not a number",
+    );
     refused(Some("iteration,seconds\n1,NaN\n"), "no time");
     refused(Some("iteration,seconds\n1,-2\n"), "no time");
     refused(Some("iteration,seconds\n1,1e300\n"), "no time");

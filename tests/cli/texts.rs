@@ -36,7 +36,7 @@ fn every_verb_explains_itself() {
         ("solve", "meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh"),
         ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
         ("operators", "meshseg operators bunny.ply --out results/bunny"),
-        ("mesh", "Look at, make, and convert meshes"),
+        ("mesh", "Inspect, generate and convert meshes"),
         ("mesh info", "Print counts, topology and defects of a mesh"),
         ("mesh generate", "For example torus:400x250, sphere:6, grid:100x100"),
         ("mesh convert", "in the same vertex order"),

@@ -235,12 +235,12 @@ fn runs_of_another_machine_are_announced() {
     }
     let output = folder.run("experiment run small.toml");
     let told = stderr(&output);
-    assert!(told.contains("9 runs are there, made on another machine (feedbeef, "), "{told}");
-    assert!(told.contains("1 run is there, made on this machine"), "{told}");
+    assert!(told.contains("9 runs were made on another machine (feedbeef, "), "{told}");
+    assert!(told.contains("1 run was made on this machine"), "{told}");
     assert!(told.contains("at commit 0123456789ab") && told.contains("--force"), "{told}");
     folder.done("experiment run small.toml --force");
     let output = folder.run("experiment run small.toml");
-    assert!(!stderr(&output).contains("runs are there"), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("runs were made"), "{}", stderr(&output));
 }
 
 /// As in a clone, where what is large is left out.
@@ -278,8 +278,8 @@ fn a_report_without_labels_leaves_what_needs_them() {
     let output = folder.run("experiment report results/small");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let told = stderr(&output);
-    assert!(told.contains("figures/changed.svg stays as it was"), "{told}");
-    assert!(told.contains("tables/labels.csv stays as it was"), "{told}");
+    assert!(told.contains("figures/changed.svg is unchanged"), "{told}");
+    assert!(told.contains("tables/labels.csv is unchanged"), "{told}");
     for (old, new) in before.iter().zip(read()) {
         assert!(*old == new, "{}", old.0);
     }

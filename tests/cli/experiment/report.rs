@@ -74,14 +74,14 @@ fn every_number_can_be_traced() {
             let (_, command) = line.split_once("meshseg ").unwrap();
             // Repetitions have one specification.
             let done = folder.done(command);
-            let made = done.contains("made          1") || done.contains("there before  1");
+            let made = done.contains("made          1") || done.contains("already done  1");
             assert!(made, "{command}: {done}");
         }
         fs::remove_dir_all(folder.path("results/spec")).unwrap();
     }
     let output = folder.run("experiment why small.toml");
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("no figure or table"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("not a figure or table"), "{}", stderr(&output));
 }
 
 /// A run of another host counts for iterations, and is on no axis of time; a loaded machine is told.

@@ -20,7 +20,7 @@ fn runs_are_made_once() {
     assert_eq!(made.len(), SMALL_RUNS);
     let before = folder.listing();
     let second = folder.done("experiment run small.toml");
-    assert!(second.contains("made          0") && second.contains("there before  10"), "{second}");
+    assert!(second.contains("made          0") && second.contains("already done  10"), "{second}");
     assert_eq!(folder.listing(), before);
 
     // A change makes the runs it concerns, and no others.
