@@ -251,7 +251,7 @@ impl Archive {
         let most = MAX_ENTRY_BYTES.max(archive_length.saturating_mul(MAX_INFLATION));
         let size = entry.size();
         if size > most {
-            return Err(malformed(format!("claims {size} bytes, more than it may have")));
+            return Err(malformed(format!("claims {size} bytes, more than it can hold")));
         }
         let mut bytes = Vec::new();
         (&mut entry).take(size).read_to_end(&mut bytes).map_err(|e| malformed(e.to_string()))?;

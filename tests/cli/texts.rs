@@ -1,4 +1,4 @@
-//! What the program says of itself: solvers, help, completions, version.
+//! The texts of the program about itself: solvers, help, completions, version.
 
 use meshseg::solver::Method;
 
@@ -28,7 +28,7 @@ fn completions_for_the_shells() {
 }
 
 #[test]
-fn every_verb_explains_itself() {
+fn every_verb_has_help_with_examples() {
     let folder = Folder::new();
     for (verb, part) in [
         ("", "meshseg segment builtin:spot --regions 3 --out results/spot"),

@@ -56,7 +56,7 @@ impl LambdaChoice {
         match (value.number(), factor) {
             (Some(lambda), _) if valid(lambda) => Ok(LambdaChoice::Given(lambda)),
             (_, Some(_)) if matches!(data, DataChoice::Costs(_)) => {
-                wrong("lambda cannot be chosen for costs, only for data: give a number")
+                wrong("lambda = \"auto\" needs data, but these are costs: give a number")
             }
             (_, Some("")) => Ok(LambdaChoice::Auto(1.0)),
             (_, Some(factor)) => match factor.parse() {

@@ -1,9 +1,9 @@
-//! What an experiment file may say, and what is refused with its line and column.
+//! Valid experiment files, and errors with line and column for invalid ones.
 
 use super::{SMALL, SMALL_RUNS, small};
 use crate::support::{Folder, stderr};
 
-/// `small.toml` with a change: the message names line, column and the parts.
+/// `small.toml` with a change: the message contains line, column and the parts.
 fn refuse(from: &str, to: &str, parts: &[&str]) {
     assert!(from.is_empty() || SMALL.contains(from), "{from}");
     let folder = Folder::new();
@@ -24,7 +24,7 @@ fn refuse(from: &str, to: &str, parts: &[&str]) {
 }
 
 #[test]
-fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
+fn unknown_and_impossible_values_are_refused_at_their_positions() {
     refuse(
         "repetitions = 2",
         "repetition = 2",
@@ -90,7 +90,7 @@ fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
 }
 
 #[test]
-fn files_that_are_none_are_refused() {
+fn files_that_cannot_be_read_are_refused() {
     let folder = Folder::new();
     folder.write("latin.toml", b"# caf\xe9\n");
     folder.write("empty.toml", "");
@@ -129,14 +129,14 @@ fn lists_are_swept_zipped_and_excluded() {
     assert!(!list.contains("torus:20x12, waves, 4 regions, lambda 0.02"), "{list}");
 }
 
-/// How many runs a list shows as missing.
+/// Number of runs that a list shows as missing.
 fn missing(list: &str) -> usize {
     list.lines().filter(|line| line.ends_with("  missing")).count()
 }
 
-/// What may not be redistributed is skipped by name, unless its folder is given.
+/// Instances whose data may not be redistributed are skipped by name, unless their folder is given.
 #[test]
-fn data_that_is_elsewhere_is_skipped_by_name() {
+fn instances_without_their_data_folder_are_skipped_by_name() {
     let folder = Folder::new();
     let text = SMALL.replace("\"torus:24x16\"]", "\"data:square.obj\"]");
     folder.write(
