@@ -335,11 +335,11 @@ fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
             let fused = run(&["engine=fused", &format!("precision={precision}")]);
             assert_eq!(fused.len(), rows.len());
             for (a, b) in fused.iter().zip(&rows) {
-                let apart =
+                let difference =
                     f64::max((a.energy - b.energy).abs(), (a.dual_bound - b.dual_bound).abs());
                 assert!(
-                    apart <= tolerance * b.energy,
-                    "{m} regions, {precision}, step {}: {apart:e}",
+                    difference <= tolerance * b.energy,
+                    "{m} regions, {precision}, step {}: {difference:e}",
                     b.iteration
                 );
             }

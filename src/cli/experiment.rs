@@ -9,7 +9,7 @@ use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use meshseg::Result;
 use meshseg::experiment::{
-    self, Cluster, Command, Done, Event, Machine, Places, Plan, Planned, Program, Spec, Store,
+    self, Cluster, Command, Done, Event, Folders, Machine, Plan, Planned, Program, Spec, Store,
     one_line, operand,
 };
 use sha2::{Digest, Sha256};
@@ -126,9 +126,9 @@ impl Selection {
         Spec::open(&self.file)
     }
 
-    fn places(&self) -> Places {
+    fn folders(&self) -> Folders {
         let parent = self.file.parent().unwrap_or(Path::new(""));
-        Places {
+        Folders {
             folder: parent.to_owned(),
             data: self
                 .data_dir
@@ -138,7 +138,7 @@ impl Selection {
     }
 
     fn plan<'a>(&self, spec: &'a Spec) -> Result<Plan<'a>> {
-        let mut plan = Plan::of(spec, &self.places(), env!("CARGO_PKG_VERSION"))?;
+        let mut plan = Plan::of(spec, &self.folders(), env!("CARGO_PKG_VERSION"))?;
         if let Some(shard) = self.shard {
             plan.shard(shard);
         }
@@ -149,7 +149,7 @@ impl Selection {
     fn command(&self, folder: &Path) -> Command {
         let mut run = vec![operand(&self.file.display().to_string())];
         run.extend(["--results".to_owned(), self.results.display().to_string()]);
-        if let Some(data) = self.places().data {
+        if let Some(data) = self.folders().data {
             run.extend(["--data-dir".to_owned(), data.display().to_string()]);
         }
         Command {
@@ -205,7 +205,7 @@ fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
         }
     };
     let tally =
-        experiment::run(&plan, &selection.places(), &store, &program(), *force, &mut observe)?;
+        experiment::run(&plan, &selection.folders(), &store, &program(), *force, &mut observe)?;
     progress.finish();
     for (origin, count) in &tally.foreign {
         let runs = if *count == 1 { "1 run was" } else { &format!("{count} runs were") };
@@ -240,8 +240,11 @@ fn list(selection: &Selection) -> Outcome {
     let spec = selection.spec()?;
     let plan = selection.plan(&spec)?;
     let store = selection.store(&spec);
-    let done =
-        if store.join("runs").is_dir() { Done::whole(&Store::open(store)?)? } else { Vec::new() };
+    let done = if store.join("runs").is_dir() {
+        Done::complete(&Store::open(store)?)?
+    } else {
+        Vec::new()
+    };
     let by_id: BTreeMap<&str, &Done> =
         done.iter().map(|done| (done.manifest.id.as_str(), done)).collect();
     let mut rows =

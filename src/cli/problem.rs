@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use meshseg::certificate::DUAL_STEPS;
 use meshseg::exchange::{End, Exchanged, Iterates, certify};
-use meshseg::experiment::{Places, Spec, did_you_mean};
+use meshseg::experiment::{Folders, Spec, did_you_mean};
 use meshseg::operator::Mass;
 use meshseg::outcome;
 use meshseg::render::View;
@@ -173,14 +173,14 @@ impl Export {
                 format!("name one of its instances: --instance {}{meant}", labels.join(" or "));
             return Err(Error::malformed(&self.input, message));
         };
-        let places = Places {
+        let folders = Folders {
             folder: self.input.parent().unwrap_or(Path::new("")).to_owned(),
             data: (self.data_dir.clone())
                 .or_else(|| std::env::var_os("MESHSEG_DATA").map(Into::into)),
         };
-        let instance = places
+        let instance = folders
             .instance(cell)
-            .map_err(|missing| spec.format_error(places.blame(cell), Error::from(missing)))?;
+            .map_err(|missing| spec.format_error(folders.blame(cell), Error::from(missing)))?;
         Exchanged::new(&instance.mesh, &instance.costs, instance.lambda, cell.mass, &Start::Argmin)
     }
 }

@@ -55,8 +55,8 @@ pub struct Solving {
     #[arg(long, value_name = "DELTA", allow_negative_numbers = true)]
     stop_change: Option<f64>,
 
-    /// Iterations between checks of the gap [default: 4, later 4 % of the iterations, or up to 8 or 25 % while the gap is
-    /// large]
+    /// Iterations between checks of the gap [default: 4, later 4 % of the iterations, or up to 8 or 25 % while the gap
+    /// is large]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000), allow_negative_numbers = true)]
     check_every: Option<u64>,
 

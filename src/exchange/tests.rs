@@ -222,8 +222,8 @@ fn a_problem_out_of_range_is_refused() {
     assert!(error.to_string().contains("range of double precision"), "{error}");
 }
 
-/// Lines count up to the first invalid one, which has more or fewer fields than the header or an iteration out of order;
-/// times may be equal. An incomplete line at the end is not an error, nor is a header alone.
+/// Lines count up to the first invalid one, which has more or fewer fields than the header or an iteration out of
+/// order; times may be equal. An incomplete line at the end is not an error, nor is a header alone.
 #[test]
 fn a_trace_counts_up_to_its_first_invalid_line() {
     let folder = tempfile::tempdir().unwrap();

@@ -36,7 +36,7 @@ use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
 /// The folders in which files are looked up.
-pub struct Places {
+pub struct Folders {
     /// The folder of the experiment file, to which paths are relative.
     pub folder: PathBuf,
     /// The folder that `data:` stands for.
@@ -44,39 +44,39 @@ pub struct Places {
 }
 
 /// Why an instance cannot be made.
-pub enum Missing {
+pub enum InstanceError {
     /// It needs the folder of data that may not be redistributed, but `--data-dir` was not given.
     DataFolder,
     Error(Error),
 }
 
-impl From<Missing> for Error {
-    fn from(missing: Missing) -> Self {
+impl From<InstanceError> for Error {
+    fn from(missing: InstanceError) -> Self {
         match missing {
-            Missing::DataFolder => Error::unsuitable(
+            InstanceError::DataFolder => Error::unsuitable(
                 "the instance needs the data folder: give --data-dir or set MESHSEG_DATA",
             ),
-            Missing::Error(error) => error,
+            InstanceError::Error(error) => error,
         }
     }
 }
 
-impl From<Error> for Missing {
+impl From<Error> for InstanceError {
     fn from(error: Error) -> Self {
-        Missing::Error(error)
+        InstanceError::Error(error)
     }
 }
 
-impl Places {
-    fn path(&self, name: &str) -> std::result::Result<PathBuf, Missing> {
+impl Folders {
+    fn path(&self, name: &str) -> std::result::Result<PathBuf, InstanceError> {
         match (name.strip_prefix("data:"), &self.data) {
             (Some(name), Some(data)) => Ok(data.join(name)),
-            (Some(_), None) => Err(Missing::DataFolder),
+            (Some(_), None) => Err(InstanceError::DataFolder),
             (None, _) => Ok(self.folder.join(name)),
         }
     }
 
-    fn mesh(&self, name: &str) -> std::result::Result<Source, Missing> {
+    fn mesh(&self, name: &str) -> std::result::Result<Source, InstanceError> {
         let path = self.path(name)?;
         Ok(if path.exists() || name.starts_with("data:") {
             Source::File(path)
@@ -88,7 +88,7 @@ impl Places {
         })
     }
 
-    fn data(&self, choice: &DataChoice) -> std::result::Result<DataChoice, Missing> {
+    fn data(&self, choice: &DataChoice) -> std::result::Result<DataChoice, InstanceError> {
         let at = |path: &Path| self.path(&path.to_string_lossy());
         Ok(match choice {
             DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
@@ -109,7 +109,7 @@ impl Places {
     ///
     /// # Errors
     /// A file is missing or cannot be read.
-    pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, Missing> {
+    pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, InstanceError> {
         let mut hash = Sha256::new();
         let source = self.mesh(&cell.mesh)?;
         if let Source::File(path) = &source {
@@ -144,7 +144,7 @@ impl Places {
     /// The span in the experiment file that is to blame if an instance cannot be made: its mesh, if that alone fails,
     /// otherwise its data.
     pub fn blame<'a>(&self, cell: &'a InstanceCell) -> &'a Range<usize> {
-        let mesh = || -> std::result::Result<(), Missing> {
+        let mesh = || -> std::result::Result<(), InstanceError> {
             let mesh = self.mesh(&cell.mesh)?.mesh()?;
             Ok(check_mesh(&mesh)?)
         };
@@ -155,7 +155,7 @@ impl Places {
     ///
     /// # Errors
     /// Files cannot be read, or do not fit each other.
-    pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, Missing> {
+    pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, InstanceError> {
         let source = self.mesh(&cell.mesh)?;
         let mesh = scaled_mesh(&source, cell)?;
         let Costed { data, costs, looks, truth } = match &self.data(&cell.data)? {

@@ -24,7 +24,7 @@ mod store;
 mod variable;
 
 pub use crate::format_error::FormatError;
-pub use data::Places;
+pub use data::Folders;
 pub use emit::{Cluster, Command, emit};
 pub use machine::{Machine, Program};
 pub use manifest::Manifest;

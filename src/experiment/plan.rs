@@ -6,7 +6,7 @@
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
-use super::data::{Missing, Places, hex};
+use super::data::{Folders, InstanceError, hex};
 use super::grid::Keys;
 use super::spec::{InstanceCell, SolverCell, Spec};
 use crate::error::Result;
@@ -41,17 +41,17 @@ pub struct Planned<'a> {
 impl<'a> Plan<'a> {
     /// The runs of a file; `version` is that of the program. Fails if files of instances or commands are missing or
     /// cannot be read.
-    pub fn of(spec: &'a Spec, places: &Places, version: &str) -> Result<Self> {
+    pub fn of(spec: &'a Spec, folders: &Folders, version: &str) -> Result<Self> {
         let (mut runs, mut skipped) = (Vec::new(), Vec::new());
         for instance in &spec.instances {
-            let content = match places.content(instance) {
+            let content = match folders.content(instance) {
                 Ok(content) => content,
-                Err(Missing::DataFolder) => {
+                Err(InstanceError::DataFolder) => {
                     skipped.push(instance.label.as_str());
                     continue;
                 }
-                Err(Missing::Error(error)) => {
-                    return Err(spec.format_error(places.blame(instance), error));
+                Err(InstanceError::Error(error)) => {
+                    return Err(spec.format_error(folders.blame(instance), error));
                 }
             };
             let instance_id = identity(&[&instance_toml(instance), &content]);
@@ -61,7 +61,7 @@ impl<'a> Plan<'a> {
                         let toml = run_toml(spec, instance, solver);
                         let repeated = repetition.to_string();
                         let mut parts = vec![&toml[..], &content, &repeated, version];
-                        let files = solver.external.as_ref().map(|it| places.command(it));
+                        let files = solver.external.as_ref().map(|it| folders.command(it));
                         let files = files.transpose()?;
                         parts.extend(files.as_deref());
                         let id = identity(&parts);

@@ -89,7 +89,7 @@ impl Done {
     ///
     /// # Errors
     /// A folder or a run cannot be read.
-    pub fn whole(store: &Store) -> Result<Vec<Self>> {
+    pub fn complete(store: &Store) -> Result<Vec<Self>> {
         let ids = store.ids()?;
         Done::these(store, ids.into_iter().filter(|id| store.has(id)))
     }

@@ -8,7 +8,7 @@ use std::time::{Instant, SystemTime};
 
 use ndarray::Array1;
 
-use super::data::{Instance, Places};
+use super::data::{Folders, Instance};
 use super::external::Attempt;
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
@@ -80,7 +80,7 @@ pub type EventObserver<'a> = &'a mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + 
 /// An instance cannot be made, or results cannot be written. Finished runs stay.
 pub fn run(
     plan: &Plan<'_>,
-    places: &Places,
+    folders: &Folders,
     store: &Store,
     program: &Program,
     again: bool,
@@ -88,7 +88,7 @@ pub fn run(
 ) -> Result<Tally> {
     let mut runner = Runner {
         plan,
-        places,
+        folders,
         store,
         program,
         machine: Machine::this(),
@@ -102,7 +102,7 @@ pub fn run(
 
 struct Runner<'a> {
     plan: &'a Plan<'a>,
-    places: &'a Places,
+    folders: &'a Folders,
     store: &'a Store,
     program: &'a Program,
     machine: Machine,
@@ -200,8 +200,8 @@ impl<'a> Runner<'a> {
         }
         // Frees the previous instance before the next one is made.
         self.current = None;
-        let instance = self.places.instance(run.instance).map_err(|missing| {
-            self.plan.spec.format_error(self.places.blame(run.instance), Error::from(missing))
+        let instance = self.folders.instance(run.instance).map_err(|missing| {
+            self.plan.spec.format_error(self.folders.blame(run.instance), Error::from(missing))
         })?;
         keep_surface(self.store, run, &instance)?;
         self.current = Some(Current { id: &run.instance_id, instance, is_warm: false });
@@ -226,7 +226,7 @@ impl<'a> Runner<'a> {
         observe: EventObserver<'_>,
     ) -> Result<Timed> {
         let instance = &self.current.as_ref().expect("its instance is there").instance;
-        let (folder, stop) = (&self.places.folder, &self.plan.spec.stop);
+        let (folder, stop) = (&self.folders.folder, &self.plan.spec.stop);
         let (start, begin, others) = (SystemTime::now(), Instant::now(), self.load.others());
         let load_average = LoadWatch::average();
         let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));

@@ -67,10 +67,10 @@ impl Curve {
 /// Thins a line to at most `count` points.
 pub fn at_most(count: usize, line: &[[f64; 2]], frame: &Frame) -> Vec<[f64; 2]> {
     let mut thin = line.to_vec();
-    let mut apart = MIN_VERTEX_DISTANCE;
+    let mut spacing = MIN_VERTEX_DISTANCE;
     while thin.len() > count {
-        apart *= 2.0;
-        thin = thinned(line, apart, frame);
+        spacing *= 2.0;
+        thin = thinned(line, spacing, frame);
     }
     thin
 }
@@ -100,11 +100,11 @@ fn distance(a: [f64; 2], b: [f64; 2], frame: &Frame) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The points without those that are closer than `apart`, in points on the page, to their predecessor.
-fn spaced(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
+/// The points without those that are closer than `spacing`, in points on the page, to their predecessor.
+fn spaced(run: &[[f64; 2]], spacing: f64, frame: &Frame) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::new();
     for &point in run {
-        if kept.last().is_none_or(|&before| distance(before, point, frame) >= apart) {
+        if kept.last().is_none_or(|&before| distance(before, point, frame) >= spacing) {
             kept.push(point);
         }
     }
@@ -112,8 +112,8 @@ fn spaced(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
 }
 
 /// Like [`spaced`], but keeps both ends.
-fn thinned(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
-    let mut kept = spaced(run, apart, frame);
+fn thinned(run: &[[f64; 2]], spacing: f64, frame: &Frame) -> Vec<[f64; 2]> {
+    let mut kept = spaced(run, spacing, frame);
     if kept.last() != run.last() {
         kept.extend(run.last());
     }
@@ -129,9 +129,9 @@ fn mark_positions(run: &[[f64; 2]], style: usize, frame: &Frame) -> Vec<[f64; 2]
     // The length of a noisy line is that of its average.
     let coarse = spaced(run, NOISE_SIZE, frame);
     let length: f64 = coarse.windows(2).map(|pair| distance(pair[0], pair[1], frame)).sum();
-    let apart = (length / MARKS_PER_LINE).max(MIN_MARK_DISTANCE);
+    let spacing = (length / MARKS_PER_LINE).max(MIN_MARK_DISTANCE);
     // The fractional parts of multiples of the golden ratio are evenly distributed.
-    let begin = apart * (0.1 + style as f64 * 0.618_034).fract();
+    let begin = spacing * (0.1 + style as f64 * 0.618_034).fract();
     let first = run.iter().position(|&point| distance(run[0], point, frame) >= begin);
-    spaced(&run[first.unwrap_or(0)..], apart, frame)
+    spaced(&run[first.unwrap_or(0)..], spacing, frame)
 }

@@ -37,7 +37,8 @@ const PRIMITIVES: [Primitive; 5] = [
     Primitive::Reference,
 ];
 
-/// Six solvers on four problems, with every primitive, breaks, bands, long texts and special characters of XML and LaTeX.
+/// Six solvers on four problems, with every primitive, breaks, bands, long texts and special characters of XML and
+/// LaTeX.
 fn crowded(width: Width, columns: usize) -> Figure {
     let panels = SCALES.iter().enumerate().map(|(p, &scales)| {
         let all = (0..11).map(|k| {
@@ -129,8 +130,8 @@ fn logarithmic_ticks_are_decades_or_divide_a_few_decades() {
     assert_eq!(three_decades.minor.len(), 3 * 8 + 2);
 }
 
-/// On axes of every size there are at least two labels, which do not overlap and are at their true positions, inside the
-/// axis and in order; minor ticks are inside.
+/// On axes of every size there are at least two labels, which do not overlap and are at their true positions, inside
+/// the axis and in order; minor ticks are inside.
 #[test]
 fn ticks_of_any_range_are_legible() {
     let sizes = (-42..=42).map(|e| 10f64.powi(7 * e));
@@ -336,8 +337,8 @@ fn texts_do_not_overlap() {
         for (i, one) in texts.iter().enumerate() {
             for other in &texts[i + 1..] {
                 let (a, b) = (one.letters, other.letters);
-                let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
-                assert!(apart, "{one:?} and {other:?}");
+                let disjoint = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+                assert!(disjoint, "{one:?} and {other:?}");
             }
         }
     }

@@ -64,7 +64,8 @@ fn rows(array: &Array2<f64>) -> Vec<Row<M>> {
     array.outer_iter().map(|row| Row::from_fn(|p| row[p])).collect()
 }
 
-/// Compares jax.grad, NumPy with the exported matrices, and the projection of jaxopt with the operations of the solvers.
+/// Compares jax.grad, NumPy with the exported matrices, and the projection of jaxopt with the operations of the
+/// solvers.
 #[test]
 fn python_finds_the_same_gradients_energies_and_projections() {
     let (folder, mesh) = folder();

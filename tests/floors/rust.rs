@@ -58,8 +58,8 @@ impl Crate {
                 && (word.as_str(), end.as_str()) == ("mod", ";")
             {
                 let below = folder.join(name);
-                let beside = folder.join(format!("{name}.rs"));
-                let file = if beside.exists() { beside } else { below.join("mod.rs") };
+                let sibling = folder.join(format!("{name}.rs"));
+                let file = if sibling.exists() { sibling } else { below.join("mod.rs") };
                 let inside = path.iter().chain([name]).cloned().collect();
                 self.add(inside, file, below);
             }

@@ -105,9 +105,9 @@ fn segment_welds_seams_and_finds_the_regions_of_the_shared_mesh() {
         // measured relative to E - B, which cuts can change: here 5 % with charts and 26 % with single faces. Relative
         // to E it is only 0.7 % with charts, since B, which no cut changes, is most of E.
         folder.done(&format!("{} --no-weld", line(name)));
-        let apart = folder.answer(name);
+        let unwelded = folder.answer(name);
         let [bound, baseline] = ["dual_bound", "baseline"].map(|key| whole.number(key));
-        let saved = bound - apart.number("energy");
+        let saved = bound - unwelded.number("energy");
         assert!(saved > 0.05 * (bound - baseline), "{name}: {saved}");
     }
 }
@@ -326,16 +326,16 @@ fn verbs_that_do_not_weld_count_coincident_vertices() {
     for (mass, within) in [("barycentric", 1e-12), ("voronoi", 1e-12), ("consistent", 1e-12)] {
         let whole =
             folder.solve(&format!("shared.ply --costs S.npy --mass {mass} {solve}"), "whole");
-        let output =
-            folder.run(&format!("solve cut.ply --costs cut.npy --mass {mass} {solve} --out apart"));
+        let output = folder
+            .run(&format!("solve cut.ply --costs cut.npy --mass {mass} {solve} --out unwelded"));
         assert!(
             stderr(&output).contains(&expected) && stderr(&output).contains("--weld"),
             "{}",
             stderr(&output)
         );
-        let apart = folder.answer("apart");
-        assert!(apart.summary["warnings"].to_string().contains(&expected));
-        assert!(apart.number("energy") < whole.number("energy") - 1e-4);
+        let unwelded = folder.answer("unwelded");
+        assert!(unwelded.summary["warnings"].to_string().contains(&expected));
+        assert!(unwelded.number("energy") < whole.number("energy") - 1e-4);
 
         let output = folder.run(&format!(
             "solve cut.ply --costs cut.npy --weld --mass {mass} {solve} --out welded"
@@ -387,8 +387,8 @@ fn verbs_that_do_not_weld_count_coincident_vertices() {
     );
 }
 
-/// The results of `solve --weld` have rows for the vertices of the file, and `evaluate --weld` computes the same numbers
-/// from them, even if faces collapse and the copies of a vertex have different costs.
+/// The results of `solve --weld` have rows for the vertices of the file, and `evaluate --weld` computes the same
+/// numbers from them, even if faces collapse and the copies of a vertex have different costs.
 #[test]
 fn a_welded_solution_is_evaluated_as_it_was_certified() {
     let folder = Folder::new();

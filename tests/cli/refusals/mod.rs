@@ -1,5 +1,5 @@
-//! Bad input: each case ends with exit code 1 and one line that names the cause, or with 2 for a malformed command line,
-//! and no files are written.
+//! Bad input: each case ends with exit code 1 and one line that names the cause, or with 2 for a malformed command
+//! line, and no files are written.
 
 mod arguments;
 mod arrays;
