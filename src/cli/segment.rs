@@ -33,10 +33,9 @@ pub struct Arguments {
 
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
     /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as stored), image:IMAGE (projected onto the surface, see
-    /// --project; a JPEG photo is turned upright by its EXIF orientation),
-    /// curvature (mean curvature, positive where the surface is convex as seen from outside; its middle 96 % are mapped
-    /// to [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
-    /// by 255) [default: the textures or colors that come with the mesh]
+    /// --project; JPEG photos are turned upright according to their EXIF orientation), curvature (mean curvature, whose
+    /// middle 96 % are mapped to [0,1]; positive where the surface is convex as seen from outside), or FILE.npy (V or
+    /// V x d numbers; uint8 is divided by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
 
