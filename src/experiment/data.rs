@@ -233,7 +233,7 @@ fn costs_of_data(
     input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
     let mut data = input.data;
     let mut rng = Pcg64::seed_from_u64(cell.seed);
-    let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
+    let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let known = data.known_area(&barycentric_areas(mesh));
