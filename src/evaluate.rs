@@ -19,7 +19,7 @@ use crate::run::Certificate;
 use crate::solve::{Observer, check_range, integrate, model_mesh};
 use crate::start::Start;
 
-/// How far entries may lie outside the simplex and still count as rounding.
+/// Entries that are farther outside the simplex are not rounding errors.
 const LARGEST_ROUNDING: f64 = 1e-9;
 
 /// The scores of U on one problem, as `meshseg evaluate` prints them.
@@ -139,7 +139,7 @@ fn of_model<'a>(
 ) -> Result<Cow<'a, Array2<f64>>> {
     if q.dim() != (2 * mesh.faces.len(), m) {
         return Err(Error::unsuitable(format!(
-            "q has {} x {} entries; two rows for each of the {} faces and {m} columns are needed",
+            "q has {} x {} entries, but needs two rows for each of the {} faces and {m} columns",
             q.nrows(),
             q.ncols(),
             mesh.faces.len()
@@ -193,7 +193,7 @@ fn evaluate_compiled<const M: usize>(
     Ok(scored.evaluation(model, m, question, Feasibility::of(&given, m)))
 }
 
-/// How far U as it was given leaves the simplex.
+/// How far the given U is outside the simplex.
 struct Feasibility {
     largest_row_sum_error: f64,
     smallest_entry: f64,
@@ -218,7 +218,7 @@ impl Feasibility {
 struct Scored<'a, const M: usize> {
     problem: &'a Problem<Stencil, M>,
     u: &'a [Row<M>],
-    /// From B.
+    /// D - B.
     bound: f64,
     certificate: Certificate,
 }

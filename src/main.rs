@@ -1,4 +1,4 @@
-//! Arguments, one call, an exit code.
+//! The program: parses the arguments, runs one verb and returns an exit code.
 
 mod cli;
 

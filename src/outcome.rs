@@ -1,6 +1,6 @@
 //! The result folder of a run: numbers, trace, fields, the colored mesh, a picture.
 //!
-//! Other programs read it; docs/interface.md specifies the names and contents. It appears whole or not at all.
+//! Other programs read it; docs/interface.md specifies names and contents. It is written completely or not at all.
 
 use std::io::Write;
 use std::path::Path;
@@ -11,13 +11,14 @@ use serde::Serialize;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, io};
+use crate::names::Named;
 use crate::npy;
 use crate::render::{Picture, Region, View};
 use crate::run::{Certificate, Sample};
 use crate::solve::Solution;
 use crate::sweep;
 
-/// How the regions and the data look.
+/// The appearance of the regions and the data.
 pub struct Looks {
     /// One per region, in the order of the columns of U.
     pub regions: Vec<Region>,
@@ -31,7 +32,7 @@ pub struct PicturedData {
     pub colors: Vec<[f64; 3]>,
     /// The caption of the data.
     pub caption: String,
-    /// The direction from which the mesh is seen.
+    /// The direction from which the mesh is viewed.
     pub view: View,
 }
 

@@ -1,4 +1,4 @@
-//! The exact solvers against the exact optimum, found by an interior point method as a second-order cone
+//! Compares the exact solvers with the exact optimum, which an interior-point method computes from a second-order cone
 //! program whose matrices are assembled here, from the vertices alone:
 //!
 //!     min sum_k <u_k, f_k> + sum_j t_j    u_k in the simplex,  lambda |(K U)_j| <= t_j
@@ -89,7 +89,7 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
     let solution = &solver.solution;
     assert!(matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved));
 
-    // What it found, made feasible to the last bit: rows in the simplex, and q_j = -lambda z_j in the ball.
+    // Its solution, made exactly feasible: rows in the simplex, and q_j = -lambda z_j in the ball.
     let mut u = Array2::from_shape_vec((n, m), solution.x[..n * m].to_vec()).unwrap();
     for mut row in u.outer_iter_mut() {
         row.mapv_inplace(|x| x.max(0.0));
@@ -118,7 +118,7 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
     [low * area * cost, high * area * cost]
 }
 
-/// One face laid into the plane by Gram-Schmidt, with its third corner at the origin.
+/// One face mapped to the plane by Gram-Schmidt, with its third corner at the origin.
 struct Face {
     corners: [usize; 3],
     area: f64,
@@ -172,7 +172,7 @@ fn check(name: &str, mesh: &Mesh, s: &Array2<f64>, lambdas: &[f64]) {
                 mesh.faces.len(),
                 summary.iterations
             );
-            // Rounding of sums over the mesh.
+            // Rounding errors of sums over the mesh.
             let slack = 1e-12 * high.abs();
             assert_eq!(summary.status, Status::Converged, "{solver}, {name}, lambda {relative}");
             assert!(summary.dual_bound <= high + slack, "{} {high}", summary.dual_bound);
@@ -238,7 +238,7 @@ fn several_components() {
     check("components, noise", &mesh, &noise(&mesh, 3, 0.0, 4), &LAMBDAS);
 }
 
-/// A grid whose lines lie in pairs 1e-4 of a cell apart, in both directions.
+/// A grid whose lines form pairs at a distance of 1e-4 of a cell, in both directions.
 #[test]
 fn needles() {
     let mut mesh = shape("grid:14x14");
@@ -272,7 +272,7 @@ fn negative_costs_and_ties() {
     check("all equal", &mesh, &equal, &[0.0, 0.1]);
 }
 
-/// So flat that moves along it and across differ by 1000, and every lambda so large that one region takes all.
+/// So flat that step lengths along and across differ by 1000; every lambda is so large that one region takes all.
 #[test]
 fn flattened() {
     let mut mesh = shape("torus:60x40");
@@ -283,7 +283,7 @@ fn flattened() {
     check("flattened", &mesh, &half, &[1.0, 100.0]);
 }
 
-/// Regions that are too expensive change nothing, however many there are and wherever they stand.
+/// Regions that are too expensive change nothing, whatever their number and indices.
 #[test]
 fn every_number_of_regions() {
     let mesh = shape("torus:12x8");
@@ -310,7 +310,7 @@ fn every_number_of_regions() {
     }
 }
 
-/// Every length of rows is compiled by itself, for each of the engine's two precisions.
+/// Every compiled row length is tested, in both precisions of the engine.
 #[test]
 fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
     let mesh = shape("torus:20x12");
@@ -335,11 +335,11 @@ fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
             let fused = run(&["engine=fused", &format!("precision={precision}")]);
             assert_eq!(fused.len(), rows.len());
             for (a, b) in fused.iter().zip(&rows) {
-                let apart =
+                let difference =
                     f64::max((a.energy - b.energy).abs(), (a.dual_bound - b.dual_bound).abs());
                 assert!(
-                    apart <= tolerance * b.energy,
-                    "{m} regions, {precision}, step {}: {apart:e}",
+                    difference <= tolerance * b.energy,
+                    "{m} regions, {precision}, step {}: {difference:e}",
                     b.iteration
                 );
             }

@@ -5,7 +5,7 @@ use clap_complete::Shell;
 
 use super::{Outcome, print};
 
-/// Print the completion script of a shell.
+/// Print a shell completion script.
 ///
 /// For example: meshseg completions bash > ~/.local/share/bash-completion/completions/meshseg
 #[derive(clap::Args)]
@@ -13,7 +13,7 @@ pub struct Arguments {
     shell: Shell,
 }
 
-/// `program` is the whole command line.
+/// `program` defines the whole command line.
 pub fn run(arguments: &Arguments, program: &mut Command) -> Outcome {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, program, "meshseg", &mut script);

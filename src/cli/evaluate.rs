@@ -16,15 +16,15 @@ use super::{Outcome, named, note, print_json, warn, welding};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
 ///
-/// The bound holds whoever computed U: it is that of a given dual field q, or of a number of steps of the default
-/// solver from U, or of the gradient of the smoothed total variation at U, whichever is greatest.
+/// The bound is valid however U was computed. It comes from a given dual field q, from steps of the default solver
+/// that start at U, or from the gradient of the smoothed total variation at U, whichever is largest.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   meshseg solve mesh.ply --costs S.npy --lambda 0.005 --save q --out results/mesh
   meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --q results/mesh/q.npy
   meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --epsilon 0.01
 
-What `solve --weld` wrote is evaluated with the same --weld: U and q have rows of the vertices and faces of the file.")]
+Evaluate the results of `solve --weld` with the same --weld: rows of U and q refer to vertices and faces of the file.")]
 pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
@@ -37,19 +37,19 @@ pub struct Arguments {
     #[arg(long, allow_negative_numbers = true)]
     lambda: f64,
 
-    /// V x m
+    /// Relaxed labels, V x m
     #[arg(long, value_name = "U.npy")]
     u: PathBuf,
 
-    /// A dual field, 2F x m, as `solve --save q` writes it: the bound is then its own
+    /// Dual field, 2F x m, as written by `solve --save q`; the bound is then that of q
     #[arg(long, value_name = "Q.npy")]
     q: Option<PathBuf>,
 
-    /// Steps of the default solver to a bound, where no q is given
+    /// Steps of the default solver for the bound, if no q is given
     #[arg(long, value_name = "N", default_value_t = DUAL_STEPS, conflicts_with = "q", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000), allow_negative_numbers = true)]
     dual_steps: u64,
 
-    /// Also print the smoothed energy with this eps, and bound by its gradient
+    /// Also print the smoothed energy for this eps, and derive a bound from its gradient
     #[arg(long, allow_negative_numbers = true)]
     epsilon: Option<f64>,
 
@@ -61,8 +61,8 @@ pub struct Arguments {
     #[arg(long, value_parser = named::<Mass>(), default_value = "barycentric")]
     mass: Mass,
 
-    /// Merge vertices as `solve --weld` does, within this length of each other [default: 0, those at equal positions];
-    /// merged vertices take the means of their costs and of their rows of U. Without it the mesh stays as it is
+    /// Merge vertices within this distance of each other, as `solve --weld` does [default: 0, equal positions only];
+    /// merged vertices take the means of their costs and of their rows of U. Without --weld the mesh stays as it is
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
     weld: Option<f64>,
 }
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(())
 }
 
-/// U, with the rows and columns of the costs.
+/// Reads U, which must have the shape of the costs.
 fn labels(path: &Path, costs: &Array2<f64>) -> Result<Array2<f64>> {
     let u = npy::read_matrix(path)?;
     if u.dim() == costs.dim() {
@@ -108,11 +108,12 @@ fn labels(path: &Path, costs: &Array2<f64>) -> Result<Array2<f64>> {
     }
     let (rows, columns) = u.dim();
     let (needed, regions) = costs.dim();
-    let message = format!("has {rows} x {columns} entries, the costs have {needed} x {regions}");
+    let message =
+        format!("has {rows} x {columns} entries, but the costs have {needed} x {regions}");
     Err(Error::malformed(path, message))
 }
 
-/// q, two rows for each face.
+/// Reads q, which must have two rows for each face.
 fn dual_field(path: &Path, mesh: &Mesh, regions: usize) -> Result<Array2<f64>> {
     let q = npy::read_matrix(path)?;
     let faces = mesh.faces.len();
@@ -121,7 +122,7 @@ fn dual_field(path: &Path, mesh: &Mesh, regions: usize) -> Result<Array2<f64>> {
     }
     let (rows, columns) = q.dim();
     let message = format!(
-        "has {rows} x {columns} entries; two rows for each of the {faces} faces and {regions} columns are needed"
+        "has {rows} x {columns} entries, but needs two rows for each of the {faces} faces and {regions} columns"
     );
     Err(Error::malformed(path, message))
 }
@@ -143,7 +144,7 @@ fn evaluated(
             let means = welding::means(weld, u, &weights);
             let mut evaluation = evaluate(&weld.mesh, &costs, &means, question, &mut observe)?;
             evaluation.vertices = mesh.vertices.len();
-            evaluation.warnings.extend(apart(u, &means, &weld.of));
+            evaluation.warnings.extend(disagreement(u, &means, &weld.of));
             evaluation
         }
         None => evaluate(mesh, costs, u, question, &mut observe)?,
@@ -152,11 +153,11 @@ fn evaluated(
     Ok(evaluation)
 }
 
-/// That merged vertices do not agree on their rows of U.
-fn apart(u: &Array2<f64>, means: &Array2<f64>, of: &[u32]) -> Option<String> {
+/// A warning if merged vertices have different rows of U.
+fn disagreement(u: &Array2<f64>, means: &Array2<f64>, of: &[u32]) -> Option<String> {
     let differs = |(v, &k): (usize, &u32)| u.row(v) != means.row(k as usize);
     let count = of.iter().enumerate().filter(|&it| differs(it)).count();
     (count > 0).then(|| {
-        format!("{count} rows of U differ from those of vertices that they are merged with: the means are evaluated")
+        format!("{count} rows of U differ from those of the vertices they are merged with; the means are evaluated")
     })
 }

@@ -9,7 +9,7 @@ use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use meshseg::Result;
 use meshseg::experiment::{
-    self, Cluster, Command, Done, Event, Machine, Places, Plan, Planned, Program, Spec, Store,
+    self, Cluster, Command, Done, Event, Folders, Machine, Plan, Planned, Program, Spec, Store,
     one_line, operand,
 };
 use sha2::{Digest, Sha256};
@@ -19,17 +19,17 @@ use super::{Failure, Outcome, named, note, print, table};
 
 /// Reproducible runs of solvers on instances, with figures, tables and a page.
 ///
-/// An experiment is a TOML file that asks one question; its runs are stored one by one, and made only once.
+/// An experiment is a TOML file that asks one question. Each of its runs is made once and stored separately.
 #[derive(clap::Subcommand)]
 #[command(after_help = EXAMPLES)]
 pub enum Verb {
-    /// Make the runs that are missing
+    /// Make the missing runs
     Run(Run),
-    /// Show the runs: what is done, what is missing, how long that may take
+    /// List the runs: which are done, which are missing, and how long those may take
     List(Selection),
-    /// Draw figures, tables and a page from the runs on disk
+    /// Write figures, tables and a page from the runs on disk
     Report(Report),
-    /// Tell which runs, commits and commands the numbers of a figure or a table come from
+    /// Show which runs, commits and commands the numbers of a figure or table come from
     Why(WhyArguments),
 }
 
@@ -47,15 +47,15 @@ pub struct Selection {
     /// Experiment file
     file: PathBuf,
 
-    /// Folder of all results; those of FILE go to a folder of its name
+    /// Folder for the results of all experiments; those of FILE go to a subfolder named after it
     #[arg(long, value_name = "DIR", default_value = "results")]
     results: PathBuf,
 
-    /// Folder that `data:` stands for in the names of files [default: the environment's MESHSEG_DATA]
+    /// Folder that `data:` stands for in file names [default: the environment variable MESHSEG_DATA]
     #[arg(long, value_name = "DIR")]
     data_dir: Option<PathBuf>,
 
-    /// Every N-th run only, from the I-th on
+    /// Only every N-th run, starting with the I-th
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
 }
@@ -65,28 +65,28 @@ pub struct Run {
     #[command(flatten)]
     selection: Selection,
 
-    /// Make the runs again that are there already
+    /// Also repeat the runs that are already done
     #[arg(long)]
     force: bool,
 
-    /// Run nothing: print the script that makes all runs on a cluster and collects them
+    /// Run nothing; print a script that makes all runs on a cluster, and then the report
     #[arg(long, value_name = "CLUSTER", value_parser = named::<Cluster>(), conflicts_with_all = ["shard", "force"])]
     emit: Option<Cluster>,
 
-    /// Jobs that --emit divides the runs among [default: one each, 100 at most]
+    /// Number of jobs that --emit divides the runs among [default: one per run, at most 100]
     #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     jobs: Option<u32>,
 }
 
 #[derive(clap::Args)]
 pub struct Report {
-    /// Folder of the results of one experiment
+    /// Results folder of one experiment
     folder: PathBuf,
 }
 
 #[derive(clap::Args)]
 pub struct WhyArguments {
-    /// Figure or table of a report, such as results/NAME/figures/decay.svg
+    /// Figure or table of a report, for example results/NAME/figures/decay.svg
     file: PathBuf,
 }
 
@@ -94,7 +94,7 @@ fn shard(text: &str) -> std::result::Result<(usize, usize), String> {
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     match parsed {
         Some((i, n)) if (1..=n).contains(&i) => Ok((i, n)),
-        _ => Err("must read I/N with 1 <= I <= N".into()),
+        _ => Err("must have the form I/N with 1 <= I <= N".into()),
     }
 }
 
@@ -126,9 +126,9 @@ impl Selection {
         Spec::open(&self.file)
     }
 
-    fn places(&self) -> Places {
+    fn folders(&self) -> Folders {
         let parent = self.file.parent().unwrap_or(Path::new(""));
-        Places {
+        Folders {
             folder: parent.to_owned(),
             data: self
                 .data_dir
@@ -138,18 +138,18 @@ impl Selection {
     }
 
     fn plan<'a>(&self, spec: &'a Spec) -> Result<Plan<'a>> {
-        let mut plan = Plan::of(spec, &self.places(), env!("CARGO_PKG_VERSION"))?;
+        let mut plan = Plan::of(spec, &self.folders(), env!("CARGO_PKG_VERSION"))?;
         if let Some(shard) = self.shard {
             plan.shard(shard);
         }
         Ok(plan)
     }
 
-    /// How a job calls the program: as it was called here.
+    /// How a job calls the program: as this process was called.
     fn command(&self, folder: &Path) -> Command {
         let mut run = vec![operand(&self.file.display().to_string())];
         run.extend(["--results".to_owned(), self.results.display().to_string()]);
-        if let Some(data) = self.places().data {
+        if let Some(data) = self.folders().data {
             run.extend(["--data-dir".to_owned(), data.display().to_string()]);
         }
         Command {
@@ -200,28 +200,29 @@ fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
             progress.observe(None)
         }
         Event::Elsewhere(run) => {
-            note(&format!("{}: another process is at it", describe(run)));
+            note(&format!("{}: another process is making this run", describe(run)));
             progress.observe(None)
         }
     };
     let tally =
-        experiment::run(&plan, &selection.places(), &store, &program(), *force, &mut observe)?;
+        experiment::run(&plan, &selection.folders(), &store, &program(), *force, &mut observe)?;
     progress.finish();
     for (origin, count) in &tally.foreign {
-        let runs = if *count == 1 { "1 run is" } else { &format!("{count} runs are") };
+        let runs = if *count == 1 { "1 run was" } else { &format!("{count} runs were") };
+        let again = if *count == 1 { "it" } else { "them" };
         let made = origin.sentence(&Machine::this());
-        note(&format!("{runs} there, made {made}; --force makes them here"));
+        note(&format!("{runs} made {made}; --force makes {again} again here"));
     }
     let mut lines = vec![
         ("made", tally.made.to_string()),
-        ("there before", tally.there.to_string()),
-        ("in", store.folder.display().to_string()),
+        ("already done", tally.there.to_string()),
+        ("folder", store.folder.display().to_string()),
     ];
     if tally.elsewhere > 0 {
-        lines.push(("under way elsewhere", tally.elsewhere.to_string()));
+        lines.push(("running elsewhere", tally.elsewhere.to_string()));
     }
     if tally.interrupted {
-        note("interrupted: the same command goes on where this one ended");
+        note("interrupted; run the same command again to continue");
         return Err(Failure::Interrupted);
     }
     Ok(print(&table::pairs(&lines))?)
@@ -239,13 +240,16 @@ fn list(selection: &Selection) -> Outcome {
     let spec = selection.spec()?;
     let plan = selection.plan(&spec)?;
     let store = selection.store(&spec);
-    let done =
-        if store.join("runs").is_dir() { Done::whole(&Store::open(store)?)? } else { Vec::new() };
+    let done = if store.join("runs").is_dir() {
+        Done::complete(&Store::open(store)?)?
+    } else {
+        Vec::new()
+    };
     let by_id: BTreeMap<&str, &Done> =
         done.iter().map(|done| (done.manifest.id.as_str(), done)).collect();
     let mut rows =
         vec![["run", "instance", "solver", "repetition", "state"].map(String::from).to_vec()];
-    let mut left = Left::default();
+    let mut remaining = Remaining::default();
     for run in &plan.runs {
         let state = match by_id.get(run.id.as_str()) {
             Some(done) => format!(
@@ -253,7 +257,7 @@ fn list(selection: &Selection) -> Outcome {
                 done.summary.iterations, done.summary.seconds, done.summary.relative_gap
             ),
             None => {
-                left.add(run, &done, &spec);
+                remaining.add(run, &done, &spec);
                 "missing".into()
             }
         };
@@ -266,9 +270,9 @@ fn list(selection: &Selection) -> Outcome {
         ]);
     }
     let mut lines = vec![("question", one_line(&spec.question))];
-    lines.push(("runs", format!("{}, {} missing", plan.runs.len(), left.runs)));
-    if left.runs > 0 {
-        lines.push(("time", left.sentence()));
+    lines.push(("runs", format!("{}, {} missing", plan.runs.len(), remaining.runs)));
+    if remaining.runs > 0 {
+        lines.push(("time", remaining.sentence()));
     }
     for label in &plan.skipped {
         let label = one_line(label);
@@ -279,8 +283,8 @@ fn list(selection: &Selection) -> Outcome {
 
 fn report(folder: &Path) -> Outcome {
     let report = experiment::report(folder, env!("CARGO_PKG_VERSION"))?;
-    for word in &report.kept {
-        note(word);
+    for line in &report.kept {
+        note(line);
     }
     let mut lines = vec![("runs", format!("{}, {} missing", report.runs, report.missing))];
     let paths =
@@ -303,30 +307,32 @@ fn why(file: &Path) -> Outcome {
             one_line(&why.instance),
             one_line(&why.solver),
             (why.repetition + 1).to_string(),
-            if why.dirty { commit + " and changes" } else { commit },
+            if why.dirty { commit + " with uncommitted changes" } else { commit },
             why.command,
         ]
     }));
     Ok(print(&table::columns(&rows))?)
 }
 
-/// How long the missing runs may take, judged by those that are done.
+/// An estimate of the time that the missing runs take, based on those that are done.
 #[derive(Default)]
-struct Left {
+struct Remaining {
     runs: usize,
+    /// Of the runs that can be estimated.
     seconds: f64,
-    at_most: f64,
+    /// Number of the others, and a limit of their time.
     unknown: usize,
+    at_most: f64,
 }
 
-impl Left {
-    /// Like another repetition; else like the mean of the same solver; otherwise unknown.
+impl Remaining {
+    /// Takes the mean time of the other repetitions, else of the runs of the same solver; otherwise unknown.
     fn add(&mut self, run: &Planned<'_>, done: &[Done], spec: &Spec) {
         self.runs += 1;
-        let mean = |same: &dyn Fn(&Done) -> bool| {
+        let mean = |is_similar: &dyn Fn(&Done) -> bool| {
             let times: Vec<f64> = done
                 .iter()
-                .filter(|done| same(done))
+                .filter(|done| is_similar(done))
                 .map(|done| done.manifest.wall_seconds)
                 .collect();
             (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
@@ -347,14 +353,14 @@ impl Left {
         match (self.unknown, self.at_most.is_finite()) {
             (0, _) => known,
             (n, true) => {
-                format!("{known}, and at most {:.0} s for {n} of unknown length", self.at_most)
+                format!("{known}, plus at most {:.0} s for {n} of unknown length", self.at_most)
             }
-            (n, false) => format!("{known}, and {n} of unknown length"),
+            (n, false) => format!("{known}, plus {n} of unknown length"),
         }
     }
 }
 
-/// Shows an error beside the lines of the experiment file, in a terminal.
+/// Shows the lines of the experiment file that an error is about, on a terminal.
 pub fn draw(error: &experiment::FormatError) {
     if !std::io::stderr().is_terminal() {
         return;

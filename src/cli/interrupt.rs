@@ -1,36 +1,37 @@
-//! Ctrl-C, and whatever else asks the program to end.
+//! Ctrl-C and other signals to terminate.
 //!
-//! It ends at once, with exit code 130, and leaves nothing half-written. Where a run could keep what it reached, the
-//! first signal is for the run and the second ends the program.
+//! The program ends at once with exit code 130 and leaves no incomplete files. During a run that can keep its results
+//! so far, the first signal ends the run and only a second one the program.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use meshseg::file;
 
-/// Whether a run looks at [`came`].
+/// Whether a run polls [`requested`].
 static KEEPS_RESULTS: AtomicBool = AtomicBool::new(false);
-static CAME: AtomicBool = AtomicBool::new(false);
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// To be called first of all.
+/// Installs the handler; to be called before any verb runs.
 pub fn listen() {
     let listening = ctrlc::set_handler(|| {
-        let again = CAME.swap(true, Ordering::Relaxed);
+        let again = REQUESTED.swap(true, Ordering::Relaxed);
         if again || !KEEPS_RESULTS.load(Ordering::Relaxed) {
             file::abandon();
             process::exit(130);
         }
     });
     if let Err(error) = listening {
-        tracing::warn!("Ctrl-C will end the program without results: {error}");
+        tracing::warn!("Ctrl-C will end the program without saving results: {error}");
     }
 }
 
-/// From now on somebody looks, again and again, whether a signal [`came`].
+/// From now on a run polls [`requested`] regularly.
 pub fn keep_results() {
     KEEPS_RESULTS.store(true, Ordering::Relaxed);
 }
 
-pub fn came() -> bool {
-    CAME.load(Ordering::Relaxed)
+/// Whether a signal has arrived.
+pub fn requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
 }

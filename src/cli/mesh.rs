@@ -8,14 +8,14 @@ use meshseg::{Error, Result};
 
 use super::{Outcome, note, print, print_json, table, warn, welding};
 
-/// Look at, make, and convert meshes.
+/// Inspect, generate and convert meshes.
 #[derive(clap::Subcommand)]
 pub enum Verb {
     /// Print counts, topology and defects of a mesh
     Info {
         /// Mesh file, builtin:spot, or a shape such as torus:400x250
         mesh: PathBuf,
-        /// As JSON
+        /// Print JSON
         #[arg(long)]
         json: bool,
     },
@@ -34,11 +34,11 @@ pub enum Verb {
         /// .ply, .obj, .off or .stl
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
-        /// Split each face into four, so many times; old vertices keep their numbers
+        /// Number of times each face is split into four; the original vertices keep their indices
         #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
         subdivide: u8,
-        /// Merge vertices within this length of each other onto the first of them [default: 0, those at equal
-        /// positions], before all else; vertices are renumbered
+        /// First merge vertices within this distance of each other into one [default: 0, equal positions only];
+        /// vertices are renumbered
         #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
         weld: Option<f64>,
     },
@@ -73,7 +73,7 @@ pub fn run(verb: &Verb) -> Outcome {
     }
 }
 
-/// The mesh without coincident vertices, and without the faces that collapsed with them.
+/// The mesh without coincident vertices and without the faces that collapse when they are merged.
 fn welded(mesh: Mesh, tolerance: f64) -> Result<Mesh> {
     let weld = welding::weld(&mesh, tolerance)?;
     note(&welding::note(weld.as_ref(), tolerance));
@@ -132,7 +132,7 @@ fn lines(statistics: &Statistics) -> Vec<(&'static str, String)> {
     let count = |(name, count): (&'static str, usize)| (name, count.to_string());
     let mut lines =
         [("vertices", statistics.vertices), ("faces", statistics.faces)].map(count).to_vec();
-    lines.push(("area", table::together(statistics.area, 9)(statistics.area)));
+    lines.push(("area", table::common_format(statistics.area, 9)(statistics.area)));
     lines.extend(counts.map(count));
     lines.push(("Euler characteristic", statistics.euler_characteristic.to_string()));
     lines.extend(defects.map(count));
@@ -144,7 +144,7 @@ fn lines(statistics: &Statistics) -> Vec<(&'static str, String)> {
 
 fn corners(bounding_box: &BoundingBox) -> String {
     let BoundingBox { min, max } = bounding_box;
-    let number = table::together(table::largest(min.iter().chain(max)), 6);
+    let number = table::common_format(table::largest(min.iter().chain(max)), 6);
     let point = |x: &[f64; 3]| format!("({})", x.map(&number).join(", "));
     format!("{} to {}", point(min), point(max))
 }

@@ -1,6 +1,6 @@
-//! The command line: one file per verb. The only place that prints; data to stdout, all else to stderr.
+//! The command line, one file per verb. The only module that prints: data to stdout, everything else to stderr.
 //!
-//! Exit codes: 0 done, 1 bad input or I/O, 2 usage, 130 interrupted (what was reached is written, nothing by halves).
+//! Exit codes: 0 success, 1 bad input or I/O error, 2 usage, 130 interrupted (results so far are written completely).
 
 mod completions;
 mod evaluate;
@@ -93,7 +93,7 @@ pub fn main() -> ExitCode {
             }
             ExitCode::from(1)
         }
-        // The reader of a pipe has seen enough.
+        // The reader of a pipe has closed it.
         Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             ExitCode::SUCCESS
         }

@@ -1,4 +1,4 @@
-//! `meshseg operators`: K, the mass matrices and the Laplacian for SciPy and everybody else.
+//! `meshseg operators`: K, the mass matrices and the Laplacian for SciPy and other programs.
 
 use std::path::{Path, PathBuf};
 
@@ -16,8 +16,8 @@ use super::{Outcome, print, table, warn, welding};
 /// K is 2F x V: rows 2j and 2j+1 are A_j times the gradient on face j, in its frame (along the edge from its
 /// first to its second corner, and across it). M is the consistent mass matrix, mass_barycentric and
 /// mass_voronoi the lumped ones, laplacian the stiffness matrix K^T A^-1 K of the cotangent Laplacian. Faces
-/// without area are left out; face_areas.npy holds A. Rows and columns are those of the file: `meshseg mesh convert
-/// --weld` merges coincident vertices first.
+/// without area are left out; face_areas.npy holds A. Vertices are those of the file; `meshseg mesh convert --weld`
+/// merges coincident ones.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   meshseg operators bunny.ply --out results/bunny
@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
 
-    /// Folder for the files; it appears whole or not at all
+    /// Folder for the files; written completely or not at all
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }

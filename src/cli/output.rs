@@ -1,4 +1,4 @@
-//! What verbs share: how they end, and what they print.
+//! How verbs end and print.
 
 use std::io::{self, Write};
 
@@ -6,14 +6,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use meshseg::Error;
 use meshseg::names::Named;
 
-/// Why a verb did not end well.
+/// Why a verb failed.
 pub(super) enum Failure {
     Input(Error),
-    /// Standard output is gone or full.
+    /// Standard output is closed or full.
     Output(io::Error),
-    /// The user broke off; what was reached is written.
+    /// The user interrupted the run; its results so far are written.
     Interrupted,
-    /// A bound exceeded an energy; what was reached is written.
+    /// A bound exceeds an energy; the results are written.
     Contradicted,
 }
 
@@ -41,7 +41,7 @@ pub(super) fn print(text: &str) -> io::Result<()> {
     stdout.flush()
 }
 
-/// A line on stderr. If that is closed, as when Ctrl-C ends the rest of a pipe, the work still goes on.
+/// Prints a line to stderr. If that is closed, as when Ctrl-C ends the other programs of a pipe, work continues.
 pub(super) fn note(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
@@ -57,7 +57,7 @@ pub(super) fn warn(warnings: &[String]) {
     }
 }
 
-/// A value given by one of its names.
+/// Parses a value from one of its names.
 pub(super) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::names())
         .map(|name| T::named(&name).expect("one of the possible values"))

@@ -1,4 +1,4 @@
-//! How the regions of a run look: the palette, the means beside it, the words of the legend.
+//! The regions in the preview of a run: their colors and the legend.
 
 use meshseg::Mesh;
 use meshseg::colormap::categorical;
@@ -7,7 +7,7 @@ use meshseg::outcome::{Looks, PicturedData};
 use meshseg::render::{Region, View};
 use ndarray::{Array1, Array2, ArrayView1};
 
-/// The mean colors that the vertices of each region show, where any is known.
+/// The mean color of the vertices of each region, if any color is known there.
 pub fn means(
     colors: &[[f64; 3]],
     labels: &Array1<i32>,
@@ -31,11 +31,11 @@ pub fn means(
     sums.into_iter().map(mean).collect()
 }
 
-/// A line of the legend: `told` is what the model calls its numbers, the first three of which are told.
+/// A line of the legend. `name` is what the model calls its numbers, of which the first three are shown.
 pub fn legend(
     p: usize,
     share: f64,
-    told: &str,
+    name: &str,
     numbers: &[f64],
     number: impl Fn(f64) -> String,
 ) -> String {
@@ -43,7 +43,7 @@ pub fn legend(
     if !numbers.is_empty() {
         let first: Vec<String> = numbers.iter().take(3).map(|&mu| number(mu)).collect();
         let more = if numbers.len() > 3 { " …" } else { "" };
-        text += &format!("   {told} {}{more}", first.join(" "));
+        text += &format!("   {name} {}{more}", first.join(" "));
     }
     text
 }
@@ -52,7 +52,7 @@ fn share_of(p: usize, share: f64) -> String {
     format!("{p}   {:.1} %", 100.0 * share)
 }
 
-/// Of costs alone: each vertex shows its cheapest region.
+/// The preview for given costs: each vertex shows its cheapest region.
 pub fn of_costs(
     mesh: &Mesh,
     costs: &Array2<f64>,
@@ -71,7 +71,7 @@ pub fn of_costs(
         mean: None,
         text: share_of(p, share),
     };
-    // Nothing is known of a vertex whose costs are NaN.
+    // A vertex whose costs are NaN is unknown.
     let look = |s: ArrayView1<f64>| {
         let cheapest = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
         if s[cheapest].is_nan() { [f64::NAN; 3] } else { categorical(cheapest) }

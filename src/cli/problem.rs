@@ -1,4 +1,4 @@
-//! `meshseg problem`: problems for solvers outside the program, and what they bring back.
+//! `meshseg problem`: exports problems for external solvers, and imports their iterates.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 use meshseg::certificate::DUAL_STEPS;
 use meshseg::exchange::{End, Exchanged, Iterates, certify};
-use meshseg::experiment::{Places, Spec, did_you_mean};
+use meshseg::experiment::{Folders, Spec, did_you_mean};
 use meshseg::operator::Mass;
 use meshseg::outcome;
 use meshseg::render::View;
@@ -22,17 +22,17 @@ use super::solve::Init;
 use super::solving::{exit, summary_lines};
 use super::{Outcome, named, preview, print, table, warn, welding};
 
-/// Problems for solvers outside the program, and what they bring back
+/// Export problems for external solvers, and import their iterates
 #[derive(Subcommand)]
 pub enum Verb {
     Export(Export),
     ImportTrace(ImportTrace),
 }
 
-/// Write one problem as a NumPy archive that any language reads.
+/// Write one problem as a NumPy archive, which many languages can read.
 ///
-/// K in compressed rows, masses, integrated costs, lambda, mesh and initial U; experiments/reference/README.md has
-/// the names and shapes. Vertices are those of the file: `meshseg mesh convert --weld` merges coincident ones first.
+/// It holds K in compressed rows, masses, integrated costs, lambda, mesh and initial U; experiments/reference/README.md
+/// lists names and shapes. Vertices are those of the file; `meshseg mesh convert --weld` merges coincident ones.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   meshseg problem export mesh.ply --costs S.npy --lambda 0.005 --out problem.npz
@@ -49,46 +49,46 @@ pub struct Export {
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
 
-    /// Quadrature of the data term; barycentric, if nothing is said
+    /// Quadrature of the data term [default: barycentric]
     #[arg(long, value_parser = named::<Mass>())]
     mass: Option<Mass>,
 
-    /// Where U starts: uniform, random, argmin, or a file U.npy; argmin, if nothing is said
+    /// Initial U: uniform, random, argmin, or a file U.npy [default: argmin]
     #[arg(long, value_name = "uniform|random|argmin|U.npy")]
     init: Option<Init>,
 
-    /// Seed of a random start; 0, if nothing is said
+    /// Seed of a random start [default: 0]
     #[arg(long, allow_negative_numbers = true)]
     seed: Option<u64>,
 
-    /// Label of the instance, if the experiment file has several
+    /// Label of the instance; needed if the experiment file has several
     #[arg(long)]
     instance: Option<String>,
 
-    /// What data: in an experiment file stands for (else MESHSEG_DATA)
+    /// Folder that `data:` stands for in an experiment file [default: the environment variable MESHSEG_DATA]
     #[arg(long, value_name = "DIR")]
     data_dir: Option<PathBuf>,
 
-    /// The archive
+    /// Archive to write
     #[arg(long, value_name = "PROBLEM.npz")]
     out: PathBuf,
 }
 
-/// Score the iterates of a solver, certify each, and write a folder as `solve` does.
+/// Evaluate and certify the iterates of an external solver, and write a results folder as `solve` does.
 ///
-/// FOLDER holds trace.csv (iteration, seconds, and epsilon and epsilon_mode where a smoothed energy is minimized),
-/// u_<iteration>.npy and perhaps q_<iteration>.npy. The bound of an iterate comes from its q, else from the
-/// smoothing, else from steps of our own; the column `certificate` says which.
+/// FOLDER holds trace.csv (iteration, seconds, and epsilon and epsilon_mode if a smoothed energy is minimized),
+/// u_<iteration>.npy and optionally q_<iteration>.npy. The bound of an iterate comes from its q, else from the
+/// smoothing, else from steps of the default solver; the column `certificate` says which.
 #[derive(clap::Args)]
 #[command(after_help = "Example:
   meshseg problem export mesh.ply --costs S.npy --lambda 0.005 --out problem.npz
   mkdir out && python3 experiments/reference/example.py problem.npz out
   meshseg problem import-trace problem.npz out --out results/mine")]
 pub struct ImportTrace {
-    /// Archive that the solver was given
+    /// Archive that the solver has read
     problem: PathBuf,
 
-    /// Folder that it wrote into
+    /// Folder that the solver has written
     folder: PathBuf,
 
     /// Name of the solver in the summary
@@ -99,11 +99,11 @@ pub struct ImportTrace {
     #[arg(long, default_value_t = 1e-4, allow_negative_numbers = true)]
     gap: f64,
 
-    /// Steps of our own for each iterate without a q and without an epsilon
+    /// Steps of the default solver for each iterate that has neither q nor epsilon
     #[arg(long, default_value_t = DUAL_STEPS, value_parser = clap::value_parser!(u64).range(1..))]
     dual_steps: u64,
 
-    /// Write no preview.png
+    /// Do not write preview.png
     #[arg(long)]
     no_preview: bool,
 
@@ -131,7 +131,7 @@ impl Export {
         };
         if self.instance.is_some() || self.data_dir.is_some() {
             return Err(Error::unsuitable(
-                "--instance and --data-dir belong to an experiment file",
+                "--instance and --data-dir need an experiment file, which ends in .toml",
             ));
         }
         let (mesh, s) = mesh_with_costs(&self.input, costs)?;
@@ -154,7 +154,7 @@ impl Export {
             ("--seed", self.seed.is_some()),
         ];
         if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
-            let message = format!("{option} is said by the experiment file");
+            let message = format!("{option} is set in the experiment file: leave it out here");
             return Err(Error::malformed(&self.input, message));
         }
         let spec = Spec::open(&self.input)?;
@@ -173,14 +173,14 @@ impl Export {
                 format!("name one of its instances: --instance {}{meant}", labels.join(" or "));
             return Err(Error::malformed(&self.input, message));
         };
-        let places = Places {
+        let folders = Folders {
             folder: self.input.parent().unwrap_or(Path::new("")).to_owned(),
             data: (self.data_dir.clone())
                 .or_else(|| std::env::var_os("MESHSEG_DATA").map(Into::into)),
         };
-        let instance = places
+        let instance = folders
             .instance(cell)
-            .map_err(|missing| spec.format_error(places.blame(cell), Error::from(missing)))?;
+            .map_err(|missing| spec.format_error(folders.blame(cell), Error::from(missing)))?;
         Exchanged::new(&instance.mesh, &instance.costs, instance.lambda, cell.mass, &Start::Argmin)
     }
 }
@@ -202,7 +202,7 @@ fn export(arguments: &Export) -> Outcome {
 fn import(arguments: &ImportTrace) -> Outcome {
     let ImportTrace { problem: path, folder, name, gap, dual_steps, no_preview, out } = arguments;
     if !(*gap >= 0.0 && gap.is_finite()) {
-        let message = format!("--gap {gap:?}: must be a finite number from 0");
+        let message = format!("--gap {gap:?}: must be a finite number, 0 or more");
         return Err(Error::unsuitable(message).into());
     }
     meshseg::file::check_folder(out)?;

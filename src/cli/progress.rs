@@ -1,6 +1,6 @@
-//! The progress of a run on stderr, which Ctrl-C breaks off.
+//! The progress of a run on stderr, and its interruption by Ctrl-C.
 //!
-//! On a terminal one line that renews itself; elsewhere a line now and then.
+//! On a terminal this is one line that is updated in place; otherwise a line every few seconds.
 
 use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
@@ -11,9 +11,9 @@ use meshseg::run::Sample;
 
 use super::{interrupt, note, table};
 
-/// Between renewals of the line on a terminal.
-const RENEWAL_INTERVAL: Duration = Duration::from_millis(100);
-/// Between lines elsewhere.
+/// Time between updates of the line on a terminal.
+const UPDATE_INTERVAL: Duration = Duration::from_millis(100);
+/// Time between lines otherwise.
 const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 pub struct Progress {
@@ -21,14 +21,14 @@ pub struct Progress {
     begin: Instant,
     shown: Instant,
     tolerance: f64,
-    /// What the lines begin with.
+    /// Prefix of the lines.
     title: String,
-    /// Time and gap of the first sample of the current costs: where the remaining time is judged from.
+    /// Time and gap of the first sample for the current costs, from which the remaining time is estimated.
     origin: Option<(f64, f64)>,
 }
 
 impl Progress {
-    /// Starts to listen for Ctrl-C. `tolerance` is the gap that is aimed at.
+    /// Also makes Ctrl-C end the run rather than the program. `tolerance` is the target gap.
     pub fn new(tolerance: f64) -> Self {
         interrupt::keep_results();
         let line = stderr().is_terminal().then(|| {
@@ -39,7 +39,7 @@ impl Progress {
         Progress { line, begin: now, shown: now, tolerance, title: String::new(), origin: None }
     }
 
-    /// Another run begins.
+    /// Starts the display of another run.
     pub fn title(&mut self, title: String) {
         (self.begin, self.origin) = (Instant::now(), None);
         if let Some(line) = &self.line {
@@ -49,10 +49,10 @@ impl Progress {
         self.title = title + ": ";
     }
 
-    /// For [`meshseg::run::Run::advance`].
+    /// The observer for [`meshseg::run::Run::advance`].
     pub fn observe(&mut self, sample: Option<&Sample>) -> ControlFlow<()> {
         if let Some(sample) = sample {
-            let interval = if self.line.is_some() { RENEWAL_INTERVAL } else { LINE_INTERVAL };
+            let interval = if self.line.is_some() { UPDATE_INTERVAL } else { LINE_INTERVAL };
             if self.shown.elapsed() >= interval {
                 self.shown = Instant::now();
                 let message = self.message(sample);
@@ -65,7 +65,7 @@ impl Progress {
                 }
             }
         }
-        if interrupt::came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
     /// Clears the line.
@@ -83,7 +83,7 @@ impl Progress {
             Some((from, first)) if gap <= first => (from, first),
             _ => *self.origin.insert((elapsed, gap)),
         };
-        // The gap falls by a constant factor per second, more or less.
+        // The gap decreases by a roughly constant factor per second.
         let rate = (first / gap).ln() / (elapsed - from);
         let left = (gap / self.tolerance).ln() / rate;
         let left = if left.is_finite() && left >= 0.0 {
@@ -92,7 +92,7 @@ impl Progress {
             String::new()
         };
         format!(
-            "{}iteration {}, energy {}, gap {gap:.1e} (to {:.0e}), {elapsed:.0} s{left}",
+            "{}iteration {}, energy {}, gap {gap:.1e} (target {:.0e}), {elapsed:.0} s{left}",
             self.title,
             sample.iteration,
             table::number(sample.energy),

@@ -1,4 +1,4 @@
-//! `meshseg segment`: the data of a mesh into regions.
+//! `meshseg segment`: segments the data on a mesh into regions.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ use super::{Outcome, named, note, one_line, preview, print, table, warn, welding
 
 /// Segment colors, textures, an image, curvature or other data on a mesh into regions.
 ///
-/// Region parameters and labels are found in turn; the final labels are certified for the final parameters.
+/// Region parameters and labels are computed alternately; the final labels are certified for the final parameters.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -32,26 +32,25 @@ pub struct Arguments {
     mesh: PathBuf,
 
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
-    /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as it is stored), image:IMAGE (laid on the surface, see
-    /// --project; a JPEG photo upright, as its EXIF orientation says),
-    /// curvature (mean curvature, positive where the surface is convex as seen from outside, its middle 96 % mapped to
-    /// [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
-    /// by 255) [default: the textures or colors that come with the mesh]
+    /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as stored), image:IMAGE (projected onto the surface, see
+    /// --project; JPEG photos are turned upright according to their EXIF orientation), curvature (mean curvature, whose
+    /// middle 96 % are mapped to [0,1]; positive where the surface is convex as seen from outside), or FILE.npy (V or
+    /// V x d numbers; uint8 is divided by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
 
-    /// How image:IMAGE is laid on the surface: xy, xz, yz; two axes such as x,-z (along its width, upwards);
-    /// cylinder or sphere (around z; around another axis as cylinder:y) [default: at the texture coordinates of the
-    /// mesh; xy for a grid]
+    /// How image:IMAGE is projected onto the surface: xy, xz, yz; two axes such as x,-z (to the right and upwards in
+    /// the image); cylinder or sphere (around z; around another axis as in cylinder:y) [default: by the texture
+    /// coordinates of the mesh; xy for a grid]
     #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
     project: Option<Projection>,
 
-    /// cover: an image laid along two axes keeps its aspect, and what is too long is cut off at both ends; stretch:
-    /// it loses its aspect
+    /// Fit of an image that is projected along two axes. cover: it keeps its aspect ratio, and what is too long is
+    /// cropped at both ends; stretch: it is stretched to fit
     #[arg(long, value_parser = named::<Fit>(), default_value = "cover")]
     fit: Fit,
 
-    /// What a vertex takes of an image. mean: the mean over its third of its faces; vertex: the color at its place
+    /// How a vertex samples an image. mean: the mean over its third of its faces; vertex: the color at its position
     #[arg(long, value_parser = named::<Texel>(), default_value = "mean")]
     texel: Texel,
 
@@ -59,8 +58,8 @@ pub struct Arguments {
     #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true)]
     regions: u8,
 
-    /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median but for
-    /// outliers, costs are distances, summed over the columns of the data
+    /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
+    /// outliers, costs are absolute differences, summed over the columns of the data
     #[arg(long, value_parser = named::<Model>(), default_value = "constant")]
     model: Model,
 
@@ -75,11 +74,11 @@ pub struct Arguments {
     #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     every: u64,
 
-    /// Where the region parameters start. kmeans: means of clusters (medians for l1); random: those of random regions
+    /// Initial region parameters. kmeans: means of clusters (medians for l1); random: those of random regions
     #[arg(long, value_parser = named::<Initial>(), default_value = "kmeans")]
     init: Initial,
 
-    /// Seed of the start
+    /// Seed of the initial region parameters
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
@@ -87,12 +86,12 @@ pub struct Arguments {
     #[arg(long, value_parser = named::<Normalize>(), default_value = "area")]
     normalize: Normalize,
 
-    /// Merge vertices within this length of each other, in the units of the file, onto the first of them [default: 0,
-    /// those at equal positions]; results stay in the vertices of the file
+    /// Merge vertices within this distance of each other, in the units of the file, into the first of them [default: 0,
+    /// equal positions only]; results refer to the vertices of the file
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
     weld: Option<f64>,
 
-    /// Keep coincident vertices apart: cuts between them are free
+    /// Keep coincident vertices separate; cuts between them are free
     #[arg(long, conflicts_with = "weld")]
     no_weld: bool,
 
@@ -137,7 +136,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let looks = looks(&found, &surface, &input, solving);
     outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks)?;
 
-    surface.tell(arguments);
+    surface.report(arguments);
     warn(&found.solution.summary.warnings);
     let printed = print(&report(&found, lambda, arguments));
     exit(found.solution.summary.status, printed)
@@ -146,12 +145,12 @@ fn run_here(arguments: &Arguments) -> Outcome {
 /// The mesh that is segmented.
 struct Surface {
     source: Source,
-    /// As it is in its file.
+    /// The mesh of the file.
     mesh: Mesh,
     weld: Option<Weld>,
-    /// By which the welded mesh is scaled.
+    /// Factor by which the welded mesh is scaled.
     scale: f64,
-    /// Welded and scaled.
+    /// The mesh after welding and scaling.
     scaled: Mesh,
 }
 
@@ -180,11 +179,11 @@ impl Surface {
         input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
     }
 
-    /// Says what was done to the mesh.
-    fn tell(&self, arguments: &Arguments) {
+    /// Reports what was done to the mesh.
+    fn report(&self, arguments: &Arguments) {
         if self.weld.is_some() {
             let welded = welding::note(self.weld.as_ref(), arguments.weld.unwrap_or(0.0));
-            note(&format!("{welded} (--no-weld keeps them apart)"));
+            note(&format!("{welded} (--no-weld keeps them separate)"));
         } else if let Some(tolerance) = arguments.weld {
             note(&welding::note(None, tolerance));
         }
@@ -203,7 +202,7 @@ fn warnings(surface: &Surface, input: &InputData, arguments: &Arguments) -> Vec<
         Some(_) => welding::unmended(surface.welded()),
         None => welding::shattered(surface.welded(), "--weld"),
     });
-    let side_effect = |weld| welding::side_effect(weld, "--no-weld keeps them apart");
+    let side_effect = |weld| welding::side_effect(weld, "--no-weld keeps them separate");
     warnings.extend(surface.weld.as_ref().and_then(side_effect));
     warnings
 }
@@ -233,13 +232,13 @@ fn summary<'a>(
     }
 }
 
-/// How regions and data are drawn on the mesh of the file.
+/// The regions and the data to be drawn on the mesh of the file.
 fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving) -> Looks {
     let number = number_format(&found.regions);
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
         mean: region.color,
-        text: preview::legend(p, region.share, found.told, &region.told, &number),
+        text: preview::legend(p, region.share, found.numbers_name, &region.numbers, &number),
     };
     let colors = || match &surface.weld {
         Some(weld) => weld.spread(&input.colors),
@@ -257,7 +256,7 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
     }
 }
 
-/// What is printed in the end.
+/// The text that is printed at the end.
 fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
     let mut lines = summary_lines(&found.solution.summary);
     if arguments.lambda.is_none() {
@@ -265,16 +264,16 @@ fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
     lines.push(("written to", arguments.solving.out.display().to_string()));
-    let table = regions_table(found.told, &found.regions);
+    let table = regions_table(found.numbers_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, lambda)
 }
 
-/// What a model of any kind makes of the data.
+/// The result for a data model of any type.
 struct Found {
     solution: Solution,
     regions: Vec<Region>,
-    /// What the numbers of the regions are called.
-    told: &'static str,
+    /// What the numbers of the regions are called, such as "mean".
+    numbers_name: &'static str,
     estimates: usize,
 }
 
@@ -294,7 +293,7 @@ fn segmented(
     }
 }
 
-/// Segments the data, after a lambda for them is found if none is given.
+/// Segments the data; first chooses lambda for them if none is given.
 fn segmented_by<D: DataModel>(
     mesh: &Mesh,
     model: &D,
@@ -318,37 +317,37 @@ fn segmented_by<D: DataModel>(
     progress.finish();
     let regions = describe_regions::<D>(&segmentation, input, &barycentric_areas(mesh));
     let Segmentation { solution, estimates, .. } = segmentation;
-    Ok(Found { solution, regions, told: D::TOLD, estimates })
+    Ok(Found { solution, regions, numbers_name: D::TOLD, estimates })
 }
 
-/// What to look at, and what to try then.
+/// Suggests what to inspect and what to try next.
 fn next_step(arguments: &Arguments, lambda: f64) -> String {
     let picture = if arguments.solving.no_preview { "segmented.ply" } else { "preview.png" };
     let picture = arguments.solving.out.join(picture);
     let try_next = if lambda > 0.0 {
-        format!("--lambda {:.1e} cuts less, {:.1e} more", 2.0 * lambda, 0.5 * lambda)
+        format!("--lambda {:.1e} for fewer cuts, {:.1e} for more", 2.0 * lambda, 0.5 * lambda)
     } else {
-        "a --lambda above 0 cuts less".into()
+        "a --lambda above 0 for fewer cuts".into()
     };
-    format!("look at {}; {try_next}, --regions as well\n", picture.display())
+    format!("see {}; try {try_next}, or another --regions\n", picture.display())
 }
 
-/// What is told of one region.
+/// One region in the summary and in the table.
 #[derive(Serialize)]
 struct Region {
-    /// mu_p, under names of the model.
+    /// mu_p, under the names of the model.
     #[serde(flatten)]
     parameters: serde_json::Value,
-    /// What is told of them in a few numbers.
+    /// mu_p as a few numbers, for the table and the legend.
     #[serde(skip)]
-    told: Vec<f64>,
-    /// As which it is drawn.
+    numbers: Vec<f64>,
+    /// The color in which it is drawn.
     palette: [f64; 3],
     /// Mean of the shown colors over its vertices, if it has any.
     color: Option<[f64; 3]>,
-    /// Of its share of the vertices' barycentric cells.
+    /// Total area of the barycentric cells of its vertices.
     area: f64,
-    /// Of the whole area.
+    /// Its share of the total area.
     share: f64,
 }
 
@@ -392,7 +391,7 @@ fn describe_regions<D: DataModel>(
         .enumerate()
         .map(|(p, ((parameters, area), color))| Region {
             parameters: serde_json::to_value(parameters).expect("a map of numbers"),
-            told: D::told(parameters).to_vec(),
+            numbers: D::told(parameters).to_vec(),
             palette: categorical(p),
             color,
             area,
@@ -401,18 +400,19 @@ fn describe_regions<D: DataModel>(
         .collect()
 }
 
-/// How the numbers of the regions are written.
+/// The common format of the numbers of the regions.
 fn number_format(regions: &[Region]) -> impl Fn(f64) -> String {
-    table::together(table::largest(regions.iter().flat_map(|region| &region.told)), 3)
+    table::common_format(table::largest(regions.iter().flat_map(|region| &region.numbers)), 3)
 }
 
-fn regions_table(told: &str, regions: &[Region]) -> String {
-    let mut rows: Vec<Vec<String>> =
-        vec![["region", "drawn", "color", told, "area", "share"].map(String::from).to_vec()];
+fn regions_table(numbers_name: &str, regions: &[Region]) -> String {
+    let mut rows: Vec<Vec<String>> = vec![
+        ["region", "drawn", "color", numbers_name, "area", "share"].map(String::from).to_vec(),
+    ];
     let number = number_format(regions);
-    let area = table::together(table::largest(regions.iter().map(|region| &region.area)), 4);
+    let area = table::common_format(table::largest(regions.iter().map(|region| &region.area)), 4);
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
-        let told: Vec<String> = region.told.iter().map(|&mu| number(mu)).collect();
+        let numbers: Vec<String> = region.numbers.iter().map(|&mu| number(mu)).collect();
         let hex = |color: [f64; 3]| {
             let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
             format!("#{r:02x}{g:02x}{b:02x}")
@@ -421,7 +421,7 @@ fn regions_table(told: &str, regions: &[Region]) -> String {
             p.to_string(),
             hex(region.palette),
             region.color.map_or_else(String::new, hex),
-            told.join(" "),
+            numbers.join(" "),
             area(region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]

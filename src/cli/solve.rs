@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, allow_negative_numbers = true)]
     lambda: f64,
 
-    /// Where U starts: uniform, random, argmin, or a file U.npy
+    /// Initial U: uniform, random, argmin, or a file U.npy
     #[arg(
         long,
         default_value = "argmin",
@@ -42,9 +42,9 @@ pub struct Arguments {
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
-    /// Merge vertices within this length of each other [default: 0, those at equal positions]; merged vertices take the
-    /// mean of their costs by their areas, and results stay in the vertices and faces of the file. Without it the mesh
-    /// stays as it is
+    /// Merge vertices within this distance of each other [default: 0, equal positions only]; merged vertices take the
+    /// area-weighted mean of their costs, and results refer to the vertices and faces of the file. Without --weld the
+    /// mesh stays as it is
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
     weld: Option<f64>,
 

@@ -1,4 +1,4 @@
-//! `meshseg solvers`: what there is to choose from.
+//! `meshseg solvers`: lists the solvers.
 
 use std::fmt::Write;
 
@@ -32,8 +32,8 @@ pub fn run(_: &Arguments) -> Outcome {
         text.push('\n');
     }
     text.push_str(
-        "Every solver certifies: each sample has an energy E(U), a true lower bound D(q) of all energies,\n\
-         and stops by their relative gap, whatever the solver minimizes on the way.\n",
+        "Every solver is certified: each sample has an energy E(U) and a true lower bound D(q) of all energies,\n\
+         and a run stops by their relative gap, whatever the solver minimizes internally.\n",
     );
     print(&text)?;
     Ok(())

@@ -1,4 +1,4 @@
-//! What `solve` and `segment` share: how to solve, when to stop, where to write.
+//! The options that `solve` and `segment` share: how to solve, when to stop, where to write.
 
 use std::path::PathBuf;
 
@@ -23,61 +23,62 @@ pub struct Solving {
     #[arg(long, value_parser = named::<Mass>(), default_value = "barycentric")]
     mass: Mass,
 
-    /// See `meshseg solvers`
+    /// The solver, see `meshseg solvers`
     #[arg(long, default_value = Method::default().name(), value_parser = clap::builder::PossibleValuesParser::new(
         Method::all().iter().map(Method::name)))]
     solver: String,
 
-    /// Option of the solver, may be repeated
+    /// Option of the solver; can be repeated
     #[arg(long = "solver-option", value_name = "KEY=VALUE")]
     solver_options: Vec<String>,
 
-    /// Of the iterates: f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are always
+    /// Precision of the iterates: f32 moves half the bytes and reaches gaps down to about 1e-5; certificates are always
     /// evaluated in f64. Short for --solver-option precision=...
     #[arg(long, value_name = "PRECISION", value_parser = named::<Precision>())]
     precision: Option<Precision>,
 
-    /// Stop when the certified gap (E - D) / (E - B) is at most this; B is the sum of the least costs of all vertices,
-    /// below which no labels can be
+    /// Stop when the certified gap (E - D) / (E - B) is at most this; B is the sum of the minimum costs of all
+    /// vertices, below which no energy can lie
     #[arg(long, value_name = "GAP", default_value_t = 1e-4, allow_negative_numbers = true)]
     gap: f64,
 
-    /// Stop after so many iterations
+    /// Maximum number of iterations
     #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true)]
     max_iterations: u64,
 
-    /// Stop after so many seconds
+    /// Time limit in seconds
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time_limit: Option<f64>,
 
-    /// Stop when no entry of U changes by more than this in an iteration (the paper's rule; it certifies
+    /// Stop when no entry of U changes by more than this in an iteration (the rule of the paper; it certifies
     /// nothing)
     #[arg(long, value_name = "DELTA", allow_negative_numbers = true)]
     stop_change: Option<f64>,
 
-    /// Iterations between checks of the gap [default: 4, later 4 % of the iterations, or up to 8 or 25 % if the gap is far]
+    /// Iterations between checks of the gap [default: 4, later 4 % of the iterations, or up to 8 or 25 % while the gap
+    /// is large]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000), allow_negative_numbers = true)]
     check_every: Option<u64>,
 
-    /// Solve coarser meshes first, each of which starts the next finer one: pays where many iterations are
-    /// needed, as for a large lambda; their time counts
+    /// Solve on coarser meshes first, each of which provides the start for the next finer one. This helps if many
+    /// iterations are needed, as for a large lambda; the time includes all meshes
     #[arg(long)]
     coarse_to_fine: bool,
 
-    /// What else to write into the folder: q, the dual field of the lower bound as q.npy (2F x m, rows as those of K),
-    /// from which `evaluate --q` finds the same bound
+    /// Additional output. q: the dual field of the lower bound, as q.npy (2F x m, rows as in K), from which
+    /// `evaluate --q` computes the same bound
     #[arg(long, value_name = "WHAT", value_parser = named::<Saved>())]
     save: Vec<Saved>,
 
-    /// Threads; the result does not depend on their number [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
 
-    /// Folder for the results; it appears whole or not at all
+    /// Folder for the results; written completely or not at all
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 
-    /// From where preview.png sees the mesh: auto (one or two views that show the regions), front, back, x, -x, y, -y, z,
+    /// Viewpoint of preview.png: auto (one or two views that show the regions), front, back, x, -x, y, -y, z,
     /// -z, or AZIMUTH,ELEVATION in degrees from the front and the horizon
     #[arg(
         long,
@@ -88,7 +89,7 @@ pub struct Solving {
     )]
     pub view: View,
 
-    /// Draw no preview.png
+    /// Do not write preview.png
     #[arg(long)]
     pub no_preview: bool,
 }
@@ -109,7 +110,9 @@ impl Solving {
             if value >= 0.0 && value.is_finite() {
                 Ok(value)
             } else {
-                Err(Error::unsuitable(format!("{name} {value:?}: must be a finite number from 0")))
+                Err(Error::unsuitable(format!(
+                    "{name} {value:?}: must be a finite number, 0 or more"
+                )))
             }
         };
         let time = match self.time_limit {
@@ -143,7 +146,8 @@ impl Solving {
 
 /// The exit of a run whose results are written.
 ///
-/// Ctrl-C in a terminal ends a whole pipe, so that the short table may find no reader: `printed` counts less.
+/// Ctrl-C in a terminal ends a whole pipe, so that the summary may have no reader; hence the status takes precedence
+/// over an error in `printed`.
 pub fn exit(status: Status, printed: std::io::Result<()>) -> Outcome {
     match status {
         Status::Interrupted => Err(Failure::Interrupted),
@@ -157,16 +161,12 @@ fn time(summary: &Summary) -> String {
     match &summary.coarse_to_fine {
         None => all,
         Some(Record { spent, levels }) => {
-            format!(
-                "{all}, {:.3} of them before, on {} coarser meshes",
-                spent.as_secs_f64(),
-                levels.len()
-            )
+            format!("{all}, {:.3} s of it on {} coarser meshes", spent.as_secs_f64(), levels.len())
         }
     }
 }
 
-/// The lines of the short table that every run prints.
+/// The lines of the summary that every run prints.
 pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
     let share = summary.rounded_relative_gap;
     let above = if share.is_finite() {
@@ -183,7 +183,7 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
     lines.extend([
         ("energy", table::number(summary.energy)),
         ("lower bound", table::number(summary.dual_bound)),
-        ("baseline", format!("{}, the sum of the least costs", table::number(summary.baseline))),
+        ("baseline", format!("{}, the sum of the minimum costs", table::number(summary.baseline))),
         ("certified gap", format!("{:.2e} of the energy above the baseline", summary.relative_gap)),
         (
             "labels",

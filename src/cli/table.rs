@@ -1,4 +1,4 @@
-//! Short tables for people: names at the left, values aligned.
+//! Short tables: names on the left, values aligned.
 
 /// One `name  value` line each, names padded to the longest.
 pub fn pairs(lines: &[(&str, String)]) -> String {
@@ -6,7 +6,7 @@ pub fn pairs(lines: &[(&str, String)]) -> String {
     lines.iter().map(|(name, value)| format!("{name:<width$}  {value}\n")).collect()
 }
 
-/// Columns separated by two spaces, all but the first aligned to the right.
+/// Columns separated by two spaces, all but the first right-aligned.
 pub fn columns(rows: &[Vec<String>]) -> String {
     let count = rows.first().map_or(0, Vec::len);
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
@@ -21,15 +21,15 @@ pub fn columns(rows: &[Vec<String>]) -> String {
         .collect()
 }
 
-/// How numbers are written that are read together, `largest` among them: with `digits` digits behind the point, or
-/// as many significant ones where half of those would be zeros, or there are too many before the point.
-pub fn together(largest: f64, digits: usize) -> impl Fn(f64) -> String {
+/// A common format for numbers of which `largest` has the largest magnitude: `digits` digits after the point, or
+/// `digits` significant ones if half of the former would be zeros or there are too many before the point.
+pub fn common_format(largest: f64, digits: usize) -> impl Fn(f64) -> String {
     let least = 0.1_f64.powf(0.5 * digits as f64);
     let plain = largest == 0.0 || (least..1e7).contains(&largest);
     move |x| if plain { format!("{x:.digits$}") } else { format!("{x:.*e}", digits - 1) }
 }
 
-/// The largest size of numbers.
+/// The largest magnitude of the numbers.
 pub fn largest<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> f64 {
     numbers.into_iter().fold(0.0, |largest, x| f64::max(largest, x.abs()))
 }
@@ -49,16 +49,16 @@ mod tests {
 
     #[test]
     fn numbers_of_any_size_are_short() {
-        let text = |x: f64, digits| together(x, digits)(x);
+        let text = |x: f64, digits| common_format(x, digits)(x);
         assert_eq!(text(1.0, 9), "1.000000000");
         assert_eq!(text(0.0, 3), "0.000");
         assert_eq!(text(0.25, 3), "0.250");
         assert_eq!(text(3.5e-4, 3), "3.50e-4");
         assert_eq!(text(6.25e60, 9), "6.25000000e60");
         assert_eq!(text(5_411_900.5, 6), "5411900.500000");
-        // What stands beside a large one is written in the same way.
-        assert_eq!(together(1e30, 3)(-2.5e-3), "-2.50e-3");
-        assert_eq!(together(largest(&[-4.0, 1.0]), 3)(1e-9), "0.000");
+        // Numbers next to a large one have its format.
+        assert_eq!(common_format(1e30, 3)(-2.5e-3), "-2.50e-3");
+        assert_eq!(common_format(largest(&[-4.0, 1.0]), 3)(1e-9), "0.000");
         assert_eq!(number(1e300), "1.00000000e300");
     }
 }

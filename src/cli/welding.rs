@@ -1,4 +1,4 @@
-//! Coincident vertices: what is merged when asked, and what is said where it is not.
+//! Coincident vertices: merges them on request, and warns about those that are not merged.
 
 use meshseg::mesh::Mesh;
 use meshseg::mesh::weld::{
@@ -7,16 +7,16 @@ use meshseg::mesh::weld::{
 use meshseg::{Error, Result};
 use ndarray::Array2;
 
-/// What welds a mesh for the verbs that take it as it is.
+/// The command that welds a mesh for verbs that take it as it is.
 pub const CONVERT_COMMAND: &str = "`meshseg mesh convert --weld`";
 
 /// Merges vertices within a tolerance, if there are any.
 ///
 /// # Errors
-/// A tolerance that is no length, or that leaves no face.
+/// The tolerance is not a length, or leaves no face.
 pub fn weld(mesh: &Mesh, tolerance: f64) -> Result<Option<Weld>> {
     if !(tolerance >= 0.0 && tolerance.is_finite()) {
-        let message = format!("--weld {tolerance:?}: must be a finite number from 0");
+        let message = format!("--weld {tolerance:?}: must be a finite number, 0 or more");
         return Err(Error::unsuitable(message));
     }
     let weld = Weld::within(mesh, tolerance);
@@ -33,8 +33,8 @@ pub fn weld(mesh: &Mesh, tolerance: f64) -> Result<Option<Weld>> {
     Ok(weld)
 }
 
-/// Rows at the vertices of the file as means at the welded ones. With the weights of an integration, integrals stay: the
-/// integrated costs of lumped masses are added up.
+/// Means at the welded vertices of rows at the vertices of the file. With the weights of a quadrature, integrals are
+/// preserved: the integrated costs of lumped masses are added.
 pub fn means(weld: &Weld, rows: &Array2<f64>, weights: &[f64]) -> Array2<f64> {
     let rows = rows.as_standard_layout();
     let d = rows.ncols();
@@ -42,23 +42,23 @@ pub fn means(weld: &Weld, rows: &Array2<f64>, weights: &[f64]) -> Array2<f64> {
     Array2::from_shape_vec((means.len() / d, d), means).expect("rows of d numbers")
 }
 
-/// The same of costs.
+/// Means of costs, see [`means`].
 ///
 /// # Errors
-/// Vertices that become one and forbid every label between them.
+/// Vertices that are merged together forbid every label.
 pub fn costs(weld: &Weld, costs: &Array2<f64>, weights: &[f64]) -> Result<Array2<f64>> {
     let means = means(weld, costs, weights);
-    let closed = |k: &u32| means.row(*k as usize).iter().all(|&s| s == f64::INFINITY);
-    match weld.of.iter().position(closed) {
+    let is_forbidden = |k: &u32| means.row(*k as usize).iter().all(|&s| s == f64::INFINITY);
+    match weld.of.iter().position(is_forbidden) {
         None => Ok(means),
         Some(v) => Err(Error::unsuitable(format!(
-            "row {v} of the costs and those of the vertices at its position forbid every label between them; leave out \
-             --weld, or forbid fewer"
+            "row {v} of the costs and those of the vertices at its position together forbid every label; leave out \
+             --weld, or forbid fewer labels"
         ))),
     }
 }
 
-/// What was merged, in a sentence.
+/// A sentence that says what was merged.
 pub fn note(weld: Option<&Weld>, tolerance: f64) -> String {
     match (weld, tolerance) {
         (Some(Weld { merged, onto, .. }), 0.0) => {
@@ -67,56 +67,59 @@ pub fn note(weld: Option<&Weld>, tolerance: f64) -> String {
         (Some(Weld { merged, onto, .. }), _) => {
             format!("welded {merged} vertices onto {onto} others within {tolerance:?} of them")
         }
-        (None, 0.0) => "welded 0 vertices: no two of the faces lie at the same position".to_owned(),
-        (None, _) => {
-            format!("welded 0 vertices: no two of the faces lie within {tolerance:?} of each other")
+        (None, 0.0) => {
+            "welded 0 vertices: no two vertices of faces lie at the same position".to_owned()
         }
+        (None, _) => format!(
+            "welded 0 vertices: no two vertices of faces lie within {tolerance:?} of each other"
+        ),
     }
 }
 
-/// What a weld that was asked for made or left: sheets that touch, or seams that its tolerance is too small for.
+/// Warnings after a requested weld: sheets that now touch, or seams that its tolerance is too small for.
 pub fn aftermath(mesh: &Mesh, weld: Option<&Weld>) -> Vec<String> {
     let welded = weld.map_or(mesh, |weld| &weld.mesh);
-    let touching = weld.and_then(|weld| side_effect(weld, "leave out --weld to keep them apart"));
+    let touching =
+        weld.and_then(|weld| side_effect(weld, "leave out --weld to keep them separate"));
     touching.into_iter().chain(unmended(welded)).collect()
 }
 
-/// The seams of a mesh that was to be welded.
+/// A warning about seams that remain after welding.
 pub fn unmended(welded: &Mesh) -> Option<String> {
     shattered(welded, "--weld").or_else(|| {
         let (near, tolerance) = nearly_coincident(welded);
         (near > 0).then(|| {
             format!(
-                "{near} vertices lie near others, but not within the tolerance of --weld, and cuts along such seams are \
+                "{near} vertices lie near others, but not within the tolerance of --weld, so cuts along such seams are \
                  free; weld them with --weld {tolerance:.1e}"
             )
         })
     })
 }
 
-/// What a weld made that was not there before.
+/// A warning about non-manifold edges that the weld created.
 pub fn side_effect(weld: &Weld, remedy: &str) -> Option<String> {
     let edges = weld.new_non_manifold_edges;
     (edges > 0).then(|| {
         format!(
-            "welding made {edges} edges with more than two faces, where sheets lie on each other or touch; {remedy}"
+            "welding created {edges} edges with more than two faces, where sheets overlap or touch; {remedy}"
         )
     })
 }
 
-/// What cuts a surface apart that is taken as it is; `remedy` merges coincident vertices.
+/// Warnings about seams in a surface that is taken as it is; `remedy` merges coincident vertices.
 pub fn seams(mesh: &Mesh, remedy: &str) -> Vec<String> {
     let coincident = coincident(mesh);
     let seams =
         (coincident > 0).then(|| format!("{}; weld them with {remedy}", free_cuts(coincident)));
     let shattered = shattered(mesh, remedy).filter(|_| {
-        // Else the first warning has said it.
+        // Otherwise the first warning suffices.
         coincident == 0 || Weld::exact(mesh).is_some_and(|weld| is_shattered(&weld.mesh))
     });
     seams.into_iter().chain(shattered).collect()
 }
 
-/// That nearly every face is a component of its own, and at which tolerance it would not be.
+/// A warning if nearly every face is a separate component, with the tolerance that joins them.
 pub fn shattered(mesh: &Mesh, remedy: &str) -> Option<String> {
     if !is_shattered(mesh) {
         return None;
@@ -124,10 +127,10 @@ pub fn shattered(mesh: &Mesh, remedy: &str) -> Option<String> {
     let advice = match mending_tolerance(mesh) {
         Some(0.0) => format!("weld them with {remedy}"),
         Some(tolerance) => format!("weld nearly equal vertices with {remedy} {tolerance:.1e}"),
-        None => "no small tolerance of a weld would mend it".to_owned(),
+        None => "no small tolerance would join them".to_owned(),
     };
     let faces = mesh.faces.len();
     Some(format!(
-        "hardly any two of the {faces} faces share a vertex, so that cuts between them are free; {advice}"
+        "hardly any of the {faces} faces share a vertex, so cuts between them are free; {advice}"
     ))
 }

@@ -1,6 +1,6 @@
-//! Foreign iterates under our own measures: E(U), and a true lower bound from the best dual field at hand, as
-//! `certificate.rs` has them: that of the solver, else that of the smoothing which the trace names, else steps of our
-//! own. U is projected onto the simplex first: its energy would bound nothing otherwise.
+//! Certifies the iterates of an external solver: E(U), and a true lower bound from the best available dual field, see
+//! `certificate.rs`: that of the solver, otherwise that of the smoothing in the trace, otherwise that of steps of the
+//! default solver. U is first projected onto the simplex, since otherwise its energy is no upper bound.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,31 +22,31 @@ use crate::solve::{Observer, Request, Solution, check_range, conclude};
 use crate::start::Start;
 use crate::sweep::max;
 
-/// Entries that the projection onto the simplex moves farther are worth a warning.
+/// A warning reports entries that the projection onto the simplex moves farther.
 const LARGEST_ROUNDING: f64 = 1e-6;
 
-/// Entries from here on count as infinite.
+/// Entries of at least this magnitude count as infinite.
 const FIRST_INFINITE: f64 = 1e100;
 
-/// Which solver ended, and how, as its caller judges.
+/// Which solver ended, and how, according to its caller.
 #[derive(Clone, Debug)]
 pub struct End {
     /// The name of the solver, for the summary.
     pub solver: String,
-    /// What it was told, by key.
+    /// Its options by key.
     pub options: BTreeMap<String, String>,
     /// How it ended, unless its iterates converge or fail.
     pub status: Status,
-    /// More about it.
+    /// Further messages about it.
     pub warnings: Vec<String>,
 }
 
-/// Scores all iterates. Of the request only the gap counts, which makes a run converge. `observe` is told
-/// of every sample and of steps in between, and may break off. An iterate that cannot be read ends the run as failed,
-/// one that is not finite as diverged; those before count.
+/// Evaluates and certifies all iterates. Of the stopping rule only the gap applies, at which a run converges. `observe`
+/// is called with every sample and during the steps in between, and may break. An iterate that cannot be read ends the
+/// run as failed, one that is not finite as diverged; earlier ones are kept.
 ///
 /// # Errors
-/// A problem beyond double precision.
+/// The problem leaves the range of double precision.
 pub fn certify(
     problem: &Exchanged,
     iterates: &Iterates,
@@ -69,16 +69,16 @@ fn certify_compiled<const M: usize>(
     end: End,
     observe: Observer<'_>,
 ) -> Result<Solution> {
-    let judge = Judge::<M>::new(exchanged, dual_steps)?;
-    let start = judge.on_simplex(&exchanged.u0);
+    let certifier = Certifier::<M>::new(exchanged, dual_steps)?;
+    let start = certifier.on_simplex(&exchanged.u0);
     let mut run = Run::new(&start);
     let End { solver, options, mut status, mut warnings } = end;
     let (mut farthest, mut converged, mut interrupted) = (0.0, false, false);
     if iterates.all.first().is_none_or(|first| first.iteration > 0) {
-        judge.record_start(&mut run, &start, observe)?;
+        certifier.record_start(&mut run, &start, observe)?;
     }
     for iterate in &iterates.all {
-        let scored = match judge.scored(iterate, observe) {
+        let scored = match certifier.scored(iterate, observe) {
             Ok(Some(scored)) => scored,
             Ok(None) => {
                 status = Status::Diverged;
@@ -91,32 +91,38 @@ fn certify_compiled<const M: usize>(
             }
         };
         farthest = f64::max(farthest, scored.off_simplex);
-        let gap = run.record(&judge.problem, &scored.reached(iterate));
-        // Of the best so far, which only improve.
+        let gap = run.record(&certifier.problem, &scored.reached(iterate));
+        // The gap of the best energy and bound so far, which never increases.
         converged = request.stop.relative_gap.is_some_and(|tolerance| gap <= tolerance);
         if observe(run.trace.last()).is_break() {
             interrupted = true;
             break;
         }
     }
-    // Without any iterate that counts, there is at least the start.
+    // Without any valid iterate, the start is the only sample.
     if run.trace.is_empty() {
-        judge.record_start(&mut run, &start, observe)?;
+        certifier.record_start(&mut run, &start, observe)?;
     }
-    let status = judged(&run, status, interrupted, converged);
+    let status = final_status(&run, status, interrupted, converged);
     if farthest > LARGEST_ROUNDING {
         warnings.push(format!(
-            "rows of U were up to {farthest:.1e} off the simplex, and were projected onto it"
+            "rows of U were up to {farthest:.1e} off the simplex and were projected onto it"
         ));
     }
     let m = exchanged.f.ncols();
-    let mut solution = conclude(&exchanged.mesh, &judge.problem, m, request, run, status, warnings);
+    let mut solution =
+        conclude(&exchanged.mesh, &certifier.problem, m, request, run, status, warnings);
     (solution.summary.solver, solution.summary.solver_options) = (solver, options);
     Ok(solution)
 }
 
-/// How a run ended: a contradiction in its numbers counts more than any other status.
-fn judged<const M: usize>(run: &Run<M>, end: Status, interrupted: bool, converged: bool) -> Status {
+/// How a run ended: a contradiction in its numbers takes precedence over any other status.
+fn final_status<const M: usize>(
+    run: &Run<M>,
+    end: Status,
+    interrupted: bool,
+    converged: bool,
+) -> Status {
     if run.is_contradicted() {
         Status::Contradicted
     } else if interrupted {
@@ -134,20 +140,20 @@ fn read(path: &Path, shape: (usize, usize)) -> Result<Array2<f64>> {
         return Ok(array);
     }
     let ((rows, columns), (needed, regions)) = (array.dim(), shape);
-    Err(Error::malformed(path, format!("is {rows} x {columns}, not {needed} x {regions}")))
+    Err(Error::malformed(path, format!("has {rows} x {columns} entries, not {needed} x {regions}")))
 }
 
-struct Judge<'a, const M: usize> {
+struct Certifier<'a, const M: usize> {
     exchanged: &'a Exchanged,
     problem: Problem<Stencil, M>,
     dual_steps: u64,
 }
 
-/// What is certain of one iterate.
+/// An iterate with its certified bound.
 struct Scored<const M: usize> {
-    /// On the simplex.
+    /// Projected onto the simplex.
     u: Vec<Row<M>>,
-    /// The largest distance of an entry from where it was.
+    /// The largest change of an entry by the projection.
     off_simplex: f64,
     dual_bound: f64,
     certificate: Certificate,
@@ -167,7 +173,7 @@ impl<const M: usize> Scored<M> {
     }
 }
 
-impl<'a, const M: usize> Judge<'a, M> {
+impl<'a, const M: usize> Certifier<'a, M> {
     fn new(exchanged: &'a Exchanged, dual_steps: u64) -> Result<Self> {
         let Exchanged { mesh, f, lambda, .. } = exchanged;
         let m = f.ncols();
@@ -175,14 +181,14 @@ impl<'a, const M: usize> Judge<'a, M> {
         regions::pad_costs(m, &mut f);
         let problem = Problem::new(Stencil::new(mesh), f, *lambda);
         check_range(&problem)?;
-        Ok(Judge { exchanged, problem, dual_steps })
+        Ok(Certifier { exchanged, problem, dual_steps })
     }
 
     fn on_simplex(&self, u: &Array2<f64>) -> Vec<Row<M>> {
         Start::Given(u.clone()).rows(u.ncols(), &self.problem.f, &Order::as_it_is())
     }
 
-    /// The start as the first sample of a run.
+    /// Records the start as the first sample of a run.
     fn record_start(&self, run: &mut Run<M>, u: &[Row<M>], observe: Observer<'_>) -> Result<()> {
         let start = Reached {
             iteration: 0,
@@ -196,7 +202,7 @@ impl<'a, const M: usize> Judge<'a, M> {
         Ok(())
     }
 
-    /// `None` if it is not finite.
+    /// `None` if the iterate is not finite.
     fn scored(&self, iterate: &Iterate, observe: Observer<'_>) -> Result<Option<Scored<M>>> {
         let shape = (self.exchanged.mesh.vertices.len(), self.exchanged.f.ncols());
         let array = read(&iterate.u, shape)?;
@@ -222,7 +228,7 @@ impl<'a, const M: usize> Judge<'a, M> {
         if let Some(path) = &iterate.q {
             let (m, faces) = (self.exchanged.f.ncols(), self.problem.k.faces());
             let array = read(path, (2 * faces, m))?;
-            // What is not finite bounds nothing.
+            // A field that is not finite gives no bound.
             if array.iter().all(|x| x.is_finite()) {
                 let q = regions::tangents(array.view());
                 return Ok((certificate::offered(&self.problem, q), Certificate::Offered));
@@ -230,7 +236,7 @@ impl<'a, const M: usize> Judge<'a, M> {
         }
         if let Some(smoothing) = iterate.smoothing {
             let dual_bound = certificate::smoothed(&self.problem, u, smoothing);
-            // The square of a tiny eps is zero, and what it divides may be so too.
+            // The square of a tiny eps underflows to zero, which may give 0 / 0.
             if dual_bound.is_finite() {
                 return Ok((dual_bound, Certificate::Smoothed));
             }
@@ -238,7 +244,7 @@ impl<'a, const M: usize> Judge<'a, M> {
         Ok((self.steps(u, observe)?, Certificate::Steps))
     }
 
-    /// They are no part of the run.
+    /// A bound by steps of the default solver; they are not part of the run.
     fn steps(&self, u: &[Row<M>], observe: Observer<'_>) -> Result<f64> {
         certificate::steps(&self.exchanged.mesh, &self.problem, u, self.dual_steps, observe)
     }
@@ -249,10 +255,10 @@ mod tests {
     use super::*;
     use crate::samples::{random_problem, shape};
 
-    /// A bound above the energy is a contradiction however the solver ended, and whoever broke it off; else a reached
-    /// gap is, unless it failed.
+    /// A bound above the energy is a contradiction however the solver ended; otherwise an interruption takes
+    /// precedence, then a reached gap unless the solver failed.
     #[test]
-    fn a_contradiction_counts_more_than_any_end() {
+    fn a_contradiction_takes_precedence_over_any_other_status() {
         let mesh = shape("torus:12x8");
         let problem = random_problem::<3>(&mesh, 0.02, 883);
         let u = vec![Row([0.25, 0.25, 0.5]); mesh.vertices.len()];
@@ -271,7 +277,7 @@ mod tests {
             for (interrupted, converged) in
                 [(false, false), (false, true), (true, false), (true, true)]
             {
-                let of = |run| judged(run, end, interrupted, converged);
+                let of = |run| final_status(run, end, interrupted, converged);
                 assert_eq!(of(&wrong), Status::Contradicted);
                 let expected = match (interrupted, converged) {
                     (true, _) => Status::Interrupted,

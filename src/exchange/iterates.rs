@@ -1,13 +1,13 @@
-//! What a solver leaves in its folder.
+//! The files that an external solver writes into its folder.
 //!
 //! ```text
 //! trace.csv             iteration,seconds[,epsilon,epsilon_mode], a line for each sample
-//! u_<iteration>.npy     V x m, any number of zeros in front of the number
-//! q_<iteration>.npy     2F x m, rows as those of K, if the solver has one
+//! u_<iteration>.npy     V x m; the number may have leading zeros
+//! q_<iteration>.npy     2F x m, rows as in K, if the solver has one
 //! ```
 //!
-//! A line counts once it is whole: a solver that is ended in the middle keeps what it wrote before. The last one needs
-//! no end of line, if its fields can be read and its iterate is there.
+//! Only complete lines count, so that a solver that is killed keeps what it wrote before. The last line needs no line
+//! break if its fields are valid and its iterate exists.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -26,9 +26,9 @@ use crate::problem::{Smoothing, SmoothingMode};
 pub struct Iterate {
     /// Its number, as in the names of its files.
     pub iteration: u64,
-    /// By the solver's own clock, in seconds; does not descend.
+    /// Time by the clock of the solver, in seconds; does not decrease.
     pub seconds: f64,
-    /// Of the energy that it minimizes, if that is not the true one.
+    /// The smoothing, if the solver minimizes a smoothed energy.
     pub smoothing: Option<Smoothing>,
     /// The file of U, V x m, not read yet.
     pub u: PathBuf,
@@ -36,12 +36,12 @@ pub struct Iterate {
     pub q: Option<PathBuf>,
 }
 
-/// All that is whole, and what is wrong with the rest.
+/// The complete iterates, and the error at which reading stopped.
 #[derive(Debug, Default)]
 pub struct Iterates {
-    /// In ascending order of their iterations.
+    /// The iterates, by increasing iteration.
     pub all: Vec<Iterate>,
-    /// Why the rest was not read, if there is any.
+    /// Why the rest was not read, if that is so.
     pub broken: Option<Error>,
 }
 
@@ -59,17 +59,19 @@ struct Line {
     epsilon_mode: Option<String>,
 }
 
-/// 10 and 10.0 alike, as tables of floats are written.
+/// Reads a whole number, also in the form 10.0 that tables of floats have.
 fn whole<'a, D: Deserializer<'a>>(field: D) -> std::result::Result<u64, D::Error> {
     let text = String::deserialize(field)?;
     let float = || text.parse().ok().filter(|x: &f64| x.fract() == 0.0 && (0.0..1e15).contains(x));
     let number = text.parse().ok().or_else(|| float().map(|x| x as u64));
-    number.ok_or_else(|| serde::de::Error::custom(format!("iteration {text:?} is no whole number")))
+    number.ok_or_else(|| {
+        serde::de::Error::custom(format!("iteration {text:?} is not a whole number"))
+    })
 }
 
 impl Iterates {
-    /// The iterates of a folder, in the order of their iterations, up to where the trace is no CSV, its iterations
-    /// or times do not ascend, or it names what is not there.
+    /// Reads the iterates of a folder up to the first line of the trace that is not CSV, whose iteration or time is out
+    /// of order, or whose files are missing.
     pub fn of(folder: &Path) -> Self {
         let mut iterates = Iterates::default();
         iterates.broken = iterates.read(folder).err();
@@ -93,8 +95,8 @@ impl Iterates {
         {
             let line = headers.position().map_or(1, |position| position.line() as usize);
             let message = format!(
-                "names no column {missing}; it must name the columns iteration and seconds, and may name epsilon and \
-                 epsilon_mode, with commas between them"
+                "has no column {missing}; the columns iteration and seconds are needed, epsilon and epsilon_mode are \
+                 optional, all separated by commas"
             );
             return Err(Error::malformed_line(&path, line, message));
         }
@@ -103,7 +105,7 @@ impl Iterates {
             let start = record.position().map_or(0, |position| position.byte() as usize);
             match self.iterate(&path, &headers, &record, &arrays) {
                 Ok(iterate) => self.all.push(iterate),
-                // It was being written.
+                // The line is incomplete.
                 Err(_) if start >= whole => {}
                 Err(error) => return Err(error),
             }
@@ -111,7 +113,7 @@ impl Iterates {
         Ok(())
     }
 
-    /// What a line of the trace stands for, after those before it.
+    /// The iterate of a line of the trace that follows those read so far.
     fn iterate(
         &self,
         path: &Path,
@@ -123,7 +125,7 @@ impl Iterates {
         let wrong = |message: String| Error::malformed_line(path, number, message);
         if record.len() != headers.len() {
             return Err(wrong(format!(
-                "{} fields, the header has {}",
+                "{} fields, but the header has {}",
                 record.len(),
                 headers.len()
             )));
@@ -133,7 +135,7 @@ impl Iterates {
                 csv::ErrorKind::Deserialize { err, .. } => {
                     let field = err.field().and_then(|field| usize::try_from(field).ok());
                     match field.and_then(|i| Some((headers.get(i)?, record.get(i)?))) {
-                        Some((column, text)) => format!("{column} {text:?} is no number"),
+                        Some((column, text)) => format!("{column} {text:?} is not a number"),
                         None => err.to_string(),
                     }
                 }
@@ -141,27 +143,28 @@ impl Iterates {
             })
         })?;
         if !(line.seconds >= 0.0 && line.seconds <= u32::MAX.into()) {
-            return Err(wrong(format!("{} is no time in seconds", line.seconds)));
+            return Err(wrong(format!("{} is not a time in seconds", line.seconds)));
         }
         if let Some(last) = self.all.last()
             && !(line.iteration > last.iteration && line.seconds >= last.seconds)
         {
-            return Err(wrong("iterations must ascend, and times not descend".into()));
+            return Err(wrong("iterations must increase, and times must not decrease".into()));
         }
-        // Tables of floats write what is missing as NaN.
+        // Tables of floats contain NaN for missing values.
         let smoothing = match line.epsilon.filter(|epsilon| !epsilon.is_nan()) {
             None => None,
             Some(epsilon) => {
                 let mode = line.epsilon_mode.as_deref().unwrap_or("paper");
-                let mode = SmoothingMode::named(mode)
-                    .ok_or_else(|| wrong(format!("epsilon_mode {mode:?}: paper or intrinsic")))?;
+                let mode = SmoothingMode::named(mode).ok_or_else(|| {
+                    wrong(format!("epsilon_mode {mode:?}: must be paper or intrinsic"))
+                })?;
                 Some(Smoothing::new(mode, epsilon).map_err(|error| wrong(error.to_string()))?)
             }
         };
         let u = us
             .get(&line.iteration)
             .cloned()
-            .ok_or_else(|| wrong(format!("there is no file u_{}.npy beside it", line.iteration)))?;
+            .ok_or_else(|| wrong(format!("the file u_{}.npy is missing", line.iteration)))?;
         let q = qs.get(&line.iteration).cloned();
         Ok(Iterate { iteration: line.iteration, seconds: line.seconds, smoothing, u, q })
     }

@@ -1,13 +1,13 @@
-//! Problems for solvers outside the program, and what they bring back.
+//! Exchange with external solvers: problems to solve, and the iterates in return.
 //!
 //! ```text
 //! problem   meshseg problem export  ->  PROBLEM.npz                     (`problem`)
-//! solver    COMMAND PROBLEM.npz OUT [--key=value ...]                   anyone's
+//! solver    COMMAND PROBLEM.npz OUT [--key=value ...]                   external
 //! iterates  OUT/trace.csv, u_<iteration>.npy, [q_<iteration>.npy]      (`iterates`)
 //! run       E and a true lower bound of every iterate                   (`certify`)
 //! ```
 //!
-//! experiments/reference/README.md has the names and shapes for those who write a solver.
+//! experiments/reference/README.md lists names and shapes for authors of solvers.
 
 mod certify;
 mod iterates;

@@ -1,17 +1,17 @@
-//! `PROBLEM.npz`: everything that a solver needs, by NumPy's names.
+//! `PROBLEM.npz`: everything that a solver needs, as named NumPy arrays.
 //!
 //! ```text
 //! format, version                      "meshseg-problem", 1
-//! points, faces                        V x 3, F x 3: the model, without faces that have no area
+//! points, faces                        V x 3, F x 3: the mesh, without faces that have no area
 //! K_data, K_indices, K_indptr, K_shape compressed rows, 2F x V: rows 2j and 2j+1 are (K u)_j
 //! M_...                                consistent mass, V x V
 //! areas                                A_j, F
 //! mass_barycentric, mass_voronoi       a_k, V
-//! mass                                 the one that f was integrated with
+//! mass                                 the quadrature of f
 //! f, lambda, m, u0                     V x m integrated costs, a number, the number of regions, V x m
 //! ```
 //!
-//! Numbers are float64, indices int32, counts int64; those of any width are read.
+//! Numbers are written as float64, indices as int32 and counts as int64; any width is read.
 
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -41,25 +41,26 @@ use crate::start::Start;
 const FORMAT_NAME: &[u8; 15] = b"meshseg-problem";
 const FORMAT_VERSION: i64 = 1;
 
-/// An entry is no larger than the first, or than the second times the whole archive: deflate packs zeros a thousandfold.
-const MOST_ENTRY_BYTES: u64 = 1 << 26;
-const MOST_INFLATION: u64 = 64;
+/// An entry may have at most this many bytes, or this many times those of the archive: deflate can shrink zeros by a
+/// factor of 1000.
+const MAX_ENTRY_BYTES: u64 = 1 << 26;
+const MAX_INFLATION: u64 = 64;
 
-/// Beyond it a cost would pass for that of a closed region.
+/// Larger costs would be mistaken for those of padding regions.
 const LARGEST_COST: f64 = 1e-10 * FORBIDDEN_COST;
 
-/// A problem in the order of its file.
+/// A problem with vertices and faces in the order of the file.
 #[derive(Clone, Debug)]
 pub struct Exchanged {
-    /// Every face has an area.
+    /// The mesh, in which every face has an area.
     pub mesh: Mesh,
     /// Integrated costs, V x m.
     pub f: Array2<f64>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
-    /// What f was integrated with.
+    /// The quadrature of f.
     pub mass: Mass,
-    /// Where solvers start, V x m.
+    /// The initial U, V x m.
     pub u0: Array2<f64>,
 }
 
@@ -80,7 +81,7 @@ impl Exchanged {
         let (s, _) = costs::checked(s, mass)?;
         if s.iter().any(|x| x.is_infinite()) {
             return Err(Error::unsuitable(
-                "solvers elsewhere know no forbidden labels (costs of +inf): take large finite costs",
+                "external solvers do not support forbidden labels (costs of +inf): use large finite costs",
             ));
         }
         start.check(s.dim())?;
@@ -90,8 +91,10 @@ impl Exchanged {
         Ok(Exchanged { mesh: model, f, lambda, mass, u0 })
     }
 
+    /// Writes the archive.
+    ///
     /// # Errors
-    /// The file cannot be written, or the mesh is too large for indices of 32 bits.
+    /// The file cannot be written, or the mesh is too large for 32-bit indices.
     pub fn write(&self, path: &Path) -> Result<()> {
         let entries = 3 * 2 * self.mesh.faces.len();
         if i32::try_from(entries).is_err() {
@@ -127,24 +130,25 @@ impl Exchanged {
         Ok(npz.finish()?.into_inner())
     }
 
-    /// Reads what [`Self::write`] wrote, or somebody else by its rules. K and the masses follow from the mesh and
-    /// are ignored.
+    /// Reads an archive in the format of [`Self::write`]. K and the masses are ignored, since they follow from the
+    /// mesh.
     ///
     /// # Errors
-    /// Another format or version; arrays that are missing, of the wrong type or shape, or not finite.
+    /// The format or version differs, or an array is missing, of the wrong type or shape, or not finite.
     pub fn read(path: &Path) -> Result<Self> {
         let mut archive = Archive::open(path)?;
         let format = archive.entry("format", npy::byte_string)?;
         if format.as_bytes() != FORMAT_NAME {
             return Err(Error::malformed(
                 path,
-                "is not a problem; write one with `problem export`",
+                "is not a problem; write one with `meshseg problem export`",
             ));
         }
         let version = archive.entry("version", npy::integers::<Ix0>)?.into_scalar();
         if version != FORMAT_VERSION {
-            let message =
-                format!("is of version {version}; this program reads version {FORMAT_VERSION}");
+            let message = format!(
+                "has format version {version}; this program reads version {FORMAT_VERSION}"
+            );
             return Err(Error::malformed(path, message));
         }
         let points = archive.entry("points", npy::numbers::<Ix2>)?;
@@ -161,7 +165,9 @@ impl Exchanged {
         let corner = |&k: &i64| u32::try_from(k).ok().filter(|&k| (k as usize) < vertices);
         let corners: Option<Vec<u32>> = faces.iter().map(corner).collect();
         let Some(corners) = corners else {
-            return Err(unsuitable(format!("faces has indices outside of 0 to {vertices}")));
+            return Err(unsuitable(format!(
+                "faces has indices outside of 0 to V - 1, with V = {vertices}"
+            )));
         };
         let mass =
             Mass::named(&mass).ok_or_else(|| unsuitable(format!("mass {mass:?} is unknown")))?;
@@ -218,11 +224,11 @@ fn add_matrix(
     npz.add_array(format!("{name}_shape"), &shape)
 }
 
-/// An `.npz` file, whose entries are read whole before their headers are believed.
+/// An `.npz` file, whose entries are read completely before their headers are parsed.
 struct Archive {
     path: PathBuf,
     zip: ZipArchive<Cursor<Vec<u8>>>,
-    /// In bytes.
+    /// Its size in bytes.
     length: u64,
 }
 
@@ -242,7 +248,7 @@ impl Archive {
         let mut entry = zip
             .by_name(&format!("{name}.npy"))
             .map_err(|error| malformed(format!("cannot be read: {error}")))?;
-        let most = MOST_ENTRY_BYTES.max(archive_length.saturating_mul(MOST_INFLATION));
+        let most = MAX_ENTRY_BYTES.max(archive_length.saturating_mul(MAX_INFLATION));
         let size = entry.size();
         if size > most {
             return Err(malformed(format!("claims {size} bytes, more than it can hold")));

@@ -1,4 +1,4 @@
-//! What is believed of foreign iterates: only what certifies itself.
+//! Iterates of external solvers: only certified values count.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -47,7 +47,7 @@ fn ended(status: Status) -> End {
     End { solver, options, status, warnings: Vec::new() }
 }
 
-/// One iterate, scored, by a solver that ended so.
+/// One certified iterate of a solver that ended with the status.
 fn scored(problem: &Exchanged, iterate: Iterate, status: Status, gap: f64) -> Solution {
     let iterates = Iterates { all: vec![iterate], broken: None };
     let mut go = |_: Option<&_>| ControlFlow::Continue(());
@@ -58,9 +58,9 @@ fn iterate(iteration: u64, u: &Path) -> Iterate {
     Iterate { iteration, seconds: 0.0, smoothing: None, u: u.to_owned(), q: None }
 }
 
-/// A field or a smoothing that is no number is as good as none, and the next best certificate takes its place.
+/// A field or a smoothing that is not finite is ignored, and the next best certificate takes its place.
 #[test]
-fn what_is_no_number_certifies_nothing() {
+fn values_that_are_not_finite_certify_nothing() {
     let mesh = shape("torus:12x8");
     let problem = exchanged(&mesh);
     let folder = tempfile::tempdir().unwrap();
@@ -94,7 +94,7 @@ fn what_is_no_number_certifies_nothing() {
 
 /// A solver that failed has not converged, whatever it reached before.
 #[test]
-fn a_failure_is_no_convergence() {
+fn a_failed_solver_has_not_converged() {
     let mesh = shape("torus:12x8");
     let problem = exchanged(&mesh);
     let folder = tempfile::tempdir().unwrap();
@@ -110,7 +110,7 @@ fn a_failure_is_no_convergence() {
     }
 }
 
-/// The energy is that of the integrated costs which were given out.
+/// The energy is that of the exported integrated costs.
 #[test]
 fn the_energy_is_that_of_the_problem() {
     let mesh = shape("torus:12x8");
@@ -127,14 +127,14 @@ fn the_energy_is_that_of_the_problem() {
     assert!((summary.energy - energy).abs() <= 1e-12, "{} {energy}", summary.energy);
 }
 
-/// An eps is that of the paper, unless another mode is named.
+/// The mode of an eps is that of the paper unless another one is named.
 #[test]
-fn an_epsilon_is_as_the_paper_has_it() {
+fn the_default_mode_of_epsilon_is_that_of_the_paper() {
     let folder = tempfile::tempdir().unwrap();
     for n in 0..4 {
         array(folder.path(), &format!("u_{n}.npy"), &Array2::zeros((2, 2)));
     }
-    // Tables of floats have NaN where nothing is.
+    // Tables of floats contain NaN for missing values.
     let trace =
         "iteration,seconds,epsilon,epsilon_mode\n0,0,0.25,\n1,1,0.25,intrinsic\n2,2,,\n3,3,nan,\n";
     fs::write(folder.path().join("trace.csv"), trace).unwrap();
@@ -145,9 +145,9 @@ fn an_epsilon_is_as_the_paper_has_it() {
     assert_eq!(found, [of(SmoothingMode::Paper), of(SmoothingMode::Intrinsic), None, None]);
 }
 
-/// A warning tells how far the worst of all iterates was off the simplex; there is none for rounding errors.
+/// A warning reports how far the worst iterate was off the simplex; there is none for rounding errors.
 #[test]
-fn the_farthest_row_is_said() {
+fn a_warning_reports_the_row_farthest_from_the_simplex() {
     let mesh = shape("torus:12x8");
     let problem = exchanged(&mesh);
     let folder = tempfile::tempdir().unwrap();
@@ -162,16 +162,17 @@ fn the_farthest_row_is_said() {
         let (request, end) = (request(1e-9), ended(Status::Ended));
         certify(&problem, &iterates, 10, &request, end, &mut go).unwrap().summary.warnings
     };
-    // What the row has too much is taken from all three alike.
-    let said = ["rows of U were up to 1.0e-1 off the simplex, and were projected onto it"];
-    assert_eq!(warnings([0.3, 0.0]), said);
-    assert_eq!(warnings([0.0, 0.3]), said);
+    // The excess of the row is subtracted equally from all three entries.
+    let expected = ["rows of U were up to 1.0e-1 off the simplex and were projected onto it"];
+    assert_eq!(warnings([0.3, 0.0]), expected);
+    assert_eq!(warnings([0.0, 0.3]), expected);
     assert!(warnings([1e-7, 1e-9]).is_empty());
 }
 
-/// Who brings no start, or nothing at all, has that of the problem, with a bound of our own; a break ends the scoring.
+/// A solver without a start, or without any iterate, gets the start of the problem with a bound by steps of the default
+/// solver; a break ends the certification.
 #[test]
-fn the_start_is_scored_where_nobody_brings_one() {
+fn a_missing_start_is_replaced_by_that_of_the_problem() {
     let mesh = shape("torus:12x8");
     let problem = exchanged(&mesh);
     let folder = tempfile::tempdir().unwrap();
@@ -180,7 +181,7 @@ fn the_start_is_scored_where_nobody_brings_one() {
     let score = |all: Vec<Iterate>, flow: ControlFlow<()>| {
         let iterates = Iterates { all, broken: None };
         let (request, end) = (request(1e-9), ended(Status::Ended));
-        // Steps to a bound are no part of the run, which a break would cut short.
+        // Steps for a bound are not part of the run, which a break would end.
         let mut observe = |sample: Option<&_>| match sample {
             Some(_) => flow,
             None => ControlFlow::Continue(()),
@@ -221,10 +222,10 @@ fn a_problem_out_of_range_is_refused() {
     assert!(error.to_string().contains("range of double precision"), "{error}");
 }
 
-/// Lines count up to the first that is wrong: with more or fewer fields than the header, or with an iteration that does
-/// not ascend; two may have one time. What was being written at the end is no fault, nor is a header.
+/// Lines count up to the first invalid one, which has more or fewer fields than the header or an iteration out of
+/// order; times may be equal. An incomplete line at the end is not an error, nor is a header alone.
 #[test]
-fn a_trace_counts_as_far_as_it_is_right() {
+fn a_trace_counts_up_to_its_first_invalid_line() {
     let folder = tempfile::tempdir().unwrap();
     for n in 0..3 {
         array(folder.path(), &format!("u_{n}.npy"), &Array2::zeros((2, 2)));
@@ -241,10 +242,10 @@ fn a_trace_counts_as_far_as_it_is_right() {
     assert_eq!(read(&format!("{header}\n0,0\n1")), right(&[0]));
     assert_eq!([read("itera"), read(header)], [right(&[]), right(&[])]);
     for (line, why) in [
-        ("1,1,1", "3 fields, the header has 2"),
-        ("1", "1 fields, the header has 2"),
-        ("0,1", "iterations must ascend"),
-        ("1,-1", "no time in seconds"),
+        ("1,1,1", "3 fields, but the header has 2"),
+        ("1", "1 fields, but the header has 2"),
+        ("0,1", "iterations must increase"),
+        ("1,-1", "not a time in seconds"),
     ] {
         let (iterations, broken) = read(&format!("{header}\n0,0\n{line}\n2,2\n"));
         assert_eq!(iterations, [0]);

@@ -1,4 +1,4 @@
-//! Which data an instance has.
+//! The choice of the data of an instance.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use crate::data::input::DataSource;
 pub enum DataChoice {
     /// Synthetic: see [`waves`](crate::data::synthetic::waves).
     Waves,
-    /// What comes with the mesh: its texture or its colors.
+    /// The texture or the colors of the mesh.
     Own,
     Source(DataSource),
     /// Pointwise costs, V x m.

@@ -1,7 +1,7 @@
-//! An instance as it is solved: mesh, pointwise costs, and what it looks like.
+//! An instance as it is solved: mesh, pointwise costs and colors.
 //!
-//! Costs are s_p(x) = |C(x) - mu_p|^2 with fixed means: the palette of synthetic data, else area-weighted
-//! k-means. So every solver has the same convex problem.
+//! Costs are s_p(x) = |C(x) - mu_p|^2 with fixed means: the palette of synthetic data, otherwise those of area-weighted
+//! k-means. Hence every solver gets the same convex problem.
 
 use std::ops::ControlFlow;
 use std::ops::Range;
@@ -35,48 +35,48 @@ use crate::segment::{Alternation, lambda};
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
-/// The folders in which files are searched.
-pub struct Places {
-    /// The folder of the experiment file, which relative paths start from.
+/// The folders in which files are looked up.
+pub struct Folders {
+    /// The folder of the experiment file, to which paths are relative.
     pub folder: PathBuf,
-    /// What `data:` stands for.
+    /// The folder that `data:` stands for.
     pub data: Option<PathBuf>,
 }
 
-/// Why an instance cannot run.
-pub enum Missing {
-    /// It needs the folder of data that may not be redistributed; `--data-dir` was not given.
+/// Why an instance cannot be made.
+pub enum InstanceError {
+    /// It needs the folder of data that may not be redistributed, but `--data-dir` was not given.
     DataFolder,
     Error(Error),
 }
 
-impl From<Missing> for Error {
-    fn from(missing: Missing) -> Self {
+impl From<InstanceError> for Error {
+    fn from(missing: InstanceError) -> Self {
         match missing {
-            Missing::DataFolder => Error::unsuitable(
-                "the instance needs the folder of data: give --data-dir or MESHSEG_DATA",
+            InstanceError::DataFolder => Error::unsuitable(
+                "the instance needs the data folder: give --data-dir or set MESHSEG_DATA",
             ),
-            Missing::Error(error) => error,
+            InstanceError::Error(error) => error,
         }
     }
 }
 
-impl From<Error> for Missing {
+impl From<Error> for InstanceError {
     fn from(error: Error) -> Self {
-        Missing::Error(error)
+        InstanceError::Error(error)
     }
 }
 
-impl Places {
-    fn path(&self, name: &str) -> std::result::Result<PathBuf, Missing> {
+impl Folders {
+    fn path(&self, name: &str) -> std::result::Result<PathBuf, InstanceError> {
         match (name.strip_prefix("data:"), &self.data) {
             (Some(name), Some(data)) => Ok(data.join(name)),
-            (Some(_), None) => Err(Missing::DataFolder),
+            (Some(_), None) => Err(InstanceError::DataFolder),
             (None, _) => Ok(self.folder.join(name)),
         }
     }
 
-    fn mesh(&self, name: &str) -> std::result::Result<Source, Missing> {
+    fn mesh(&self, name: &str) -> std::result::Result<Source, InstanceError> {
         let path = self.path(name)?;
         Ok(if path.exists() || name.starts_with("data:") {
             Source::File(path)
@@ -88,7 +88,7 @@ impl Places {
         })
     }
 
-    fn data(&self, choice: &DataChoice) -> std::result::Result<DataChoice, Missing> {
+    fn data(&self, choice: &DataChoice) -> std::result::Result<DataChoice, InstanceError> {
         let at = |path: &Path| self.path(&path.to_string_lossy());
         Ok(match choice {
             DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
@@ -105,11 +105,11 @@ impl Places {
         })
     }
 
-    /// A hash of the files that an instance is made from; generated things are known by their names.
+    /// A hash of the files that an instance is made from; generated meshes and data are identified by their names.
     ///
     /// # Errors
-    /// A file that is missing or cannot be read.
-    pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, Missing> {
+    /// A file is missing or cannot be read.
+    pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, InstanceError> {
         let mut hash = Sha256::new();
         let source = self.mesh(&cell.mesh)?;
         if let Source::File(path) = &source {
@@ -126,10 +126,10 @@ impl Places {
         Ok(hex(&hash.finalize()))
     }
 
-    /// A hash of the words of a command that are files; what these files call is not seen.
+    /// A hash of the files among the words of a command; files that these use in turn are not included.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// A file cannot be read.
     pub fn command(&self, external: &External) -> Result<String> {
         let mut hash = Sha256::new();
         for word in external.command.split_whitespace() {
@@ -141,10 +141,10 @@ impl Places {
         Ok(hex(&hash.finalize()))
     }
 
-    /// Where in an experiment file an instance that cannot be made is wrong: its mesh, if that alone fails, else its
-    /// data.
+    /// The span in the experiment file that is to blame if an instance cannot be made: its mesh, if that alone fails,
+    /// otherwise its data.
     pub fn blame<'a>(&self, cell: &'a InstanceCell) -> &'a Range<usize> {
-        let mesh = || -> std::result::Result<(), Missing> {
+        let mesh = || -> std::result::Result<(), InstanceError> {
             let mesh = self.mesh(&cell.mesh)?.mesh()?;
             Ok(check_mesh(&mesh)?)
         };
@@ -154,8 +154,8 @@ impl Places {
     /// Makes the instance.
     ///
     /// # Errors
-    /// Files that cannot be read, or that do not fit each other.
-    pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, Missing> {
+    /// Files cannot be read, or do not fit each other.
+    pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, InstanceError> {
         let source = self.mesh(&cell.mesh)?;
         let mesh = scaled_mesh(&source, cell)?;
         let Costed { data, costs, looks, truth } = match &self.data(&cell.data)? {
@@ -170,13 +170,13 @@ impl Places {
                 let default = default_lambda(&mesh, data, cell);
                 factor * default.map_err(|error| error.of_file(Path::new(&cell.mesh)))?
             }
-            (LambdaChoice::Auto(_), None) => unreachable!("the file was read without complaint"),
+            (LambdaChoice::Auto(_), None) => unreachable!("the file was checked for this"),
         };
         Ok(Instance { mesh, costs, lambda, looks, truth })
     }
 }
 
-/// The mesh in the size that the cell asks for; a cut along coincident vertices is a warning.
+/// The mesh, scaled as the cell requests. Warns about coincident vertices.
 fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
     let mesh = source.mesh()?;
     let scale = cell.normalize.scale(mesh.area());
@@ -192,7 +192,7 @@ fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
     Ok(mesh)
 }
 
-/// Costs, what they are of, and the rest as in [`Instance`].
+/// Costs, the data they are computed from, and the rest as in [`Instance`].
 struct Costed {
     data: Option<Data>,
     costs: Array2<f64>,
@@ -208,7 +208,7 @@ fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Costed {
     Costed { data: Some(waves.data), costs, looks, truth: Some(waves.labels) }
 }
 
-/// The costs of a file, which look as their cheapest regions.
+/// The costs of a file; each vertex has the color of its cheapest region.
 fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
     let costs = npy::read_rows(path)?;
     npy::check_rows(path, &costs, mesh.vertices.len())?;
@@ -222,7 +222,7 @@ fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
     Ok(Costed { data: None, costs, looks, truth: None })
 }
 
-/// The costs of data with noise and the means of k-means.
+/// The costs of noisy data for the means of k-means.
 fn costs_of_data(
     source: &Source,
     mesh: &Mesh,
@@ -233,7 +233,7 @@ fn costs_of_data(
     input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
     let mut data = input.data;
     let mut rng = Pcg64::seed_from_u64(cell.seed);
-    let noise = Normal::new(0.0, cell.noise).expect("a finite deviation from 0");
+    let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let known = data.known_area(&barycentric_areas(mesh));
@@ -242,8 +242,8 @@ fn costs_of_data(
     Ok(Costed { data: Some(data), costs, looks: input.colors, truth: None })
 }
 
-/// Adds to the content of an instance what paints its mesh from outside of its file: what libraries say of its
-/// materials, and images. A mesh that cannot be read is left to who makes the instance.
+/// Hashes the inputs that color a mesh but are not in its file: its materials from libraries, and images. A mesh that
+/// cannot be read is an error only when the instance is made.
 fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Result<()> {
     let given = match choice {
         Some(DataSource::Curvature) => return Ok(()),
@@ -254,7 +254,7 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
     if !given && !matches!(source, Source::File(_)) {
         return Ok(());
     }
-    // Warnings come when the instance is made, which reads the mesh again.
+    // Warnings are reported when the instance is made, which reads the mesh again.
     let mesh = subscriber::with_default(NoSubscriber::default(), || source.mesh());
     let Ok(mesh) = mesh else { return Ok(()) };
     for material in mesh.materials.iter().flat_map(|materials| &materials.all) {
@@ -265,7 +265,7 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let bytes = match (file::read(&path), choice) {
             (Ok(bytes), _) => bytes,
-            // What comes with a mesh may be missing.
+            // Images that the mesh names may be missing.
             (Err(_), None) => Vec::new(),
             (Err(error), Some(_)) => return Err(error),
         };
@@ -275,10 +275,10 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
     Ok(())
 }
 
-/// Of a vertex of which nothing is known.
+/// The color of unknown vertices.
 const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 
-/// What every solver gets.
+/// The problem that every solver gets.
 pub struct Instance {
     pub mesh: Mesh,
     /// V x m.
@@ -286,16 +286,16 @@ pub struct Instance {
     pub lambda: f64,
     /// The data as a color per vertex.
     pub looks: Vec<[f64; 3]>,
-    /// The region of each vertex that synthetic data were made of.
+    /// The region of each vertex from which synthetic data were generated.
     pub truth: Option<Vec<usize>>,
 }
 
-/// What `segment` takes where no lambda is given.
+/// The lambda that `segment` chooses.
 fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
     let InstanceCell { regions, seed, mass, .. } = *cell;
     let alternation = Alternation { regions, initial: Initial::KMeans, seed, every: 10 };
     let request = Request {
-        // To be found.
+        // Not yet known.
         lambda: 0.0,
         mass,
         method: Method::default(),
@@ -307,7 +307,7 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
 }
 
-/// The costs of the model of piecewise constant data; NaN, as the data, where nothing is known.
+/// The costs of the piecewise constant model; NaN where the data are unknown.
 fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
     let model = PiecewiseConstant::new(data);
     Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| model.cost(k, &mu[p]))

@@ -1,4 +1,4 @@
-//! A TOML file whose values all know their spans in it, so that what is wrong with it is shown where it stands.
+//! A TOML file whose values all carry their spans, so that errors point to the exact position.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -9,39 +9,39 @@ use toml::de::{DeTable, DeValue};
 use super::nearest::did_you_mean;
 use crate::format_error::FormatError;
 
-/// A message and the bytes it is about; [`Document::format_error`] makes it whole.
+/// An error message and the bytes it refers to; [`read`] adds the path and the text.
 #[derive(Debug)]
-pub struct Wrong {
+pub struct SpanError {
     pub span: Range<usize>,
     pub message: String,
 }
 
-impl Wrong {
+impl SpanError {
     pub fn at(span: &Range<usize>, message: impl Into<String>) -> Self {
-        Wrong { span: span.clone(), message: message.into() }
+        SpanError { span: span.clone(), message: message.into() }
     }
 }
 
-pub type Fits<T> = Result<T, Wrong>;
+pub type SpanResult<T> = Result<T, SpanError>;
 
-/// A number, a text or a truth: what a list is swept over.
+/// A number, a string or a Boolean; the values over which lists are swept.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scalar {
     Integer(i64),
     Float(f64),
     Text(String),
-    Truth(bool),
+    Boolean(bool),
 }
 
 impl Scalar {
-    /// As a solver option takes it, and as people read it.
+    /// The value as in solver options and labels.
     pub fn text(&self) -> String {
         match self {
             Scalar::Integer(x) => x.to_string(),
             Scalar::Float(x) if *x != 0.0 && (x.abs() < 1e-3 || x.abs() >= 1e6) => format!("{x:e}"),
             Scalar::Float(x) => x.to_string(),
             Scalar::Text(x) => x.clone(),
-            Scalar::Truth(x) => x.to_string(),
+            Scalar::Boolean(x) => x.to_string(),
         }
     }
 
@@ -49,11 +49,11 @@ impl Scalar {
         match self {
             Scalar::Integer(x) => Some(*x as f64),
             Scalar::Float(x) => Some(*x),
-            Scalar::Text(_) | Scalar::Truth(_) => None,
+            Scalar::Text(_) | Scalar::Boolean(_) => None,
         }
     }
 
-    /// Whether it is the same value: 1 and 1.0 are.
+    /// Whether the values are equal; 1 equals 1.0.
     pub fn is(&self, other: &Scalar) -> bool {
         match (self.number(), other.number()) {
             (Some(a), Some(b)) => a == b,
@@ -61,13 +61,13 @@ impl Scalar {
         }
     }
 
-    /// As it would stand in a TOML file.
+    /// The value for a TOML file.
     pub fn toml(&self) -> toml::Value {
         match self {
             Scalar::Integer(x) => toml::Value::Integer(*x),
             Scalar::Float(x) => toml::Value::Float(*x),
             Scalar::Text(x) => toml::Value::String(x.clone()),
-            Scalar::Truth(x) => toml::Value::Boolean(*x),
+            Scalar::Boolean(x) => toml::Value::Boolean(*x),
         }
     }
 }
@@ -82,7 +82,7 @@ pub struct Spanned<T> {
 /// A key and its values.
 pub type KeyValues = (Spanned<String>, Vec<Spanned<Scalar>>);
 
-/// A table of the file. Keys are taken out one by one; those that are left over are unknown.
+/// A table of the file. Keys are taken out one by one; the remaining ones are unknown.
 pub struct Section<'a> {
     /// For messages: `[[solver]]`.
     pub name: Cow<'static, str>,
@@ -106,71 +106,75 @@ impl<'a> Section<'a> {
         Some(self.entries.remove(i).2)
     }
 
-    /// One value, or several in a list that is not empty.
-    pub fn list(&mut self, key: &'static str) -> Fits<Option<Vec<Spanned<Scalar>>>> {
+    /// The values of a key: one, or several in a nonempty list.
+    pub fn list(&mut self, key: &'static str) -> SpanResult<Option<Vec<Spanned<Scalar>>>> {
         self.take(key).map(|value| scalars(key, value)).transpose()
     }
 
-    /// A list of texts, or one.
-    pub fn texts(&mut self, key: &'static str) -> Fits<Vec<Spanned<String>>> {
+    /// The strings of a key: one, or several in a list.
+    pub fn texts(&mut self, key: &'static str) -> SpanResult<Vec<Spanned<String>>> {
         let list = self.list(key)?.unwrap_or_default();
         list.into_iter().map(|scalar| text(key, scalar)).collect()
     }
 
-    pub fn text(&mut self, key: &'static str) -> Fits<Option<Spanned<String>>> {
+    pub fn text(&mut self, key: &'static str) -> SpanResult<Option<Spanned<String>>> {
         self.scalar(key)?.map(|scalar| text(key, scalar)).transpose()
     }
 
-    pub fn number(&mut self, key: &'static str) -> Fits<Option<Spanned<f64>>> {
+    pub fn number(&mut self, key: &'static str) -> SpanResult<Option<Spanned<f64>>> {
         self.scalar(key)?
             .map(|Spanned { value, span }| match value.number() {
                 Some(value) => Ok(Spanned { value, span }),
-                None => Err(Wrong::at(&span, format!("{key} must be a number"))),
+                None => Err(SpanError::at(&span, format!("{key} must be a number"))),
             })
             .transpose()
     }
 
-    /// A whole number from `least`.
-    pub fn count(&mut self, key: &'static str, least: u64) -> Fits<Option<Spanned<u64>>> {
+    /// A whole number that is at least `least`.
+    pub fn count(&mut self, key: &'static str, least: u64) -> SpanResult<Option<Spanned<u64>>> {
         self.scalar(key)?
             .map(|Spanned { value, span }| match value {
                 Scalar::Integer(x) if u64::try_from(x).is_ok_and(|x| x >= least) => {
                     Ok(Spanned { value: x as u64, span })
                 }
-                _ => Err(Wrong::at(&span, format!("{key} must be a whole number from {least}"))),
+                _ => Err(SpanError::at(
+                    &span,
+                    format!("{key} must be a whole number, {least} or more"),
+                )),
             })
             .transpose()
     }
 
-    pub fn truth(&mut self, key: &'static str) -> Fits<Option<bool>> {
+    pub fn boolean(&mut self, key: &'static str) -> SpanResult<Option<bool>> {
         self.scalar(key)?
             .map(|Spanned { value, span }| match value {
-                Scalar::Truth(value) => Ok(value),
-                _ => Err(Wrong::at(&span, format!("{key} must be true or false"))),
+                Scalar::Boolean(value) => Ok(value),
+                _ => Err(SpanError::at(&span, format!("{key} must be true or false"))),
             })
             .transpose()
     }
 
-    fn scalar(&mut self, key: &'static str) -> Fits<Option<Spanned<Scalar>>> {
+    fn scalar(&mut self, key: &'static str) -> SpanResult<Option<Spanned<Scalar>>> {
         self.take(key).map(|value| scalar(key, value)).transpose()
     }
 
     /// A table `[key]` or `key = { ... }`.
-    pub fn section(&mut self, key: &'static str) -> Fits<Option<Section<'a>>> {
+    pub fn section(&mut self, key: &'static str) -> SpanResult<Option<Section<'a>>> {
         let Some(value) = self.take(key) else { return Ok(None) };
         let span = value.span();
         match value.into_inner() {
             DeValue::Table(table) => Ok(Some(Section::new(format!("[{key}]"), span, table))),
-            _ => Err(Wrong::at(&span, format!("{key} must be a table"))),
+            _ => Err(SpanError::at(&span, format!("{key} must be a table"))),
         }
     }
 
     /// Tables `[[key]]`, in their order.
-    pub fn sections(&mut self, key: &'static str) -> Fits<Vec<Section<'a>>> {
+    pub fn sections(&mut self, key: &'static str) -> SpanResult<Vec<Section<'a>>> {
         let Some(value) = self.take(key) else { return Ok(Vec::new()) };
         let span = value.span();
-        let wrong =
-            |span: &Range<usize>| Wrong::at(span, format!("{key} must be tables: [[{key}]]"));
+        let wrong = |span: &Range<usize>| {
+            SpanError::at(span, format!("{key} must be a list of tables: [[{key}]]"))
+        };
         let DeValue::Array(array) = value.into_inner() else { return Err(wrong(&span)) };
         array
             .into_iter()
@@ -184,8 +188,8 @@ impl<'a> Section<'a> {
             .collect()
     }
 
-    /// All that is left, whatever its name: values or lists of them.
-    pub fn rest(&mut self) -> Fits<Vec<KeyValues>> {
+    /// All remaining keys, each with one value or several.
+    pub fn rest(&mut self) -> SpanResult<Vec<KeyValues>> {
         let entries = std::mem::take(&mut self.entries);
         entries
             .into_iter()
@@ -196,41 +200,44 @@ impl<'a> Section<'a> {
             .collect()
     }
 
-    /// Refuses what nobody asked for.
-    pub fn end(self) -> Fits<()> {
+    /// Fails if there are unknown keys.
+    pub fn end(self) -> SpanResult<()> {
         match self.entries.first() {
             None => Ok(()),
             Some((key, span, _)) => {
                 let name = if self.name.is_empty() { "the file".into() } else { self.name };
                 let meant = did_you_mean(key, self.known.iter().copied());
                 let known = self.known.join(", ");
-                Err(Wrong::at(span, format!("{key:?} is no key of {name}; it has {known}{meant}")))
+                Err(SpanError::at(
+                    span,
+                    format!("{key:?} is not a key of {name}; its keys are {known}{meant}"),
+                ))
             }
         }
     }
 }
 
-fn scalars(key: &str, value: toml::Spanned<DeValue<'_>>) -> Fits<Vec<Spanned<Scalar>>> {
+fn scalars(key: &str, value: toml::Spanned<DeValue<'_>>) -> SpanResult<Vec<Spanned<Scalar>>> {
     if !value.get_ref().is_array() {
         return Ok(vec![scalar(key, value)?]);
     }
     let span = value.span();
     let DeValue::Array(array) = value.into_inner() else { unreachable!("it is an array") };
     if array.is_empty() {
-        return Err(Wrong::at(&span, format!("{key} is an empty list: nothing would run")));
+        return Err(SpanError::at(&span, format!("{key} is an empty list: nothing would run")));
     }
     array.into_iter().map(|value| scalar(key, value)).collect()
 }
 
-fn scalar(key: &str, value: toml::Spanned<DeValue<'_>>) -> Fits<Spanned<Scalar>> {
+fn scalar(key: &str, value: toml::Spanned<DeValue<'_>>) -> SpanResult<Spanned<Scalar>> {
     let span = value.span();
-    let wrong = |what: &str| Err(Wrong::at(&span, format!("{key} {what}")));
+    let wrong = |what: &str| Err(SpanError::at(&span, format!("{key} {what}")));
     let value = match value.into_inner() {
         DeValue::String(text) => Scalar::Text(text.into_owned()),
-        DeValue::Boolean(truth) => Scalar::Truth(truth),
+        DeValue::Boolean(value) => Scalar::Boolean(value),
         DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
             Ok(x) => Scalar::Integer(x),
-            Err(_) => return wrong("is too large a whole number"),
+            Err(_) => return wrong("is too large"),
         },
         DeValue::Float(float) => match float.as_str().parse::<f64>() {
             Ok(x) if x.is_finite() => Scalar::Float(x),
@@ -243,18 +250,18 @@ fn scalar(key: &str, value: toml::Spanned<DeValue<'_>>) -> Fits<Spanned<Scalar>>
     Ok(Spanned { value, span })
 }
 
-fn text(key: &str, Spanned { value, span }: Spanned<Scalar>) -> Fits<Spanned<String>> {
+fn text(key: &str, Spanned { value, span }: Spanned<Scalar>) -> SpanResult<Spanned<String>> {
     match value {
         Scalar::Text(value) => Ok(Spanned { value, span }),
-        _ => Err(Wrong::at(&span, format!("{key} must be a text in quotes"))),
+        _ => Err(SpanError::at(&span, format!("{key} must be a string in quotes"))),
     }
 }
 
-/// Reads a document with `read`, which takes what it knows; the rest is refused.
+/// Reads a document with `read`, which takes the keys it knows; any other key is an error.
 pub fn read<T>(
     path: &Path,
     text: &str,
-    read: impl FnOnce(&mut Section<'_>) -> Fits<T>,
+    read: impl FnOnce(&mut Section<'_>) -> SpanResult<T>,
 ) -> Result<T, FormatError> {
     let format_error = |span: Range<usize>, message: String| {
         let end = text.len();
@@ -268,5 +275,5 @@ pub fn read<T>(
     let mut section = Section::new("", span, table.into_inner());
     read(&mut section)
         .and_then(|value| section.end().map(|()| value))
-        .map_err(|Wrong { span, message }| format_error(span, message))
+        .map_err(|SpanError { span, message }| format_error(span, message))
 }

@@ -1,13 +1,13 @@
-//! Scripts that make all runs of an experiment on a cluster, and collect them.
+//! Scripts that make all runs of an experiment on a cluster, and then the report.
 //!
-//! Each job makes a shard: every N-th run. Shards write to one folder; that two of them meet does no harm.
+//! Each job makes a shard, every N-th run. All shards write to one folder, which is safe even if two of them overlap.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::plan::Plan;
 use super::quoting::{braces, one_line, plain, python, shell};
 
-/// What runs the jobs.
+/// The system that runs the jobs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Cluster {
@@ -18,12 +18,11 @@ pub enum Cluster {
 }
 
 /// The maximum number of jobs, unless another is requested.
-const MOST_JOBS: usize = 100;
+const DEFAULT_MAX_JOBS: usize = 100;
 
-/// The script. `command` is the program with the arguments of `experiment run`, `folder` that of the results of all
-/// experiments; `jobs` is limited by the number of runs.
+/// The script for the runs of a plan, with at most one job for each.
 pub fn emit(cluster: Cluster, plan: &Plan<'_>, command: &Command, jobs: Option<usize>) -> String {
-    let jobs = jobs.unwrap_or(MOST_JOBS).clamp(1, plan.runs.len().max(1));
+    let jobs = jobs.unwrap_or(DEFAULT_MAX_JOBS).clamp(1, plan.runs.len().max(1));
     let threads = plan.runs.iter().filter_map(|run| run.solver.threads).max();
     match cluster {
         Cluster::Slurm => slurm(&plan.spec.name, command, jobs, threads),
@@ -35,9 +34,9 @@ pub fn emit(cluster: Cluster, plan: &Plan<'_>, command: &Command, jobs: Option<u
 pub struct Command {
     /// Its name or path.
     pub program: String,
-    /// Of `experiment run`: the file and options.
+    /// The file and the options of `experiment run`.
     pub run: Vec<String>,
-    /// The folder that the report is made of.
+    /// The folder that `experiment report` reads.
     pub report: String,
 }
 
@@ -78,7 +77,7 @@ fn snakemake(name: &str, command: &Command, jobs: usize, threads: Option<usize>)
         braces(&shell(program)),
         braces(&shell(report))
     ));
-    // In the names of files no brace can be quoted: there, marks of another name stand for what was made.
+    // Braces in file names cannot be quoted; then marker files with other names stand for the results.
     let folder = if report.contains(['{', '}']) { plain(report) + "-made" } else { report.clone() };
     let done = python(&format!("{folder}/shards/{{i}}-of-{jobs}"));
     let page = if folder == *report {

@@ -1,11 +1,11 @@
-//! A solver outside the program: a command that is given a problem and a folder, ended when its time is over, and
-//! judged by what it left.
+//! An external solver: a command that gets a problem and a folder, is killed when its time is over, and is evaluated by
+//! the files it has written.
 //!
 //! ```text
 //! COMMAND PROBLEM.npz OUT [--max-iterations=N] [--time-limit=SECONDS] [--threads=N] [--key=value ...]
 //! ```
 //!
-//! It runs in the folder of the experiment file. Whatever goes wrong with it is how its run ended, and no error.
+//! It runs in the folder of the experiment file. If the command fails, this is the outcome of its run, not an error.
 
 use std::fs::{self, File};
 use std::io::{Read, Seek, SeekFrom};
@@ -25,16 +25,16 @@ use crate::solve::{Observer, Request, Solution};
 use crate::solver::Method;
 use crate::start::Start;
 
-/// How often a command is checked for its end.
+/// Time between checks whether a command has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Bytes at the end of `stderr.txt` in which the last line of a command is searched.
+/// Bytes at the end of `stderr.txt` in which the last line is searched.
 const STDERR_TAIL: u64 = 4096;
 
-/// Characters of that line that are told.
-const LONGEST_REASON: usize = 200;
+/// Characters of that line that are reported.
+const MAX_REASON_CHARS: usize = 200;
 
-/// From these, libraries that start threads take how many.
+/// Variables from which numerical libraries take their number of threads.
 const THREAD_VARIABLES: [&str; 4] =
     ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"];
 
@@ -42,15 +42,15 @@ pub struct Attempt<'a> {
     pub run: &'a Planned<'a>,
     pub external: &'a External,
     pub instance: &'a Instance,
-    /// Of the experiment file.
+    /// The folder of the experiment file.
     pub folder: &'a Path,
-    /// Where the run is made; what the command says stays there as `stderr.txt`.
+    /// The folder in which the run is made; the standard error of the command stays there as `stderr.txt`.
     pub claimed: &'a Path,
     pub stop: &'a Stop,
 }
 
-/// How the command went.
-enum Went {
+/// How the command ended.
+enum CommandEnd {
     Ended(ExitStatus),
     OutOfTime,
     Interrupted,
@@ -61,7 +61,7 @@ impl Attempt<'_> {
     /// Runs the command and scores its iterates.
     ///
     /// # Errors
-    /// Files of our own that cannot be written.
+    /// Files of the program cannot be written.
     pub fn make(&self, observe: Observer<'_>) -> Result<Solution> {
         let Attempt { run, instance, claimed, stop, .. } = self;
         let cell = run.instance;
@@ -80,10 +80,10 @@ impl Attempt<'_> {
         let (npz, out) = (scratch.join("problem.npz"), scratch.join("out"));
         problem.write(&npz)?;
         fs::create_dir(&out).map_err(|error| io(&out, error))?;
-        let said = claimed.join("stderr.txt");
-        let log = File::create(&said).map_err(|error| io(&said, error))?;
-        let went = match self.spawn(&npz, &out, log) {
-            Err(error) => Went::NotStarted(error),
+        let stderr = claimed.join("stderr.txt");
+        let log = File::create(&stderr).map_err(|error| io(&stderr, error))?;
+        let command_end = match self.spawn(&npz, &out, log) {
+            Err(error) => CommandEnd::NotStarted(error),
             Ok(child) => wait(child, self.external.limit, observe)
                 .map_err(|error| io(Path::new(&self.external.command), error))?,
         };
@@ -96,9 +96,9 @@ impl Attempt<'_> {
             keep_dual: false,
         };
         let iterates = Iterates::of(&out);
-        let end = self.end(went, &iterates, &said);
+        let end = self.end(command_end, &iterates, &stderr);
         let solution = certify(&problem, &iterates, DUAL_STEPS, &request, end, observe)?;
-        // The next one to claim this run removes what is left.
+        // The next claim of this run removes a leftover.
         if let Err(error) = fs::remove_dir_all(&scratch) {
             tracing::warn!("{}: {error}", scratch.display());
         }
@@ -111,7 +111,7 @@ impl Attempt<'_> {
             fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })?;
         let mut words = external.command.split_whitespace();
         let program = PathBuf::from(words.next().expect("it is not empty"));
-        // A bare name is searched on the path, as in a shell.
+        // A bare name is looked up on the path, as in a shell.
         let program = if program.components().count() > 1 { folder.join(program) } else { program };
         let mut command = Command::new(program);
         command.args(words).arg(npz).arg(out).current_dir(folder);
@@ -135,7 +135,7 @@ impl Attempt<'_> {
     }
 
     /// How the run ended.
-    fn end(&self, went: Went, iterates: &Iterates, said: &Path) -> End {
+    fn end(&self, command_end: CommandEnd, iterates: &Iterates, stderr: &Path) -> End {
         let mut warnings = Vec::new();
         let mut fail = |why: String| {
             warnings.push(why);
@@ -143,38 +143,38 @@ impl Attempt<'_> {
         };
         let (iteration, seconds) =
             iterates.all.last().map_or((0, 0.0), |last| (last.iteration, last.seconds));
-        let mut status = match went {
-            Went::NotStarted(error) => {
+        let mut status = match command_end {
+            CommandEnd::NotStarted(error) => {
                 fail(format!("{} cannot be started: {error}", self.external.command))
             }
-            Went::Ended(exit) if !exit.success() => fail(match last_line(said) {
+            CommandEnd::Ended(exit) if !exit.success() => fail(match last_line(stderr) {
                 Ok(last) if last.is_empty() => exit.to_string(),
                 Ok(last) => format!("{exit}: {last}"),
-                Err(error) => format!("{exit}; {}: {error}", said.display()),
+                Err(error) => format!("{exit}; {}: {error}", stderr.display()),
             }),
-            Went::OutOfTime => {
+            CommandEnd::OutOfTime => {
                 warnings.push(format!(
-                    "the command was ended after {:.0} s, reading and compiling included",
+                    "the command was stopped after {:.0} s, including reading and compiling",
                     self.external.limit.as_secs_f64()
                 ));
                 Status::TimeLimit
             }
-            Went::Interrupted => Status::Interrupted,
-            Went::Ended(_) if self.stop.iterations.is_some_and(|most| iteration >= most) => {
+            CommandEnd::Interrupted => Status::Interrupted,
+            CommandEnd::Ended(_) if self.stop.iterations.is_some_and(|most| iteration >= most) => {
                 Status::IterationLimit
             }
-            Went::Ended(_)
+            CommandEnd::Ended(_)
                 if self.stop.time.is_some_and(|limit| seconds >= limit.as_secs_f64()) =>
             {
                 Status::TimeLimit
             }
-            Went::Ended(_) => Status::Ended,
+            CommandEnd::Ended(_) => Status::Ended,
         };
         if let Some(error) = &iterates.broken
             && status != Status::Interrupted
         {
             warnings.push(error.to_string());
-            // A command that was ended early may have had no time for a first line.
+            // A command that was stopped early may not have reached its first line.
             if status != Status::TimeLimit {
                 status = Status::Failed;
             }
@@ -185,22 +185,22 @@ impl Attempt<'_> {
     }
 }
 
-fn wait(mut child: Child, limit: Duration, observe: Observer<'_>) -> std::io::Result<Went> {
+fn wait(mut child: Child, limit: Duration, observe: Observer<'_>) -> std::io::Result<CommandEnd> {
     let begin = Instant::now();
     loop {
         if has_ended(&mut child)? {
-            return end_group(&mut child).map(Went::Ended);
+            return end_group(&mut child).map(CommandEnd::Ended);
         }
         let late = begin.elapsed() >= limit;
         if late || observe(None).is_break() {
             end_group(&mut child)?;
-            return Ok(if late { Went::OutOfTime } else { Went::Interrupted });
+            return Ok(if late { CommandEnd::OutOfTime } else { CommandEnd::Interrupted });
         }
         sleep(POLL_INTERVAL);
     }
 }
 
-/// Whether the command has ended. It is not waited for yet, so that its number stays its own.
+/// Whether the command has ended. It is not reaped yet, so that its process number is not reused.
 #[cfg(target_os = "linux")]
 fn has_ended(child: &mut Child) -> std::io::Result<bool> {
     let flags = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT;
@@ -221,20 +221,20 @@ fn has_ended(child: &mut Child) -> std::io::Result<bool> {
     Ok(child.try_wait()?.is_some())
 }
 
-/// Ends the command and whatever it started, which would disturb the runs after it.
+/// Kills the command and every process it started, which would disturb later runs.
 fn end_group(child: &mut Child) -> std::io::Result<ExitStatus> {
     #[cfg(target_os = "linux")]
     {
         let group = i32::try_from(child.id()).expect("process numbers are small");
-        // SAFETY: no memory is involved. The group is the child's own, made by `process_group(0)`, and still its
-        // own, since the child has not been waited for.
+        // SAFETY: no memory is involved. The group is the child's own, made by `process_group(0)`, and still exists,
+        // since the child has not been reaped.
         unsafe { libc::kill(-group, libc::SIGKILL) };
     }
     child.kill()?;
     child.wait()
 }
 
-/// The last line with something on it.
+/// The last line that is not blank.
 fn last_line(path: &Path) -> std::io::Result<String> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
@@ -244,5 +244,5 @@ fn last_line(path: &Path) -> std::io::Result<String> {
     let text = String::from_utf8_lossy(&bytes);
     let last = text.split(['\n', '\r']).rev().map(str::trim).find(|line| !line.is_empty());
     let plain = last.unwrap_or("").chars().filter(|c| !c.is_control());
-    Ok(plain.take(LONGEST_REASON).collect())
+    Ok(plain.take(MAX_REASON_CHARS).collect())
 }

@@ -1,10 +1,13 @@
-//! What an experiment file asks to be drawn and listed.
+//! The figures and tables that an experiment file requests.
 
 use std::ops::Range;
 
-use super::document::{Fits, Scalar, Section, Spanned, Wrong};
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::nearest::did_you_mean;
 use super::variable::Variable;
+use crate::names::{Named, must_be_one_of};
 
 /// `[[figure]]`.
 #[derive(Clone, Debug)]
@@ -12,9 +15,9 @@ pub struct FigureSpec {
     pub name: String,
     pub title: Option<String>,
     pub kind: FigureKind,
-    /// Whether it is as wide as a page or as a column of it.
+    /// Whether it is as wide as a page; otherwise as a column.
     pub page: bool,
-    /// Panels beside each other.
+    /// Panels in a row.
     pub columns: usize,
     /// Only instances whose label contains this.
     pub only: Option<String>,
@@ -26,7 +29,7 @@ pub struct FigureSpec {
 /// The spans of a figure in the file.
 #[derive(Clone, Debug, Default)]
 pub struct FigureSpans {
-    /// What is shown: its y, or all of it.
+    /// The content: the key y, or the whole table.
     pub shown: Range<usize>,
     pub only: Range<usize>,
     pub solvers: Range<usize>,
@@ -55,35 +58,38 @@ pub struct Relation {
     pub y: Variable,
     /// For `seconds` and `iterations`.
     pub gap: Option<f64>,
-    /// A key by whose values there are panels.
+    /// A key with one panel for each of its values.
     pub panels: Option<Variable>,
     /// Whether a power of x is fitted to each series.
     pub fit: bool,
     pub logx: bool,
     pub logy: bool,
-    /// A single point that others report, and its name.
+    /// A point from the literature and its name.
     pub reference: Option<(String, [f64; 2])>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Clock {
     Iterations,
     Seconds,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Measure {
     Suboptimality,
     Gap,
     Energy,
 }
 
-/// What a gap is measured to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The bound that a gap is measured from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Target {
     /// (E - D) / (E - B), D the bound of the run.
     Certificate,
-    /// (E - D*) / (E* - B), D* the best bound and E* the least energy of all runs of the instance.
+    /// (E - D*) / (E* - B), D* the best bound and E* the minimum energy of all runs of the instance.
     Optimum,
 }
 
@@ -97,75 +103,93 @@ pub struct TableSpec {
 
 #[derive(Clone, Debug)]
 pub enum TableKind {
-    /// Time and iterations to gaps, instance by instance and solver by solver: those that each run certifies
-    /// itself, or those to the best bound of all.
+    /// Time and iterations to gaps for every instance and solver: to the gaps that each run certifies itself, or to
+    /// gaps from the best bound of all runs.
     TimeToGap { gaps: Vec<f64>, to: Target },
     /// Given variables of every cell.
     Cells { columns: Vec<Variable> },
 }
 
-fn choice<T: Copy>(section: &mut Section<'_>, key: &'static str, names: &[(&str, T)]) -> Fits<T> {
-    let Some(Spanned { value, span }) = section.text(key)? else { return Ok(names[0].1) };
-    let found = names.iter().find(|(name, _)| *name == value);
-    found.map(|(_, value)| *value).ok_or_else(|| {
-        let meant = did_you_mean(&value, names.iter().map(|(name, _)| *name));
-        let names: Vec<String> = names.iter().map(|(name, _)| format!("{name:?}")).collect();
-        Wrong::at(&span, format!("{key} must be one of {}{meant}", names.join(", ")))
+/// The values of the key `kind` of a figure.
+#[derive(Clone, Copy, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+enum FigureKindName {
+    Decay,
+    Profile,
+    Relation,
+}
+
+/// The values of the key `width` of a figure.
+#[derive(Clone, Copy, PartialEq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+enum WidthName {
+    Page,
+    Column,
+}
+
+/// The values of the key `kind` of a table.
+#[derive(Clone, Copy, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+enum TableKindName {
+    TimeToGap,
+    Cells,
+}
+
+fn choice<T: Named>(section: &mut Section<'_>, key: &'static str, default: T) -> SpanResult<T> {
+    let Some(Spanned { value, span }) = section.text(key)? else { return Ok(default) };
+    T::named(&value).ok_or_else(|| {
+        let meant = did_you_mean(&value, T::names().iter().copied());
+        let quoted = T::names().iter().map(|name| format!("{name:?}"));
+        SpanError::at(&span, format!("{key} {}{meant}", must_be_one_of(quoted)))
     })
 }
 
-fn name(section: &mut Section<'_>) -> Fits<String> {
+fn name(section: &mut Section<'_>) -> SpanResult<String> {
     let span = section.span.clone();
     let name = section.text("name")?;
-    let name = name.ok_or_else(|| Wrong::at(&span, format!("{} needs name", section.name)))?;
+    let name = name.ok_or_else(|| SpanError::at(&span, format!("{} needs name", section.name)))?;
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.value.is_empty() || !name.value.chars().all(plain) {
-        return Err(Wrong::at(&name.span, "name becomes a file: letters, digits, - and _ only"));
+        return Err(SpanError::at(
+            &name.span,
+            "name becomes a file name: only letters, digits, - and _ are allowed",
+        ));
     }
     Ok(name.value)
 }
 
-fn positive(section: &mut Section<'_>, key: &'static str) -> Fits<Option<f64>> {
+fn positive(section: &mut Section<'_>, key: &'static str) -> SpanResult<Option<f64>> {
     match section.number(key)? {
         Some(Spanned { value, .. }) if value > 0.0 => Ok(Some(value)),
-        Some(Spanned { span, .. }) => Err(Wrong::at(&span, format!("{key} must be positive"))),
+        Some(Spanned { span, .. }) => Err(SpanError::at(&span, format!("{key} must be positive"))),
         None => Ok(None),
     }
 }
 
-fn variable(Spanned { value, span }: Spanned<String>) -> Fits<Variable> {
-    value.parse().map_err(|message: String| Wrong::at(&span, message))
+fn variable(Spanned { value, span }: Spanned<String>) -> SpanResult<Variable> {
+    value.parse().map_err(|message: String| SpanError::at(&span, message))
 }
 
-const CLOCKS: [(&str, Clock); 2] = [("iterations", Clock::Iterations), ("seconds", Clock::Seconds)];
-
-/// A kind of figure as its keys have it, and the span of what it shows, if that is less than the whole table.
+/// A kind of figure with its settings, and the span of its content if that is not the whole table.
 type KindRead = (FigureKind, Option<Range<usize>>);
 
-type KindReader = fn(&mut Section<'_>) -> Fits<KindRead>;
-
-fn read_decay(section: &mut Section<'_>) -> Fits<KindRead> {
-    let measures = [
-        ("suboptimality", Measure::Suboptimality),
-        ("gap", Measure::Gap),
-        ("energy", Measure::Energy),
-    ];
-    let x = choice(section, "x", &CLOCKS)?;
-    let y = choice(section, "y", &measures)?;
+fn read_decay(section: &mut Section<'_>) -> SpanResult<KindRead> {
+    let x = choice(section, "x", Clock::Iterations)?;
+    let y = choice(section, "y", Measure::Suboptimality)?;
     Ok((FigureKind::Decay { x, y }, None))
 }
 
-fn read_profile(section: &mut Section<'_>) -> Fits<KindRead> {
-    let x = choice(section, "x", &CLOCKS)?;
+fn read_profile(section: &mut Section<'_>) -> SpanResult<KindRead> {
+    let x = choice(section, "x", Clock::Iterations)?;
     let gap = positive(section, "gap")?.unwrap_or(1e-3);
     Ok((FigureKind::Profile { x, gap }, None))
 }
 
-fn read_relation(section: &mut Section<'_>) -> Fits<KindRead> {
+fn read_relation(section: &mut Section<'_>) -> SpanResult<KindRead> {
     let table = section.span.clone();
     let mut axis = |key: &'static str| match section.text(key)? {
         Some(text) => Ok((text.span.clone(), variable(text)?)),
-        None => Err(Wrong::at(&table, format!("a relation needs {key}"))),
+        None => Err(SpanError::at(&table, format!("a relation needs {key}"))),
     };
     let (_, x) = axis("x")?;
     let (shown, y) = axis("y")?;
@@ -175,17 +199,17 @@ fn read_relation(section: &mut Section<'_>) -> Fits<KindRead> {
         y,
         gap: positive(section, "gap")?,
         panels: section.text("panels")?.map(variable).transpose()?,
-        fit: section.truth("fit")?.unwrap_or(false),
-        logx: section.truth("log-x")?.unwrap_or(true),
-        logy: section.truth("log-y")?.unwrap_or(true),
+        fit: section.boolean("fit")?.unwrap_or(false),
+        logx: section.boolean("log-x")?.unwrap_or(true),
+        logy: section.boolean("log-y")?.unwrap_or(true),
         reference,
     };
     Ok((FigureKind::Relation(relation), Some(shown)))
 }
 
 /// A point and its label.
-fn read_reference(list: Vec<Spanned<Scalar>>) -> Fits<(String, [f64; 2])> {
-    let wrong = |span| Wrong::at(span, "reference = [\"label\", x, y]");
+fn read_reference(list: Vec<Spanned<Scalar>>) -> SpanResult<(String, [f64; 2])> {
+    let wrong = |span| SpanError::at(span, "reference = [\"label\", x, y]");
     let [Spanned { value: Scalar::Text(label), .. }, x, y] = &list[..] else {
         return Err(wrong(&list[0].span));
     };
@@ -196,14 +220,16 @@ fn read_reference(list: Vec<Spanned<Scalar>>) -> Fits<(String, [f64; 2])> {
 }
 
 impl FigureSpec {
-    pub(super) fn read(mut section: Section<'_>) -> Fits<Self> {
+    pub(super) fn read(mut section: Section<'_>) -> SpanResult<Self> {
         let table = section.span.clone();
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);
-        let kinds: [(&str, KindReader); 3] =
-            [("decay", read_decay), ("profile", read_profile), ("relation", read_relation)];
-        let (kind, shown) = choice(&mut section, "kind", &kinds)?(&mut section)?;
-        let page = choice(&mut section, "width", &[("page", true), ("column", false)])?;
+        let (kind, shown) = match choice(&mut section, "kind", FigureKindName::Decay)? {
+            FigureKindName::Decay => read_decay(&mut section),
+            FigureKindName::Profile => read_profile(&mut section),
+            FigureKindName::Relation => read_relation(&mut section),
+        }?;
+        let page = choice(&mut section, "width", WidthName::Page)? == WidthName::Page;
         let columns = section.count("columns", 1)?;
         let only = section.text("only")?;
         let solvers = section.text("solvers")?;
@@ -229,7 +255,7 @@ impl FigureSpec {
 }
 
 impl FigureSpec {
-    /// What of the cells it shows, if it shows cells.
+    /// The variables of the cells that it shows.
     pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
             FigureKind::Relation(Relation { x, y, .. }) => vec![x, y],
@@ -239,7 +265,7 @@ impl FigureSpec {
 }
 
 impl TableSpec {
-    /// What of the cells it lists, if it lists cells.
+    /// The variables of the cells that it lists.
     pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
             TableKind::Cells { columns } => columns.iter().collect(),
@@ -247,31 +273,36 @@ impl TableSpec {
         }
     }
 
-    pub(super) fn read(mut section: Section<'_>) -> Fits<Self> {
+    pub(super) fn read(mut section: Section<'_>) -> SpanResult<Self> {
         let name = name(&mut section)?;
         let title = section.text("title")?.map(|title| title.value);
-        let kind = if choice(&mut section, "kind", &[("time-to-gap", true), ("cells", false)])? {
-            let gaps = section.list("gaps")?.unwrap_or_default();
-            let gaps: Vec<f64> = gaps
-                .iter()
-                .map(|gap| match gap.value.number() {
-                    Some(value) if value > 0.0 => Ok(value),
-                    _ => Err(Wrong::at(&gap.span, "gaps must be positive numbers")),
-                })
-                .collect::<Fits<_>>()?;
-            let targets = [("certificate", Target::Certificate), ("optimum", Target::Optimum)];
-            TableKind::TimeToGap {
-                to: choice(&mut section, "to", &targets)?,
-                gaps: if gaps.is_empty() { vec![1e-2, 1e-3, 1e-4] } else { gaps },
+        let kind = match choice(&mut section, "kind", TableKindName::TimeToGap)? {
+            TableKindName::TimeToGap => {
+                let gaps = section.list("gaps")?.unwrap_or_default();
+                let gaps: Vec<f64> = gaps
+                    .iter()
+                    .map(|gap| match gap.value.number() {
+                        Some(value) if value > 0.0 => Ok(value),
+                        _ => Err(SpanError::at(&gap.span, "gaps must be positive numbers")),
+                    })
+                    .collect::<SpanResult<_>>()?;
+                TableKind::TimeToGap {
+                    to: choice(&mut section, "to", Target::Certificate)?,
+                    gaps: if gaps.is_empty() { vec![1e-2, 1e-3, 1e-4] } else { gaps },
+                }
             }
-        } else {
-            let span = section.span.clone();
-            let columns =
-                section.texts("columns")?.into_iter().map(variable).collect::<Fits<Vec<_>>>()?;
-            if columns.is_empty() {
-                return Err(Wrong::at(&span, "a table of cells needs columns = [...]"));
+            TableKindName::Cells => {
+                let span = section.span.clone();
+                let columns = section
+                    .texts("columns")?
+                    .into_iter()
+                    .map(variable)
+                    .collect::<SpanResult<Vec<_>>>()?;
+                if columns.is_empty() {
+                    return Err(SpanError::at(&span, "a table of cells needs columns = [...]"));
+                }
+                TableKind::Cells { columns }
             }
-            TableKind::Cells { columns }
         };
         section.end()?;
         Ok(TableSpec { name, title, kind })

@@ -1,29 +1,29 @@
-//! From lists to cells: every list is swept, those that are zipped together, and what is excluded falls away.
+//! From lists to cells: every list is swept, zipped lists in parallel, and excluded cells are dropped.
 
 use std::ops::Range;
 
-use super::document::{Fits, KeyValues, Scalar, Section, Spanned, Wrong};
+use super::document::{KeyValues, Scalar, Section, SpanError, SpanResult, Spanned};
 use super::nearest::did_you_mean;
 
-/// A file that asks for more is mistaken, and would keep the program busy for ever.
-pub const MOST_RUNS: u64 = 100_000;
+/// Larger experiments are mistakes, and would take forever.
+pub const MAX_RUNS: u64 = 100_000;
 
 /// The values of one cell by key, in the order of the file.
 pub type Keys = Vec<(String, Scalar)>;
 
-/// The same, each value with its span.
+/// Like [`Keys`], each value with its span.
 type CellKeys = Vec<(String, Spanned<Scalar>)>;
 
 /// One `[[instance]]` or `[[solver]]`: keys with one value or several.
 pub struct Group {
     pub keys: Vec<(String, Vec<Spanned<Scalar>>)>,
-    /// Keys that go through their lists together.
+    /// Groups of keys whose lists are swept in parallel.
     pub zip: Vec<Vec<String>>,
 }
 
 impl Group {
-    /// Takes `zip = ["a", "b"]`, or a list of such lists written as `"a, b"`; the keys are there already.
-    pub fn zipped(&mut self, section: &mut Section<'_>) -> Fits<()> {
+    /// Reads `zip = ["a", "b"]`, or a list of such lists written as `"a, b"`, after the keys have been read.
+    pub fn zipped(&mut self, section: &mut Section<'_>) -> SpanResult<()> {
         let texts = section.texts("zip")?;
         let Some(first) = texts.first() else { return Ok(()) };
         let lists: Vec<Vec<Spanned<String>>> = if texts.iter().any(|text| text.value.contains(','))
@@ -48,21 +48,22 @@ impl Group {
                         name.value,
                         keys.join(", ")
                     );
-                    return Err(Wrong::at(&name.span, message));
+                    return Err(SpanError::at(&name.span, message));
                 };
                 lengths.push(values.len());
             }
             if lengths.windows(2).any(|pair| pair[0] != pair[1]) {
                 let lengths: Vec<String> = lengths.iter().map(usize::to_string).collect();
-                let message = format!("zip: the lists have {} values", lengths.join(" and "));
-                return Err(Wrong::at(&first.span, message));
+                let message =
+                    format!("zip: the lists have different lengths: {}", lengths.join(" and "));
+                return Err(SpanError::at(&first.span, message));
             }
             self.zip.push(list.into_iter().map(|name| name.value).collect());
         }
         Ok(())
     }
 
-    /// For each key the first that goes through its list together with it.
+    /// For each key the index of the first key that is zipped with it.
     fn leaders(&self) -> Vec<usize> {
         let leader = |key: &str| {
             let zip = self.zip.iter().find(|zip| zip.iter().any(|name| name == key));
@@ -74,15 +75,15 @@ impl Group {
         self.keys.iter().map(|(key, _)| leader(key).expect("the key is there")).collect()
     }
 
-    /// The cells, the last key changing fastest; each value with its span. Too many are blamed on the table.
-    pub fn cells(&self, table: &Range<usize>) -> Fits<Vec<CellKeys>> {
+    /// The cells, the last key changing fastest. Too many cells are an error at the table.
+    pub fn cells(&self, table: &Range<usize>) -> SpanResult<Vec<CellKeys>> {
         let leaders = self.leaders();
         let lengths = self.keys.iter().enumerate().filter(|(i, _)| leaders[*i] == *i);
         let lengths = lengths.map(|(_, (_, values))| values.len() as u64);
         let count = lengths.fold(1, u64::saturating_mul);
-        if count > MOST_RUNS {
-            let message = format!("its lists make {count} cells; at most {MOST_RUNS} are possible");
-            return Err(Wrong::at(table, message));
+        if count > MAX_RUNS {
+            let message = format!("its lists make {count} cells; at most {MAX_RUNS} are allowed");
+            return Err(SpanError::at(table, message));
         }
         let mut choices: Vec<Vec<usize>> = vec![Vec::new()];
         for (i, (_, values)) in self.keys.iter().enumerate() {
@@ -113,7 +114,7 @@ impl Group {
     }
 }
 
-/// One `[[exclude]]`: a cell falls away if each of these keys has one of these values in it.
+/// One `[[exclude]]`: a cell is dropped if each of these keys has one of its values there.
 pub struct Exclusion(pub Vec<KeyValues>);
 
 impl Exclusion {

@@ -1,4 +1,4 @@
-//! Where and by what a run was made.
+//! The machine and the program that made a run.
 
 use std::time::{Duration, Instant};
 
@@ -25,7 +25,7 @@ pub struct Program {
     pub rustc: String,
     /// The target triple.
     pub target: String,
-    /// What the compiler was allowed to use everywhere; more is found when the program runs.
+    /// Instructions that the compiler may use everywhere; others are detected at run time.
     pub target_features: String,
 }
 
@@ -38,21 +38,21 @@ pub struct Machine {
     pub cores: usize,
     /// Main memory in GiB, to one decimal.
     pub memory_gib: f64,
-    /// A hash of its name: the same for runs of one host, and no more.
+    /// A hash of its name, which only tells whether two runs are from one host.
     pub host: String,
-    /// Vector instructions that the fused engine takes.
+    /// Vector instructions that the fused engine uses.
     pub vectors: String,
 }
 
 /// Timings are not trusted if other processes keep more cores busy than this.
 pub const TOLERATED_LOAD: f64 = 0.25;
 
-/// Between two measurements of the load, which would be noise over a shorter time.
+/// Time between measurements of the load, which would be too noisy over a shorter time.
 const LOAD_INTERVAL: Duration = Duration::from_millis(1000);
 
-/// Watches what other processes take of the machine.
+/// Measures the load of the machine by other processes.
 pub struct LoadWatch {
-    /// One for all processors and one for this process: each would move the other's clock.
+    /// One for all processors and one for this process, since each refresh would disturb the other measurement.
     all: System,
     own: System,
     own_time: f64,
@@ -89,7 +89,7 @@ impl LoadWatch {
         LoadWatch { all, own, own_time, measured: Instant::now(), others: 0.0 }
     }
 
-    /// How many cores others kept busy since the last measurement that was long enough ago.
+    /// Number of cores that other processes kept busy, measured at most once per [`LOAD_INTERVAL`].
     pub fn others(&mut self) -> f64 {
         let elapsed = self.measured.elapsed();
         if elapsed >= LOAD_INTERVAL {
@@ -148,9 +148,8 @@ impl Default for LoadWatch {
 mod tests {
     use super::*;
 
-    /// What this process does itself is no load by others.
     #[test]
-    fn own_work_is_not_that_of_others() {
+    fn work_of_this_process_does_not_count_as_load_by_others() {
         let mut system = System::new();
         let before = own_time(&mut system);
         let begin = Instant::now();

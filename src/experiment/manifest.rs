@@ -1,10 +1,10 @@
-//! What is kept of a run beside its result.
+//! The stored description of a run.
 
 use serde::{Deserialize, Serialize};
 
 use super::machine::{Machine, Program};
 
-/// `manifest.json`: everything about a run but its result.
+/// `manifest.json`: everything about a run except its result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Manifest {
     /// The hash that names the folder of the run, see [`super::Plan`].
@@ -27,24 +27,24 @@ pub struct Manifest {
     pub threads: usize,
     /// The load average of the last minute before the run.
     pub load_average: f64,
-    /// Cores that other processes kept busy.
+    /// Number of cores that other processes kept busy.
     pub others: f64,
-    /// Whether they were too many for the timing to be trusted.
+    /// Whether these were too many for the timing to be trusted.
     pub loaded: bool,
     /// The seed of the instance, for noise and k-means.
     pub seed: u64,
     /// The random number generator of that seed.
     pub generator: String,
-    /// When the run began, in UTC as of RFC 3339.
+    /// Time when the run began, UTC in the format of RFC 3339.
     pub start: String,
-    /// When it ended, likewise.
+    /// Time when the run ended, in the same format.
     pub end: String,
-    /// The share of the vertices whose label is not the one that synthetic data were made of.
+    /// The share of vertices whose label differs from the one that generated synthetic data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mislabeled: Option<f64>,
-    /// Seconds from the mesh in memory to the last label, the certificates included; `seconds` of the summary is the
-    /// steps alone.
+    /// Seconds from the mesh in memory to the labels, including the certificates; `seconds` of the summary counts the
+    /// steps only.
     pub wall_seconds: f64,
-    /// How it ended, in words; of a solver that failed, why.
+    /// A sentence that says how the run ended, or why the solver failed.
     pub exit: String,
 }

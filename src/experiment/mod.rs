@@ -1,8 +1,8 @@
-//! Reproducible experiments: one file asks one question of instances and solvers; runs are made once and kept;
-//! figures, tables and pages are drawn from what is on disk.
+//! Reproducible experiments: a file asks one question about instances and solvers, each run is made once and stored,
+//! and figures, tables and pages are drawn from the stored runs.
 //!
-//! `spec` is the file, `plan` its runs, `runner` makes what is missing in the `store`; everything else reads
-//! results from disk.
+//! `spec` is the file and `plan` its runs; `runner` makes the runs that are missing in the `store`; everything else
+//! reads results from disk.
 
 mod choice;
 mod data;
@@ -24,7 +24,7 @@ mod store;
 mod variable;
 
 pub use crate::format_error::FormatError;
-pub use data::Places;
+pub use data::Folders;
 pub use emit::{Cluster, Command, emit};
 pub use machine::{Machine, Program};
 pub use manifest::Manifest;

@@ -1,24 +1,24 @@
-//! The runs that a file asks for: cells, each with an identity that its results are stored under.
+//! The runs of an experiment file, each with the name under which its results are stored.
 //!
-//! A run is known by a hash of its own specification, the content of the files it reads, its repetition, and the
-//! version of the program: whatever changes a result changes the name.
+//! The name is a hash of the specification of the run, the content of the files it reads, its repetition and the
+//! version of the program: whatever changes the result changes the name.
 
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
-use super::data::{Missing, Places, hex};
+use super::data::{Folders, InstanceError, hex};
 use super::grid::Keys;
 use super::spec::{InstanceCell, SolverCell, Spec};
 use crate::error::Result;
 
-/// The runs of a file in the order in which they are made: instance by instance, and in each the repetitions,
-/// in each all solvers, so that what slows the machine down for a while slows all of them.
+/// The runs of a file in the order in which they are made: by instance, then by repetition, then by solver, so that a
+/// temporary slowdown of the machine affects all solvers.
 pub struct Plan<'a> {
     /// The file.
     pub spec: &'a Spec,
     /// All runs, or those of one shard.
     pub runs: Vec<Planned<'a>>,
-    /// Instances that need the folder of data, by their labels.
+    /// The labels of the instances that need the data folder.
     pub skipped: Vec<&'a str>,
 }
 
@@ -26,32 +26,32 @@ pub struct Plan<'a> {
 pub struct Planned<'a> {
     /// 16 hexadecimal digits, the name of the folder of its results.
     pub id: String,
-    /// What is segmented.
+    /// The instance that is solved.
     pub instance: &'a InstanceCell,
-    /// Of the content that the instance is made from, and its keys.
+    /// A hash of the keys and the files of the instance.
     pub instance_id: String,
-    /// What solves it.
+    /// The solver.
     pub solver: &'a SolverCell,
     /// Which repetition it is, from 0.
     pub repetition: u64,
-    /// An experiment file of this one run.
+    /// An experiment file for this run alone.
     pub toml: String,
 }
 
 impl<'a> Plan<'a> {
     /// The runs of a file; `version` is that of the program. Fails if files of instances or commands are missing or
     /// cannot be read.
-    pub fn of(spec: &'a Spec, places: &Places, version: &str) -> Result<Self> {
+    pub fn of(spec: &'a Spec, folders: &Folders, version: &str) -> Result<Self> {
         let (mut runs, mut skipped) = (Vec::new(), Vec::new());
         for instance in &spec.instances {
-            let content = match places.content(instance) {
+            let content = match folders.content(instance) {
                 Ok(content) => content,
-                Err(Missing::DataFolder) => {
+                Err(InstanceError::DataFolder) => {
                     skipped.push(instance.label.as_str());
                     continue;
                 }
-                Err(Missing::Error(error)) => {
-                    return Err(spec.format_error(places.blame(instance), error));
+                Err(InstanceError::Error(error)) => {
+                    return Err(spec.format_error(folders.blame(instance), error));
                 }
             };
             let instance_id = identity(&[&instance_toml(instance), &content]);
@@ -61,7 +61,7 @@ impl<'a> Plan<'a> {
                         let toml = run_toml(spec, instance, solver);
                         let repeated = repetition.to_string();
                         let mut parts = vec![&toml[..], &content, &repeated, version];
-                        let files = solver.external.as_ref().map(|it| places.command(it));
+                        let files = solver.external.as_ref().map(|it| folders.command(it));
                         let files = files.transpose()?;
                         parts.extend(files.as_deref());
                         let id = identity(&parts);
@@ -105,7 +105,7 @@ fn instance_toml(instance: &InstanceCell) -> String {
     table(&instance.keys).to_string()
 }
 
-/// An experiment file of one run.
+/// An experiment file for one run.
 pub fn run_toml(spec: &Spec, instance: &InstanceCell, solver: &SolverCell) -> String {
     let mut stop = Table::new();
     let float = |x: f64| Value::Float(x);

@@ -1,4 +1,4 @@
-//! Names of people's files and labels, quoted for what reads them: a shell, Snakemake, the head of a batch job.
+//! Quoting of file names and labels for a shell, Snakemake and the header of a batch job.
 
 pub use crate::one_line::one_line;
 
@@ -12,22 +12,22 @@ pub fn shell(word: &str) -> String {
     }
 }
 
-/// A path as an argument: what begins with a dash would be an option.
+/// A path as a positional argument; with a leading dash it would be an option.
 pub fn operand(path: &str) -> String {
     if path.starts_with('-') { format!("./{path}") } else { path.to_owned() }
 }
 
-/// Braces as themselves where Snakemake fills in wildcards.
+/// Escapes braces for Snakemake, which uses them for wildcards.
 pub fn braces(text: &str) -> String {
     text.replace('{', "{{").replace('}', "}}")
 }
 
-/// A text of Python, which escapes as JSON does.
+/// A Python string literal, which has the same escapes as JSON.
 pub fn python(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// A name where nothing can be quoted, such as that of a job: letters, digits, dots, dashes and underscores.
+/// A name for contexts without quoting, such as job names: only letters, digits, dots, dashes and underscores.
 pub fn plain(name: &str) -> String {
     let keep = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
     name.chars().map(|c| if keep(c) { c } else { '-' }).collect()

@@ -1,4 +1,4 @@
-//! Runs as they lie on disk.
+//! Finished runs, read from disk.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::solve::Summary;
 pub struct Done {
     /// The folder of the run.
     pub folder: PathBuf,
-    /// `spec.toml`: an experiment file of this run alone.
+    /// `spec.toml`: an experiment file for this run alone.
     pub spec: toml::Table,
     /// `manifest.json`.
     pub manifest: Manifest,
@@ -25,9 +25,9 @@ pub struct Done {
     pub summary: Summary,
     /// `trace.csv`, in the order of the iterations.
     pub trace: Vec<Point>,
-    /// The label of each vertex, V bytes, where they were kept: for the first repetition on small meshes.
+    /// The label of each vertex, V bytes; kept for the first repetition on small meshes.
     pub labels: Option<Vec<u8>>,
-    /// 255 max_p u_kp of each vertex, V bytes, where they were kept.
+    /// 255 max_p u_kp of each vertex, V bytes; kept with the labels.
     pub certainty: Option<Vec<u8>>,
 }
 
@@ -44,7 +44,7 @@ pub struct Point {
 }
 
 impl Done {
-    /// The run in a folder. Fails if a file of it is missing or damaged.
+    /// Reads the run in a folder. Fails if one of its files is missing or damaged.
     pub fn read(folder: &Path) -> Result<Self> {
         if let Some(name) = lacking(folder) {
             let message = format!("lacks {name}; `meshseg experiment run` makes the run again");
@@ -77,19 +77,19 @@ impl Done {
         })
     }
 
-    /// All runs of a store, by the time they were made.
+    /// All runs of a store, sorted by the time they were made.
     ///
     /// # Errors
-    /// A folder or a run that cannot be read.
+    /// A folder or a run cannot be read.
     pub fn all(store: &Store) -> Result<Vec<Self>> {
         Done::these(store, store.ids()?)
     }
 
-    /// The same without those that lack a file, which are made again.
+    /// All runs except those that lack a file, which will be made again.
     ///
     /// # Errors
-    /// A folder or a run that cannot be read.
-    pub fn whole(store: &Store) -> Result<Vec<Self>> {
+    /// A folder or a run cannot be read.
+    pub fn complete(store: &Store) -> Result<Vec<Self>> {
         let ids = store.ids()?;
         Done::these(store, ids.into_iter().filter(|id| store.has(id)))
     }
@@ -102,7 +102,7 @@ impl Done {
         Ok(all)
     }
 
-    /// A value of the cell: `lambda`, `options.epsilon`, `solver`.
+    /// The value of a key of the cell, such as `lambda`, `options.epsilon` or `solver`.
     pub fn key(&self, key: &str) -> Option<&toml::Value> {
         let first = |name: &str| self.spec.get(name)?.as_array()?.first()?.as_table();
         match key.strip_prefix("options.") {
@@ -113,7 +113,7 @@ impl Done {
     }
 }
 
-/// Where and by what a run was made.
+/// The machine and the program that made a run, as far as they are compared.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Origin {
     /// [`Machine::host`].
@@ -129,10 +129,10 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// Of the run in a folder.
+    /// The origin of the run in a folder.
     ///
     /// # Errors
-    /// A manifest that is missing or damaged.
+    /// The manifest is missing or damaged.
     pub fn of(folder: &Path) -> Result<Self> {
         let Manifest { program, machine, .. } =
             json(&folder.join("manifest.json")).map_err(damaged)?;
@@ -149,26 +149,26 @@ impl Origin {
         }
     }
 
-    /// Whether this machine and this program would make the same run.
+    /// Whether the origin is this program on this machine.
     pub fn is_here(&self, program: &Program, machine: &Machine) -> bool {
         *self == Origin::new(program, machine)
     }
 
-    /// In words.
+    /// The origin in words.
     pub fn sentence(&self, machine: &Machine) -> String {
-        // Hosts of one name, such as "localhost", may be different ones.
+        // Different hosts may share a name, such as "localhost".
         let place = if self.host == machine.host && self.cpu == machine.cpu {
             "on this machine".to_owned()
         } else {
             format!("on another machine ({}, {})", self.host, self.cpu)
         };
         let commit = self.commit.get(..12).unwrap_or(&self.commit);
-        let changes = if self.dirty { " and changes" } else { "" };
+        let changes = if self.dirty { " with uncommitted changes" } else { "" };
         format!("{place} by version {} at commit {commit}{changes}", self.version)
     }
 }
 
-/// A file of a run that is not what it was, and the way out.
+/// Adds a remedy to the error about a damaged file.
 fn damaged(error: Error) -> Error {
     match error {
         Error::Malformed { path, message } => Error::malformed(
@@ -194,7 +194,7 @@ fn kept(path: &Path) -> Result<Option<Vec<u8>>> {
 mod tests {
     use super::*;
 
-    /// All of the results that came with the program, those of earlier versions of it included.
+    /// For all committed results, including those of earlier versions.
     #[test]
     fn summaries_are_read_as_they_were_written() {
         let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");

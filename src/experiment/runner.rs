@@ -1,4 +1,4 @@
-//! Makes the runs that are missing.
+//! Makes the missing runs of a plan.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,7 @@ use std::time::{Instant, SystemTime};
 
 use ndarray::Array1;
 
-use super::data::{Instance, Places};
+use super::data::{Folders, Instance};
 use super::external::Attempt;
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
@@ -24,20 +24,20 @@ use crate::solver::Method;
 use crate::start::Start;
 use crate::{file, npy, sweep};
 
-/// What happens on the way.
+/// The progress of a call.
 pub enum Event<'a> {
-    /// An instance needs the folder of data.
+    /// An instance is skipped since it needs the data folder.
     Skipped(&'a str),
     /// Run `index` of `all` begins.
     Begins {
         /// Its index in the plan, from 0.
         index: usize,
-        /// How many runs the plan has.
+        /// Number of runs of the plan.
         all: usize,
         /// The run.
         run: &'a Planned<'a>,
     },
-    /// A step was made, with a sample where one was taken.
+    /// A step was made, perhaps with a sample.
     Step(Option<&'a Sample>),
     /// A run is made and written.
     Ended {
@@ -46,41 +46,41 @@ pub enum Event<'a> {
         /// Its result.
         solution: &'a Solution,
     },
-    /// Another process is at it.
+    /// Another process is making the run.
     Elsewhere(&'a Planned<'a>),
 }
 
-/// How a call ended.
+/// The outcome of a call.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Runs made by this call.
+    /// Number of runs made by this call.
     pub made: usize,
-    /// Runs that were there before.
+    /// Number of runs that were already done.
     pub there: usize,
-    /// Of those that were there, the ones that another machine or program made.
+    /// Those among them that another machine or program made.
     pub foreign: BTreeMap<Origin, usize>,
-    /// Runs that another process is making.
+    /// Number of runs that another process is making.
     pub elsewhere: usize,
     /// Whether the observer ended the call.
     pub interrupted: bool,
 }
 
-/// Labels and surfaces of larger meshes are not kept for the page.
-pub const MOST_VERTICES_SHOWN: usize = 60_000;
+/// Labels and surfaces of meshes with more vertices are not kept for the page.
+pub const MAX_SHOWN_VERTICES: usize = 60_000;
 
-/// Steps before the clock starts, once for each instance.
+/// Steps before the first timed run on each instance.
 const WARM_UP_STEPS: u64 = 5;
 
 pub type EventObserver<'a> = &'a mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + Send);
 
-/// Makes what is missing of a plan, or everything if `again`. `observe` may break it off: the run under way is lost,
-/// the others stay.
+/// Makes the missing runs of a plan, or all if `again`. If `observe` breaks, the current run is lost; finished ones
+/// stay.
 ///
 /// # Errors
-/// Instances that cannot be made, results that cannot be written. Runs that are made stay.
+/// An instance cannot be made, or results cannot be written. Finished runs stay.
 pub fn run(
     plan: &Plan<'_>,
-    places: &Places,
+    folders: &Folders,
     store: &Store,
     program: &Program,
     again: bool,
@@ -88,7 +88,7 @@ pub fn run(
 ) -> Result<Tally> {
     let mut runner = Runner {
         plan,
-        places,
+        folders,
         store,
         program,
         machine: Machine::this(),
@@ -102,7 +102,7 @@ pub fn run(
 
 struct Runner<'a> {
     plan: &'a Plan<'a>,
-    places: &'a Places,
+    folders: &'a Folders,
     store: &'a Store,
     program: &'a Program,
     machine: Machine,
@@ -111,15 +111,15 @@ struct Runner<'a> {
     tally: Tally,
 }
 
-/// The instance of the run under way; only one is in memory.
+/// The instance of the current run; only one is in memory.
 struct Current<'a> {
     id: &'a str,
     instance: Instance,
-    /// Whether a solver of ours has run on it.
+    /// Whether a built-in solver has run on it.
     is_warm: bool,
 }
 
-/// A solution, and what was measured while it was made.
+/// A solution with the measurements of its run.
 struct Timed {
     solution: Solution,
     start: SystemTime,
@@ -169,7 +169,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Makes one run, from its instance to its files.
+    /// Makes one run and writes its files.
     fn make(
         &mut self,
         index: usize,
@@ -198,10 +198,10 @@ impl<'a> Runner<'a> {
         if self.current.as_ref().is_some_and(|current| current.id == run.instance_id) {
             return Ok(());
         }
-        // The last one is freed before the next one is made.
+        // Frees the previous instance before the next one is made.
         self.current = None;
-        let instance = self.places.instance(run.instance).map_err(|missing| {
-            self.plan.spec.format_error(self.places.blame(run.instance), Error::from(missing))
+        let instance = self.folders.instance(run.instance).map_err(|missing| {
+            self.plan.spec.format_error(self.folders.blame(run.instance), Error::from(missing))
         })?;
         keep_surface(self.store, run, &instance)?;
         self.current = Some(Current { id: &run.instance_id, instance, is_warm: false });
@@ -218,7 +218,7 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// `claimed` is the folder where the run is made.
+    /// `claimed` is the folder in which the run is made.
     fn timed(
         &mut self,
         run: &Planned<'_>,
@@ -226,7 +226,7 @@ impl<'a> Runner<'a> {
         observe: EventObserver<'_>,
     ) -> Result<Timed> {
         let instance = &self.current.as_ref().expect("its instance is there").instance;
-        let (folder, stop) = (&self.places.folder, &self.plan.spec.stop);
+        let (folder, stop) = (&self.folders.folder, &self.plan.spec.stop);
         let (start, begin, others) = (SystemTime::now(), Instant::now(), self.load.others());
         let load_average = LoadWatch::average();
         let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));
@@ -305,7 +305,7 @@ fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manif
     file::write(&folder.join("spec.toml"), |out| out.write_all(run.toml.as_bytes()))?;
     write_trace(&folder.join("trace.csv"), &solution.trace)?;
     json("summary.json", &|out| serde_json::to_writer_pretty(out, &solution.summary))?;
-    if run.repetition == 0 && solution.labels.len() <= MOST_VERTICES_SHOWN {
+    if run.repetition == 0 && solution.labels.len() <= MAX_SHOWN_VERTICES {
         let labels: Array1<u8> = solution.labels.iter().map(|&label| label as u8).collect();
         let certainty: Array1<u8> = (solution.u.outer_iter())
             .map(|u| (255.0 * u.iter().fold(0.0, |a: f64, &b| a.max(b))).round() as u8)
@@ -316,16 +316,16 @@ fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manif
     json("manifest.json", &|out| serde_json::to_writer_pretty(out, manifest))
 }
 
-/// Writes the surface and its data, once, for the page.
+/// Writes the surface and its data for the page, once per instance.
 fn keep_surface(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
     let folder = store.folder.join("instances");
     let path = folder.join(format!("{}.ply", run.instance_id));
-    if instance.mesh.vertices.len() > MOST_VERTICES_SHOWN || path.exists() {
+    if instance.mesh.vertices.len() > MAX_SHOWN_VERTICES || path.exists() {
         return Ok(());
     }
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
     let crate::Mesh { vertices, faces, .. } = instance.mesh.clone();
-    // Colors that are not known are gray.
+    // Unknown colors become gray.
     let known = |color: &[f64; 3]| color.map(|c| if c.is_nan() { 0.5 } else { c });
     let colors = Some(instance.looks.iter().map(known).collect());
     let mesh = crate::Mesh { vertices, faces, colors, ..crate::Mesh::default() };

@@ -1,4 +1,4 @@
-//! The experiment file: one question, asked of instances and solvers.
+//! The experiment file: one question about instances and solvers.
 //!
 //! ```toml
 //! # The question, in the first comment.
@@ -29,9 +29,9 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::document::{self, Fits, Scalar, Section, Spanned, Wrong};
+use super::document::{self, Scalar, Section, SpanError, SpanResult, Spanned};
 use super::figures::{FigureSpec, TableSpec};
-use super::grid::{Exclusion, MOST_RUNS};
+use super::grid::{Exclusion, MAX_RUNS};
 use super::nearest::did_you_mean;
 use crate::error::{Error, Result};
 use crate::format_error::FormatError;
@@ -43,19 +43,19 @@ pub use solver::{External, SolverCell};
 use instance::read_instances;
 use solver::read_solvers;
 
-/// What a file asks for.
+/// The content of an experiment file.
 pub struct Spec {
     /// The file.
     pub path: PathBuf,
     /// The stem of the file.
     pub name: String,
-    /// Its content, without a byte order mark.
+    /// Its text, without a byte order mark.
     pub text: String,
     /// Its first comment.
     pub question: String,
-    /// How often each solver runs on each instance, from 1 on.
+    /// Number of runs of each solver on each instance, at least 1.
     pub repetitions: u64,
-    /// When runs end; at least one limit is set.
+    /// The stopping rule; at least one limit is set.
     pub stop: Stop,
     /// In the order of the file, swept lists expanded.
     pub instances: Vec<InstanceCell>,
@@ -76,10 +76,7 @@ impl Spec {
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned();
         let name = path.file_stem().and_then(|stem| stem.to_str()).map(str::to_owned);
         let name = name.filter(|name| !name.starts_with('.')).ok_or_else(|| {
-            Error::malformed(
-                path,
-                "needs a name in UTF-8, from which the folder of results is named",
-            )
+            Error::malformed(path, "needs a name in UTF-8, after which the results folder is named")
         })?;
         Spec::parse(path, name, text).map_err(|error| Box::new(error).into())
     }
@@ -95,9 +92,9 @@ impl Spec {
                 None => Stop::default(),
             };
             if stop.relative_gap.is_none() && stop.iterations.is_none() && stop.time.is_none() {
-                return Err(Wrong::at(
+                return Err(SpanError::at(
                     &(0..0),
-                    "no end: give stop = { gap = ..., max-iterations = ..., time-limit = ... }, one at least",
+                    "runs have no end: give at least one of stop = { gap = ..., max-iterations = ..., time-limit = ... }",
                 ));
             }
             let folder = path.parent().unwrap_or(Path::new(""));
@@ -128,7 +125,7 @@ impl Spec {
         })
     }
 
-    /// An error about a span of the file.
+    /// An error at a span of the file.
     pub fn format_error(&self, span: &Range<usize>, message: impl fmt::Display) -> Error {
         let end = self.text.len();
         let span = span.start.min(end)..span.end.min(end);
@@ -143,12 +140,12 @@ impl Spec {
     }
 }
 
-/// All tables `[[key]]`, if there are any.
+/// All tables `[[key]]`; there may be none.
 fn read_all<'a, T>(
     file: &mut Section<'a>,
     key: &'static str,
-    read: impl FnMut(Section<'a>) -> Fits<T>,
-) -> Fits<Vec<T>> {
+    read: impl FnMut(Section<'a>) -> SpanResult<T>,
+) -> SpanResult<Vec<T>> {
     file.sections(key)?.into_iter().map(read).collect()
 }
 
@@ -157,19 +154,19 @@ fn check_run_count(
     repeated: &Range<usize>,
     instances: usize,
     solvers: usize,
-) -> Fits<()> {
+) -> SpanResult<()> {
     let runs = repetitions.saturating_mul(instances as u64).saturating_mul(solvers as u64);
-    if runs <= MOST_RUNS {
+    if runs <= MAX_RUNS {
         return Ok(());
     }
     let message = format!(
-        "{repetitions} repetitions of {solvers} solvers on {instances} instances make {runs} runs; at most {MOST_RUNS} \
-         are possible"
+        "{repetitions} repetitions of {solvers} solvers on {instances} instances make {runs} runs; at most {MAX_RUNS} \
+         are allowed"
     );
-    Err(Wrong::at(repeated, message))
+    Err(SpanError::at(repeated, message))
 }
 
-/// Whether a solver on an instance falls under an exclusion.
+/// Whether an exclusion covers a solver on an instance.
 fn covers(exclusion: &Exclusion, instance: &InstanceCell, solver: &SolverCell) -> bool {
     exclusion.covers(|key| {
         let own = instance.keys.iter().chain(&solver.keys).find(|(name, _)| name == key);
@@ -177,23 +174,23 @@ fn covers(exclusion: &Exclusion, instance: &InstanceCell, solver: &SolverCell) -
     })
 }
 
-/// The lines of the first block of comments, as one text.
+/// The lines of the first block of comments, joined.
 fn first_comment(text: &str) -> String {
     let lines = text.lines().map(str::trim).skip_while(|line| line.is_empty());
     let comment = lines.map_while(|line| line.strip_prefix('#')).map(str::trim);
     comment.collect::<Vec<_>>().join(" ").trim().to_owned()
 }
 
-fn read_stop(mut section: Section<'_>) -> Fits<Stop> {
+fn read_stop(mut section: Section<'_>) -> SpanResult<Stop> {
     let gap = section.number("gap")?;
     if let Some(gap) = &gap
         && gap.value < 0.0
     {
-        return Err(Wrong::at(&gap.span, "gap must be a number from 0"));
+        return Err(SpanError::at(&gap.span, "gap must be a number, 0 or more"));
     }
     let time = section.number("time-limit")?.map(|limit| {
         time_limit(limit.value)
-            .map_err(|message| Wrong::at(&limit.span, format!("time-limit {message}")))
+            .map_err(|message| SpanError::at(&limit.span, format!("time-limit {message}")))
     });
     let stop = Stop {
         relative_gap: gap.map(|gap| gap.value),
@@ -206,15 +203,18 @@ fn read_stop(mut section: Section<'_>) -> Fits<Stop> {
     Ok(stop)
 }
 
-/// All tables `[[key]]`, at least one, with labels that differ.
+/// All tables `[[key]]`, at least one, with distinct labels.
 fn labeled<T: Labeled>(
     file: &mut Section<'_>,
     key: &'static str,
-    read: impl Fn(Section<'_>) -> Fits<Vec<T>>,
-) -> Fits<Vec<T>> {
+    read: impl Fn(Section<'_>) -> SpanResult<Vec<T>>,
+) -> SpanResult<Vec<T>> {
     let sections = file.sections(key)?;
     if sections.is_empty() {
-        return Err(Wrong::at(&(0..0), format!("there is no [[{key}]]: at least one is needed")));
+        return Err(SpanError::at(
+            &(0..0),
+            format!("there is no [[{key}]]: at least one is needed"),
+        ));
     }
     let mut all: Vec<T> = Vec::new();
     let mut labels = HashSet::new();
@@ -223,9 +223,10 @@ fn labeled<T: Labeled>(
         for one in read(section)? {
             let label = one.label();
             if !labels.insert(label.to_owned()) {
-                let message =
-                    format!("two of [[{key}]] are called {label:?}: give one another label");
-                return Err(Wrong::at(&span, message));
+                let message = format!(
+                    "two of [[{key}]] are called {label:?}: give one of them another label"
+                );
+                return Err(SpanError::at(&span, message));
             }
             all.push(one);
         }
@@ -249,12 +250,12 @@ impl Labeled for SolverCell {
     }
 }
 
-/// A figure must have something that it can show.
+/// Checks that a figure selects something.
 fn check_filters(
     figure: &FigureSpec,
     instances: &[InstanceCell],
     solvers: &[SolverCell],
-) -> Fits<()> {
+) -> SpanResult<()> {
     let check = |key: &str, part: &Option<String>, span: &Range<usize>, labels: Vec<&str>| {
         let Some(part) = part else { return Ok(()) };
         if labels.iter().any(|label| label.contains(&part[..])) {
@@ -262,7 +263,7 @@ fn check_filters(
         }
         let meant = did_you_mean(part, labels);
         let message = format!("{key}: no label of [[{}]] contains {part:?}{meant}", &key_of(key));
-        Err(Wrong::at(span, message))
+        Err(SpanError::at(span, message))
     };
     let labels = instances.iter().map(|cell| cell.label.as_str()).collect();
     check("only", &figure.only, &figure.spans.only, labels)?;
@@ -279,7 +280,7 @@ fn read_exclusion(
     section: &mut Section<'_>,
     instances: &[InstanceCell],
     solvers: &[SolverCell],
-) -> Fits<Exclusion> {
+) -> SpanResult<Exclusion> {
     let mut entries = Vec::new();
     if let Some(mut options) = section.section("options")? {
         for (key, values) in options.rest()? {
@@ -296,25 +297,27 @@ fn read_exclusion(
         let Some(there) = known.get(key.value.as_str()) else {
             let known: Vec<&str> = known.into_keys().collect();
             let meant = did_you_mean(&key.value, known.iter().copied());
-            let message =
-                format!("no cell has {:?}; there are {}{meant}", key.value, known.join(", "));
-            return Err(Wrong::at(&key.span, message));
+            let message = format!(
+                "no cell has the key {:?}; there are {}{meant}",
+                key.value,
+                known.join(", ")
+            );
+            return Err(SpanError::at(&key.span, message));
         };
         if let Some(odd) = values.iter().find(|odd| !there.iter().any(|value| odd.value.is(value)))
         {
             let (key, given) = (&key.value, odd.value.text());
             let there: BTreeSet<String> = there.iter().map(|value| value.text()).collect();
             let meant = did_you_mean(&given, there.iter().map(String::as_str));
-            let message =
-                format!("no cell has the {key} {given}, so that nothing is excluded{meant}");
-            return Err(Wrong::at(&odd.span, message));
+            let message = format!("no cell has the {key} {given}, so nothing is excluded{meant}");
+            return Err(SpanError::at(&odd.span, message));
         }
     }
     let exclusion = Exclusion(entries);
     let mut solved = instances.iter().flat_map(|one| solvers.iter().map(move |other| (one, other)));
     if !solved.any(|(instance, solver)| covers(&exclusion, instance, solver)) {
-        let message = "no cell has all of these values together, so that nothing is excluded";
-        return Err(Wrong::at(&section.span, message));
+        let message = "no cell has all of these values together, so nothing is excluded";
+        return Err(SpanError::at(&section.span, message));
     }
     Ok(exclusion)
 }

@@ -1,14 +1,14 @@
-//! The folder of results of an experiment, which several processes may write to, and any may die.
+//! The results folder of an experiment. Several processes may write to it, and any of them may be killed.
 //!
 //! ```text
-//! results/NAME/experiment.toml                               the file that was run last
+//! results/NAME/experiment.toml                               the most recent experiment file
 //!              runs/ID/spec.toml trace.csv summary.json manifest.json  [labels.npy certainty.npy]
 //!              instances/ID.ply                              the surface and its data, for the page
-//!              figures/ tables/ report.html                  what `report` makes of it
+//!              figures/ tables/ report.html                  written by `report`
 //! ```
 //!
-//! A run is made in `runs/.ID` under a lock, and renamed to `runs/ID` when it is whole. Locks are the operating
-//! system's: those of a dead process are free, and what it left in `runs/.ID` goes to the next one's bin.
+//! A run is made in `runs/.ID` under a lock, and renamed to `runs/ID` when it is complete. The operating system frees
+//! the locks of a dead process, and the next one removes what it left in `runs/.ID`.
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -20,14 +20,14 @@ use crate::file;
 /// The files that every run has.
 const RUN_FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
 
-/// Of these files the first that the folder of a run lacks.
+/// The first of these files that the folder of a run lacks.
 pub fn lacking(run: &Path) -> Option<&'static str> {
     RUN_FILES.into_iter().find(|name| !run.join(name).is_file())
 }
 
-/// The folder of results of one experiment.
+/// The results folder of one experiment.
 pub struct Store {
-    /// Such as `results/NAME`.
+    /// Its path, such as `results/NAME`.
     pub folder: PathBuf,
 }
 
@@ -40,32 +40,32 @@ pub struct Claim {
 }
 
 impl Store {
-    /// A folder of results, made if it is missing. Fails if it cannot be made.
+    /// Opens a results folder, and creates it if it is missing. Fails if it cannot be created.
     pub fn open(folder: PathBuf) -> Result<Self> {
         let runs = folder.join("runs");
         fs::create_dir_all(&runs).map_err(|error| Error::io(&runs, error))?;
         Ok(Store { folder })
     }
 
-    /// Keeps a copy of the file, for those who find the results without it.
+    /// Keeps a copy of the experiment file with the results.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The copy cannot be written.
     pub fn keep(&self, spec: &Spec) -> Result<()> {
         file::write(&self.folder.join("experiment.toml"), |out| out.write_all(spec.text.as_bytes()))
     }
 
-    /// The folder of a run, whether it is there or not.
+    /// The folder of a run, whether it exists or not.
     pub fn run(&self, id: &str) -> PathBuf {
         self.folder.join("runs").join(id)
     }
 
-    /// Whether a run is there, with all its files.
+    /// Whether a run exists with all its files.
     pub fn has(&self, id: &str) -> bool {
         lacking(&self.run(id)).is_none()
     }
 
-    /// The runs that are there, or what is left of them.
+    /// The runs that exist, including incomplete ones.
     ///
     /// # Errors
     /// The folder cannot be read.
@@ -76,7 +76,7 @@ impl Store {
         for entry in fs::read_dir(&runs).map_err(io)? {
             let entry = entry.map_err(io)?;
             let name = entry.file_name().to_string_lossy().into_owned();
-            // Hidden ones are under way.
+            // Hidden folders are runs in progress.
             if !name.starts_with('.') && entry.path().is_dir() {
                 ids.push(name);
             }
@@ -84,8 +84,8 @@ impl Store {
         Ok(ids)
     }
 
-    /// The right to make a run that is missing, or any if `again`; `None` if it is there by now or another
-    /// process is at it.
+    /// The right to make a run that is missing, or any run if `again`; `None` if it exists by now or another process
+    /// is making it.
     ///
     /// # Errors
     /// The folder cannot be written to.
@@ -113,15 +113,15 @@ impl Store {
 }
 
 impl Claim {
-    /// Where the files of the run go.
+    /// The folder for the files of the run.
     pub fn folder(&self) -> &Path {
         &self.unfinished
     }
 
-    /// The run is whole.
+    /// Makes the complete run visible.
     ///
     /// # Errors
-    /// It cannot be moved to its place.
+    /// Its folder cannot be renamed.
     pub fn finish(self) -> Result<()> {
         if self.finished.exists() {
             remove(&self.finished)?;
@@ -132,7 +132,7 @@ impl Claim {
 }
 
 impl Drop for Claim {
-    /// A process that opened the lock file before it is removed finds the run finished once the lock is free.
+    /// A process that opened the lock file before its removal finds the run finished once the lock is free.
     fn drop(&mut self) {
         let leftovers = [fs::remove_dir_all(&self.unfinished), fs::remove_file(&self.lock_path)];
         for error in leftovers.into_iter().filter_map(std::result::Result::err) {

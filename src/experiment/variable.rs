@@ -1,4 +1,4 @@
-//! What a relation or a table shows of a cell, by the names of the experiment file: a key, or a quantity of its runs.
+//! The variables that relations and tables show: keys of a cell and quantities of its runs.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use strum::{EnumMessage, EnumString, IntoStaticStr, VariantNames};
 
 use super::nearest::did_you_mean;
 
-/// A key of the cells, or what their runs reached.
+/// A key of the cells, or a quantity of their runs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Variable {
     /// `lambda`, `options.epsilon`.
@@ -14,8 +14,8 @@ pub enum Variable {
     Quantity(Quantity),
 }
 
-/// What the runs of a cell reached. Messages list the names in this order; `message` is the label of an axis that shows
-/// it, by default the name.
+/// A result of the runs of a cell. Messages list the names in this order; `message` is the label of its axis, by
+/// default the name.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, EnumString, EnumMessage, IntoStaticStr, VariantNames,
 )]
@@ -36,19 +36,19 @@ pub enum Quantity {
     /// (E - D) / (E - B).
     #[strum(message = "certified gap")]
     Gap,
-    /// (E - D*) / (E* - B), D* the best bound and E* the least energy of all runs of the instance.
+    /// (E - D*) / (E* - B), D* the best bound and E* the minimum energy of all runs of the instance.
     #[strum(message = "energy above the best bound")]
     Excess,
-    /// (min E_eps - D*) / (E* - B), the minimum by all runs of the same E_eps.
+    /// (min E_eps - D*) / (E* - B), with the minimum over all runs of the same E_eps.
     #[strum(message = "least smoothed energy above the best bound")]
     Bias,
-    /// (E_eps - min E_eps) / (E* - B); of solvers that smooth nothing the excess.
+    /// (E_eps - min E_eps) / (E* - B); the excess for solvers without smoothing.
     #[strum(message = "optimization error")]
     OptimizationError,
     /// (R - E) / (E* - B).
     #[strum(message = "rounding error")]
     RoundingError,
-    /// To the labels of the run of least energy.
+    /// Share of labels that differ from those of the run of minimum energy.
     #[strum(message = "share of labels changed")]
     LabelsChanged,
     /// (R - D) / (D - B).
@@ -61,11 +61,11 @@ pub enum Quantity {
     Status,
 }
 
-/// Keys that a cell may have besides its options.
+/// Keys that a cell may have in addition to its options.
 const KEYS: [&str; 9] =
     ["mesh", "data", "noise", "seed", "regions", "lambda", "mass", "solver", "threads"];
 
-/// What begins the keys of options.
+/// The prefix of the keys of options.
 const OPTIONS: &str = "options.";
 
 impl FromStr for Variable {
@@ -79,7 +79,7 @@ impl FromStr for Variable {
             let quantities = Quantity::VARIANTS;
             let meant = did_you_mean(name, KEYS.iter().chain(quantities).copied());
             format!(
-                "{name:?} is nothing to show; there are {OPTIONS}KEY, {}, {}{meant}",
+                "{name:?} is not a variable; there are {OPTIONS}KEY, {}, {}{meant}",
                 KEYS.join(", "),
                 quantities.join(", ")
             )
@@ -88,7 +88,7 @@ impl FromStr for Variable {
 }
 
 impl Variable {
-    /// As the file has it.
+    /// The name in the experiment file.
     pub fn name(&self) -> &str {
         match self {
             Variable::Key(key) => key,
@@ -96,13 +96,13 @@ impl Variable {
         }
     }
 
-    /// Its name, that of an option without what begins them all.
+    /// The name, without the prefix of options.
     pub fn short_name(&self) -> &str {
         let name = self.name();
         name.strip_prefix(OPTIONS).unwrap_or(name)
     }
 
-    /// What an axis says.
+    /// The label of an axis.
     pub fn label(&self) -> &str {
         match self {
             Variable::Key(_) => self.short_name(),
@@ -114,7 +114,7 @@ impl Variable {
         matches!(self, Variable::Key(key) if key == name)
     }
 
-    /// Whether it differs from machine to machine.
+    /// Whether it depends on the machine.
     pub fn is_time(&self) -> bool {
         self.is(Quantity::Seconds) || self.is(Quantity::WallSeconds)
     }
@@ -129,13 +129,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn variables_are_known_by_their_names() {
+    fn every_variable_has_the_name_that_is_parsed() {
         for name in KEYS.iter().chain(Quantity::VARIANTS).chain(&["options.epsilon"]) {
             assert_eq!(name.parse::<Variable>().unwrap().name(), *name);
         }
         let message = "wall-second".parse::<Variable>().unwrap_err();
         assert!(message.starts_with(
-            "\"wall-second\" is nothing to show; there are options.KEY, mesh, data, noise, seed, regions, \
+            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, noise, seed, regions, \
              lambda, mass, solver, threads, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, regions-used, mislabeled, \
              status; did you mean \"wall-seconds\"?"
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_have_words() {
+    fn axes_have_labels() {
         for (name, label) in [
             ("options.epsilon", "epsilon"),
             ("lambda", "lambda"),

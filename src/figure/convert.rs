@@ -1,4 +1,4 @@
-//! From SVG to dots and to PDF, with the bundled font alone.
+//! From SVG to PNG and PDF, with the bundled font only.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::font;
 
 const DOTS_PER_INCH: f64 = 300.0;
 
-/// A length of 1 in the tree is a point.
+/// Parses the SVG. The unit of length is a point.
 pub fn tree(svg: &str) -> Result<Tree> {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(font::BYTES.to_vec());
@@ -26,7 +26,7 @@ pub fn png(tree: &Tree) -> Result<Vec<u8>> {
     let (width, height) = (dots(tree.size().width()), dots(tree.size().height()));
     let mut pixels =
         Pixmap::new(width, height).ok_or_else(|| unsuitable("it is too high for an image"))?;
-    // The last row may be covered in part only.
+    // The page may cover the last row only partially.
     pixels.fill(Color::WHITE);
     resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     let colors: Vec<u8> =
@@ -56,7 +56,7 @@ pub fn pdf(tree: &Tree) -> Result<Vec<u8>> {
     Ok(pdf)
 }
 
-/// svg2pdf lists the transparencies of the page, one a line, in the random order of a hash map.
+/// Sorts the transparencies of the page, which svg2pdf lists one per line in the random order of a hash map.
 fn sort_transparencies(pdf: &mut [u8]) {
     let find = |bytes: &[u8], what: &[u8]| bytes.windows(what.len()).position(|w| w == what);
     let head = b"/ExtGState <<\n";
@@ -64,7 +64,7 @@ fn sort_transparencies(pdf: &mut [u8]) {
     let Some(length) = find(&pdf[begin..], b">>") else { return };
     let list = &mut pdf[begin..begin + length];
     let mut lines: Vec<&[u8]> = list.split_inclusive(|&byte| byte == b'\n').collect();
-    // What is before the closing brackets is no line.
+    // The text before the closing brackets is not an entry.
     let entries = lines.len().saturating_sub(1);
     lines[..entries].sort_unstable();
     let sorted = lines.concat();

@@ -1,23 +1,23 @@
-//! What of a series can be drawn on the axes of its panel.
+//! The part of a series that can be drawn on the axes of its panel.
 
 use super::layout::Frame;
 use super::{Primitive, Scale, Series};
 
-/// About the number of marks on a line.
+/// Approximate number of marks on a line.
 const MARKS_PER_LINE: f64 = 8.0;
-/// A vertex of a line that is closer in print to the one before it is left out.
-const THINNED_DISTANCE: f64 = 0.1;
-/// A shorter line would not be visible, and has a mark.
-const SHORTEST_LINE: f64 = 1.5;
-/// What a line does within this distance in print does not make it longer.
+/// A vertex of a line that is closer to its predecessor, in points, is left out.
+const MIN_VERTEX_DISTANCE: f64 = 0.1;
+/// A shorter line gets a mark, since it would not be visible.
+const MIN_LINE_LENGTH: f64 = 1.5;
+/// Details of a line below this size, in points, do not count for its length.
 const NOISE_SIZE: f64 = 6.0;
-/// Between marks on a line; a short line has fewer.
-const LEAST_MARK_DISTANCE: f64 = 13.0;
+/// Minimum distance between marks on a line.
+const MIN_MARK_DISTANCE: f64 = 13.0;
 
-/// All in the numbers of the data.
+/// The drawn parts, in data coordinates.
 #[derive(Debug, Default)]
 pub struct Curve {
-    /// Closed outlines.
+    /// Closed polygons.
     pub areas: Vec<Vec<[f64; 2]>>,
     pub lines: Vec<Vec<[f64; 2]>>,
     /// x, low, high.
@@ -43,18 +43,18 @@ impl Curve {
             }
             let side = |i: usize| {
                 let side: Vec<[f64; 2]> = band.iter().map(|b| [b[0], b[i]]).collect();
-                path(series.primitive, thinned(&side, THINNED_DISTANCE, frame))
+                path(series.primitive, thinned(&side, MIN_VERTEX_DISTANCE, frame))
             };
             let mut outline = side(1);
             outline.extend(side(2).into_iter().rev());
             curve.areas.push(outline);
         }
         for run in points {
-            let run = thinned(&run, THINNED_DISTANCE, frame);
+            let run = thinned(&run, MIN_VERTEX_DISTANCE, frame);
             if series.primitive == Primitive::LineMarks {
-                curve.marks.extend(some(&run, series.style, frame));
+                curve.marks.extend(mark_positions(&run, series.style, frame));
             } else if series.primitive != Primitive::Reference
-                && spaced(&run, SHORTEST_LINE, frame).len() == 1
+                && spaced(&run, MIN_LINE_LENGTH, frame).len() == 1
             {
                 curve.marks.push(run[0]);
             }
@@ -64,18 +64,18 @@ impl Curve {
     }
 }
 
-/// As much of a line as `count` points can show.
+/// Thins a line to at most `count` points.
 pub fn at_most(count: usize, line: &[[f64; 2]], frame: &Frame) -> Vec<[f64; 2]> {
     let mut thin = line.to_vec();
-    let mut apart = THINNED_DISTANCE;
+    let mut spacing = MIN_VERTEX_DISTANCE;
     while thin.len() > count {
-        apart *= 2.0;
-        thin = thinned(line, apart, frame);
+        spacing *= 2.0;
+        thin = thinned(line, spacing, frame);
     }
     thin
 }
 
-/// The stretches of drawable points.
+/// The runs of consecutive drawable points.
 fn runs<const N: usize>(
     points: &[[f64; N]],
     drawable: impl Fn(&[f64; N]) -> bool,
@@ -100,38 +100,38 @@ fn distance(a: [f64; 2], b: [f64; 2], frame: &Frame) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Without the points that are closer in print than this to the one before them.
-fn spaced(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
+/// The points without those that are closer than `spacing`, in points on the page, to their predecessor.
+fn spaced(run: &[[f64; 2]], spacing: f64, frame: &Frame) -> Vec<[f64; 2]> {
     let mut kept: Vec<[f64; 2]> = Vec::new();
     for &point in run {
-        if kept.last().is_none_or(|&before| distance(before, point, frame) >= apart) {
+        if kept.last().is_none_or(|&before| distance(before, point, frame) >= spacing) {
             kept.push(point);
         }
     }
     kept
 }
 
-/// The same, but both ends stay.
-fn thinned(run: &[[f64; 2]], apart: f64, frame: &Frame) -> Vec<[f64; 2]> {
-    let mut kept = spaced(run, apart, frame);
+/// Like [`spaced`], but keeps both ends.
+fn thinned(run: &[[f64; 2]], spacing: f64, frame: &Frame) -> Vec<[f64; 2]> {
+    let mut kept = spaced(run, spacing, frame);
     if kept.last() != run.last() {
         kept.extend(run.last());
     }
     kept
 }
 
-/// Points at equal distances in print, which begin elsewhere for each style, so that the marks of lines that
-/// run together do not hide each other.
-fn some(run: &[[f64; 2]], style: usize, frame: &Frame) -> Vec<[f64; 2]> {
+/// Points at equal distances on the page. They start at a different position for each style, so that the marks of lines
+/// that coincide do not hide each other.
+fn mark_positions(run: &[[f64; 2]], style: usize, frame: &Frame) -> Vec<[f64; 2]> {
     if run.len() as f64 <= 1.5 * MARKS_PER_LINE {
         return run.to_vec();
     }
-    // A noisy line is as long as one that passes through the noise.
+    // The length of a noisy line is that of its average.
     let coarse = spaced(run, NOISE_SIZE, frame);
     let length: f64 = coarse.windows(2).map(|pair| distance(pair[0], pair[1], frame)).sum();
-    let apart = (length / MARKS_PER_LINE).max(LEAST_MARK_DISTANCE);
-    // Multiples of the golden ratio are spread evenly, however many there are.
-    let begin = apart * (0.1 + style as f64 * 0.618_034).fract();
+    let spacing = (length / MARKS_PER_LINE).max(MIN_MARK_DISTANCE);
+    // The fractional parts of multiples of the golden ratio are evenly distributed.
+    let begin = spacing * (0.1 + style as f64 * 0.618_034).fract();
     let first = run.iter().position(|&point| distance(run[0], point, frame) >= begin);
-    spaced(&run[first.unwrap_or(0)..], apart, frame)
+    spaced(&run[first.unwrap_or(0)..], spacing, frame)
 }

@@ -1,21 +1,21 @@
-//! What a figure is, apart from how it is drawn: panels, axes, series.
+//! The content of a figure, independent of how it is drawn: panels, axes, series.
 
 use crate::error::Error;
 
-/// Panels under one legend.
+/// Panels with a common legend.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Row by row, from the top left; at least one.
+    /// At least one panel, row by row from the top left.
     pub panels: Vec<Panel>,
-    /// Of the whole figure.
+    /// The width of the whole figure.
     pub width: Width,
-    /// Panels in a row; fewer, where they would be too narrow to read.
+    /// Panels in a row; fewer are used if they would be too narrow.
     pub columns: usize,
     /// A small line under the panels.
     pub note: Option<String>,
 }
 
-/// The width in print.
+/// The printed width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Width {
     /// 3.33 in.
@@ -24,25 +24,25 @@ pub enum Width {
     Page,
 }
 
-/// One pair of axes. A label that the neighbor to the left (for y) or below (for x) repeats is shown once.
+/// One pair of axes. A label that is equal to that of the neighbor to the left (for y) or below (for x) is shown once.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// A line above the panel.
+    /// The text above the panel.
     pub title: Option<String>,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// In the order of drawing; bands come before all curves, and a [`Shape::Reference`] before the other curves.
+    /// In the order of drawing; bands are drawn before all curves, and a [`Primitive::Reference`] before other curves.
     pub series: Vec<Series>,
 }
 
-/// Its range follows from the data.
+/// An axis, whose range follows from the data.
 #[derive(Clone, Debug)]
 pub struct Axis {
     /// The quantity and its unit.
     pub label: String,
-    /// How values become lengths.
+    /// How values are mapped to lengths.
     pub scale: Scale,
 }
 
@@ -58,42 +58,42 @@ impl Axis {
 pub enum Scale {
     /// Equal differences have equal lengths.
     Linear,
-    /// Equal ratios have equal lengths; only positive values have a place.
+    /// Equal ratios have equal lengths; only positive values have a position.
     Log,
 }
 
 /// Points that belong together and look the same.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// In the legend, once however many series have it; an empty label is not there.
+    /// The text in the legend, shown once even if several series have it; an empty label is not shown.
     pub label: String,
-    /// The same index looks the same in every panel and figure.
+    /// Index of the style, which is the same in every panel and figure.
     pub style: usize,
     /// How the points are drawn.
     pub primitive: Primitive,
     /// x and y. A point without a position on the axes, such as a NaN or a zero on a logarithmic one, is left out
     /// and breaks the line.
     pub points: Vec<[f64; 2]>,
-    /// x, low, high, such as quartiles: bars beside [`Primitive::Marks`], an area behind lines.
+    /// x, low, high, such as quartiles: bars at [`Primitive::Marks`], an area behind lines.
     pub band: Vec<[f64; 3]>,
 }
 
 /// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Primitive {
-    /// Straight lines from each point to the next.
+    /// Straight lines between consecutive points.
     Line,
     /// Each value holds until the next x.
     Steps,
     /// A mark at each point, without lines.
     Marks,
-    /// A line with about eight marks, fewer where it has fewer points.
+    /// A line with about eight marks, or fewer if it has fewer points.
     LineMarks,
-    /// Thin, gray and dashed: a fitted slope, or the number of a paper.
+    /// A thin, gray, dashed line: a fitted power law or a value from the literature.
     Reference,
 }
 
-/// Figures are plain data, so the error has no file name.
+/// An error without a file name, since figures are plain data.
 pub(super) fn unsuitable(message: impl std::fmt::Display) -> Error {
     Error::unsuitable(format!("the figure cannot be drawn: {message}"))
 }

@@ -1,5 +1,5 @@
-//! Where everything is on the page. Margins follow from the measured labels; plots of one figure are all of one
-//! size, and aligned.
+//! The positions of everything on the page. Margins follow from the measured labels; the plots of a figure have equal
+//! sizes and are aligned.
 
 use super::legend::Legend;
 use super::range::Range;
@@ -9,24 +9,24 @@ use super::text::{
 use super::ticks::{self, Label, Ticks};
 use super::{Axis, Figure, Panel, Result, Scale, Width, unsuitable};
 
-/// Nothing is closer to the edge of the page.
+/// Minimum distance from the edge of the page.
 const MARGIN: f64 = 1.0;
 pub const TICK_LENGTH: f64 = 2.6;
-/// Between a tick and its label.
+/// Distance between a tick and its label.
 pub const TICK_GAP: f64 = 2.0;
-/// Between tick labels and the label of the axis.
+/// Distance between tick labels and the label of the axis.
 const LABEL_GAP: f64 = 3.0;
 const BETWEEN_PANELS: f64 = 9.0;
 const ABOVE_NOTE: f64 = 2.0;
 const BELOW_LEGEND: f64 = 5.0;
 const BELOW_TITLE: f64 = 3.5;
-/// A plot is this high for the width of its panel, between two bounds.
+/// Height of a plot relative to the width of its panel, and the bounds of this height.
 const PLOT_ASPECT: f64 = 0.6;
 const PLOT_HEIGHTS: [f64; 2] = [84.0, 190.0];
-/// With narrower plots, a figure has fewer columns.
-const NARROWEST_PLOT: f64 = 48.0;
+/// If plots would be narrower, a figure has fewer columns.
+const MIN_PLOT_WIDTH: f64 = 48.0;
 
-/// The rectangle of the plot, and what it shows.
+/// The rectangle of a plot and the ranges that it shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     pub left: f64,
@@ -38,7 +38,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// On the page. The point has a position on both axes.
+    /// The position on the page of a point that has positions on both axes.
     pub fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let position = |scale: Scale, value| scale.position(value).expect("a drawable number");
         [self.across(position(self.x.scale, x)), self.up(position(self.y.scale, y))]
@@ -61,7 +61,7 @@ impl Frame {
     }
 }
 
-/// A panel, its plot and its texts, all with their positions.
+/// A panel with its plot and its texts at their positions.
 pub struct PlacedPanel<'a> {
     pub panel: &'a Panel,
     pub frame: Frame,
@@ -72,7 +72,7 @@ pub struct PlacedPanel<'a> {
     pub title: Vec<String>,
     pub x_label: Vec<String>,
     pub y_label: Vec<String>,
-    /// The first baselines: across the page for the first two, up the page for the label of y.
+    /// The first baselines: y for title and x label, x for the vertical y label.
     pub title_at: f64,
     pub x_label_at: f64,
     pub y_label_at: f64,
@@ -84,7 +84,7 @@ pub struct Layout<'a> {
     pub columns: usize,
     pub legend: Legend<'a>,
     pub panels: Vec<PlacedPanel<'a>>,
-    /// Between the plots of neighbors.
+    /// Distances between neighboring plots.
     pub gaps: [f64; 2],
     pub note: Vec<String>,
     pub note_at: [f64; 2],
@@ -98,7 +98,7 @@ impl<'a> Layout<'a> {
         let mut columns = figure.columns.clamp(1, figure.panels.len());
         loop {
             let grid = Grid::new(figure, columns);
-            if grid.plot[0] >= NARROWEST_PLOT || columns == 1 {
+            if grid.plot[0] >= MIN_PLOT_WIDTH || columns == 1 {
                 return Ok(grid.place());
             }
             columns -= 1;
@@ -111,7 +111,7 @@ pub fn label_width(label: &Label) -> f64 {
     text::width(&label.text, SMALL_SIZE) + exponent
 }
 
-/// The ranges that the data of a panel extend over.
+/// The ranges of the data of a panel.
 struct Extents<'a> {
     panel: &'a Panel,
     has_data: bool,
@@ -125,7 +125,7 @@ impl<'a> Extents<'a> {
         let mut points = Vec::new();
         for series in &panel.series {
             let bands = series.band.iter();
-            // Both ends or neither, as they are drawn.
+            // A band counts only if both ends are drawable, as it is drawn.
             let ends = bands
                 .filter(|b| b[1..].iter().all(|&b| drawable(&panel.y, b)))
                 .flat_map(|&[x, low, high]| [[x, low], [x, high]]);
@@ -148,7 +148,7 @@ impl<'a> Extents<'a> {
     }
 }
 
-/// The sizes of rows and columns, before anything has its position.
+/// The sizes of rows and columns, from which positions follow.
 struct Grid<'a> {
     figure: &'a Figure,
     columns: usize,
@@ -159,7 +159,7 @@ struct Grid<'a> {
     y_labels: Vec<Vec<String>>,
     /// Width and height of every plot.
     plot: [f64; 2],
-    /// At the left of the plots of the first column, and of each other column.
+    /// Room to the left of the plots of the first column and of every other column.
     left: [f64; 2],
     right: f64,
 }
@@ -200,13 +200,13 @@ impl<'a> Grid<'a> {
         grid
     }
 
-    /// Makes the plots as wide as the room for them allows. The labels of x reach beyond the plot, and which there are
+    /// Makes the plots as wide as possible. The tick labels of x reach beyond the plot, and which of them there are
     /// depends on its width.
     fn fit_width(&mut self, room: f64) {
         loop {
             let inner = self.left[1] * (self.columns - 1) as f64;
             self.plot[0] = (room - self.left[0] - inner) / self.columns as f64 - self.right;
-            if self.plot[0] < NARROWEST_PLOT && self.columns > 1 {
+            if self.plot[0] < MIN_PLOT_WIDTH && self.columns > 1 {
                 return;
             }
             let room = |label: &Label| label_width(label) + 5.0;
@@ -224,7 +224,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// At the left of a plot.
+    /// Reserves room to the left of a plot.
     fn make_room(&mut self, i: usize, room: f64) {
         let left = &mut self.left[usize::from(!i.is_multiple_of(self.columns))];
         *left = left.max(room);
@@ -241,7 +241,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// How far the labels of x reach beyond the plot.
+    /// How far the tick labels of x reach beyond the plot.
     fn overhang(&self, i: usize) -> [f64; 2] {
         let (mut overhang, range) = ([0.0f64; 2], &self.extents[i].x);
         for tick in &self.x_ticks[i].major {
@@ -250,7 +250,7 @@ impl<'a> Grid<'a> {
             overhang[0] = overhang[0].max(half - at);
             overhang[1] = overhang[1].max(at + half - self.plot[0]);
         }
-        // In tenths, or narrowing the plots would never come to an end.
+        // Rounded to tenths, since otherwise narrowing the plots might not terminate.
         overhang.map(|points| (10.0 * points).ceil() / 10.0)
     }
 
@@ -325,7 +325,7 @@ impl<'a> Grid<'a> {
                     x: extents.x,
                     y: extents.y,
                 };
-                // The last of several lines is the one above the plot.
+                // The last line is closest to the plot.
                 let above = LINE_SPACING * LABEL_SIZE * title.len().saturating_sub(1) as f64;
                 PlacedPanel {
                     panel: extents.panel,
@@ -346,13 +346,13 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The rows of plots, from the top of the page on; they are at one distance, as pgfplots has it.
+/// The rows of plots; they have equal distances, as in pgfplots.
 struct Rows {
-    /// Of the first plots.
+    /// Top of the first row.
     top: f64,
-    /// Between the plots of one row and the next.
+    /// Distance between the plots of consecutive rows.
     gap: f64,
-    /// Below the labels of the last row.
+    /// Bottom of the labels of the last row.
     bottom: f64,
 }
 
@@ -363,7 +363,7 @@ fn most_lines(texts: &[Vec<String>]) -> usize {
 /// The room above a plot for a title of `lines` lines.
 fn above_plot(lines: usize) -> f64 {
     match lines {
-        // Half a tick label is above the plot.
+        // The topmost tick label reaches above the plot by half its height.
         0 => SMALL_SIZE / 2.0,
         lines => (ASCENT + LINE_SPACING * (lines - 1) as f64) * LABEL_SIZE + BELOW_TITLE,
     }
@@ -380,7 +380,7 @@ fn below_plot(lines: usize) -> f64 {
     }
 }
 
-/// The labels of y, but where the neighbor to the left has the same.
+/// The labels of y, without those equal to that of the neighbor to the left.
 fn y_labels(panels: &[Panel], columns: usize, height: f64) -> Vec<Vec<String>> {
     let label = |i: usize| {
         let repeats = !i.is_multiple_of(columns) && panels[i - 1].y.label == panels[i].y.label;
@@ -389,7 +389,7 @@ fn y_labels(panels: &[Panel], columns: usize, height: f64) -> Vec<Vec<String>> {
     (0..panels.len()).map(|i| text::wrap(label(i), LABEL_SIZE, height)).collect()
 }
 
-/// The labels of x, but where the neighbor below has the same.
+/// The labels of x, without those equal to that of the neighbor below.
 fn x_labels(panels: &[Panel], columns: usize, width: f64) -> Vec<Vec<String>> {
     let label = |i: usize| {
         let below = panels.get(i + columns);

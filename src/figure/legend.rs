@@ -1,24 +1,24 @@
-//! One legend for all panels: its entries in columns, row by row.
+//! The common legend of all panels, with entries in columns, row by row.
 
 use super::text::{self, LABEL_SIZE, LINE_SPACING};
 use super::{Panel, Primitive, Series};
 
-/// The drawn sample, if it has a line and if it has none.
+/// Widths of samples with and without a line.
 const LINE_SAMPLE_WIDTH: f64 = 23.0;
 const MARK_SAMPLE_WIDTH: f64 = 8.0;
-/// Between the sample and its text.
+/// Distance between a sample and its text.
 const SAMPLE_GAP: f64 = 4.0;
-/// The room between columns.
+/// Distance between columns.
 const COLUMN_GAP: f64 = 13.0;
 
 pub struct LegendEntry<'a> {
     pub series: &'a Series,
     pub lines: Vec<String>,
-    /// Of the widest line.
+    /// Width of the widest line.
     pub width: f64,
     /// Both ends of the sample.
     pub sample: [f64; 2],
-    /// The beginning of the first line.
+    /// Start of the baseline of the first line.
     pub at: [f64; 2],
 }
 
@@ -29,7 +29,7 @@ pub struct Legend<'a> {
 }
 
 impl<'a> Legend<'a> {
-    /// In the middle of a page of this width, from the top of the page on.
+    /// Places the legend at the top of a page, centered.
     pub fn new(panels: &'a [Panel], left: f64, width: f64) -> Self {
         let mut labeled: Vec<&Series> = Vec::new();
         for series in panels.iter().flat_map(|panel| &panel.series) {
@@ -65,7 +65,7 @@ impl<'a> Legend<'a> {
     }
 }
 
-/// As few rows as fit, and no more columns than these rows need.
+/// The number of columns: as few rows as possible, and no more columns than these rows need.
 fn columns(entries: &[LegendEntry], width: f64) -> usize {
     let fits = |columns: &usize| total(&widths(entries, *columns)) <= width;
     let count = entries.len();
@@ -74,7 +74,7 @@ fn columns(entries: &[LegendEntry], width: f64) -> usize {
     (count.div_ceil(rows.max(1)).max(1)..most).find(fits).unwrap_or(most)
 }
 
-/// Of samples and texts in the columns, each as wide as its widest entry.
+/// Widths of samples and texts of each column, given by its widest entry.
 fn widths(entries: &[LegendEntry], columns: usize) -> Vec<[f64; 2]> {
     let mut widths = vec![[0.0f64; 2]; columns.min(entries.len())];
     for (i, entry) in entries.iter().enumerate() {

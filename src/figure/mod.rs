@@ -1,17 +1,15 @@
-//! Plain numbers as figures for print: SVG, PNG, vector PDF, and pgfplots.
+//! Figures for print from plain numbers: SVG, PNG, vector PDF and pgfplots.
 //!
 //! ```text
-//! Series -> Curve (what of it can be drawn)  ->  svg      -> usvg -> PNG, PDF
+//! Series -> Curve (its drawable parts)       ->  svg      -> usvg -> PNG, PDF
 //! Axis   -> Range -> Ticks -> Layout         ->  pgfplots -> .tex, .dat
 //! ```
 //!
-//! The SVG is written here and not by plotters, whose labels have no superscripts, whose lines have no dashes
-//! in its SVG, and whose text is measured in a font other than the one it is shown in: margins, legend rows and
-//! the choice of ticks all rest on the width of a text. What is drawn is paths and text, which is little to
-//! write. One length is a point, 1/72 inch, as in print.
+//! The SVG is written here and not by the crate plotters, which has no superscripts in labels and no dashed lines in
+//! SVG, and measures text in another font than the one that is shown: margins, legend rows and the choice of ticks all
+//! depend on the width of texts. Only paths and text are needed. The unit of length is a point, 1/72 inch.
 //!
-//! The only font is the bundled one, and nothing depends on the machine or the time: the same figure gives the
-//! same bytes.
+//! The only font is the bundled one, and nothing depends on the machine or the time: equal figures give equal bytes.
 
 mod convert;
 mod curve;
@@ -38,7 +36,7 @@ use svg::Font;
 
 pub use drawing::{Axis, Figure, Panel, Primitive, Scale, Series, Width};
 
-/// Writes `stem.svg`, `stem.png` (300 dots an inch), `stem.pdf`, `stem.tex` and `stem.dat`. Fails if the figure cannot
+/// Writes `stem.svg`, `stem.png` (300 dots per inch), `stem.pdf`, `stem.tex` and `stem.dat`. Fails if the figure cannot
 /// be laid out, such as one without panels, or a file cannot be written.
 pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
     let layout = Layout::new(figure)?;

@@ -1,8 +1,8 @@
-//! The figure for LaTeX: a picture that typesets its own text, and the table of what it draws.
+//! The figure for LaTeX: a picture whose text LaTeX typesets, and the table of its data.
 //!
-//! The table has a pair of columns for each line, set of marks or area; shorter ones end in `nan`, and a row of
-//! `nan` breaks a line. pgfplots reads it once. TeX has neither the memory nor the time for all points of a long
-//! trace, so lines are thinned as far as that needs, and numbers rounded.
+//! The table has a pair of columns for each line, set of marks or area; shorter ones are padded with `nan`, and a row
+//! of `nan` breaks a line. pgfplots reads it once. TeX has neither the memory nor the time for all points of a long
+//! trace, so lines are thinned and numbers rounded.
 
 use std::fmt::Write as _;
 
@@ -15,13 +15,13 @@ use super::text::{LABEL_SIZE, LINE_SPACING, SMALL_SIZE};
 use super::ticks::{Decimal, Label, MINUS, Ticks};
 use super::{Primitive, Scale, Series};
 
-/// pgfplots puts the labels of x this much lower than the SVG has them.
+/// pgfplots places the labels of x this much lower than the SVG.
 const X_LABEL_DROP: f64 = 5.0;
-/// Between the end of a logarithmic axis and 1, in lengths of the axis.
-const MOST_LENGTHS_TO_ONE: f64 = 25.0;
+/// Maximum distance from the end of a logarithmic axis to 1, in lengths of the axis.
+const MAX_LENGTHS_TO_ONE: f64 = 25.0;
 
-/// Points of a line at most. TeX draws thirty such lines in about five seconds.
-const MOST_POINTS: usize = 300;
+/// Maximum number of points of a line. TeX draws thirty such lines in about five seconds.
+const MAX_LINE_POINTS: usize = 300;
 
 /// The contents of `stem.tex` and `stem.dat`.
 pub fn draw(layout: &Layout, stem: &str) -> (String, String) {
@@ -135,7 +135,7 @@ fn axis_options(options: &mut String, axis: char, range: &Range, ticks: &Ticks) 
         end(range, range.low),
         end(range, range.high)
     );
-    // Without an option, pgfplots chooses.
+    // Without this option, pgfplots chooses ticks itself.
     if ticks.major.is_empty() {
         let _ = writeln!(options, "{axis}tick=\\empty,");
     } else {
@@ -153,11 +153,11 @@ fn axis_options(options: &mut String, axis: char, range: &Range, ticks: &Ticks) 
     }
 }
 
-/// pgfplots measures a logarithmic axis from 1 on, and TeX knows no length above 5.7 m. A stretch so far from 1
-/// and so short is as good as straight.
+/// pgfplots measures a logarithmic axis from 1, and TeX has no lengths above 5.7 m. A range that is so far from 1 and
+/// so short is practically linear.
 fn is_logarithmic(range: &Range) -> bool {
     let far = range.low.abs().max(range.high.abs());
-    range.scale == Scale::Log && far < MOST_LENGTHS_TO_ONE * (range.high - range.low)
+    range.scale == Scale::Log && far < MAX_LENGTHS_TO_ONE * (range.high - range.low)
 }
 
 /// The end of a range as a number, which may be too large or small for a double.
@@ -230,7 +230,7 @@ fn around(layout: &Layout, stem: &str) -> String {
 fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> String {
     let curve = Curve::new(series, frame);
     let thin = |lines: &[Vec<[f64; 2]>]| -> Vec<Vec<[f64; 2]>> {
-        lines.iter().map(|line| curve::at_most(MOST_POINTS, line, frame)).collect()
+        lines.iter().map(|line| curve::at_most(MAX_LINE_POINTS, line, frame)).collect()
     };
     let style = Style::of(series);
     let color = style.color;
@@ -287,7 +287,7 @@ fn marks(style: &Style) -> String {
     )
 }
 
-/// Only what may be in the name of a label.
+/// The characters that are allowed in the name of a label.
 fn name(stem: &str) -> String {
     stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }
@@ -299,7 +299,7 @@ struct Table {
 }
 
 impl Table {
-    /// Two columns, of x and of y, with their names.
+    /// Adds columns for x and y; returns their names.
     fn add(&mut self, name: &str, paths: &[Vec<[f64; 2]>]) -> [String; 2] {
         let mut points: Vec<Option<[f64; 2]>> = Vec::new();
         for path in paths {
@@ -335,7 +335,7 @@ impl Table {
     }
 }
 
-/// To seven digits, which TeX does not exceed.
+/// Rounds to seven digits, the precision of TeX.
 fn rounded(number: f64) -> String {
     let digits = format!("{number:.6e}");
     let (factor, exponent) = digits.split_once('e').expect("an exponent");

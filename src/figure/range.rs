@@ -1,18 +1,18 @@
-//! What stretch of an axis is shown.
+//! The range of an axis.
 
 use super::Scale;
 
 /// Larger numbers, and smaller ones on a logarithmic axis, have no position: their ranges would overflow.
 const LARGEST_DRAWN: f64 = 1e300;
-/// Numbers that differ by less than this share of their size are drawn as one.
-const LEAST_RELATIVE_SPAN: f64 = 1e-9;
-/// The part of the data's span that is added at either end, for a line not to run along the frame.
+/// Numbers whose relative difference is smaller are drawn as one.
+const MIN_RELATIVE_SPAN: f64 = 1e-9;
+/// Share of the span that is added at both ends, so that lines do not touch the frame.
 const PADDING: f64 = 0.04;
-/// Numbers of which the smallest is at most this share of the largest are shown from zero on.
+/// If the smallest number is at most this share of the largest, a linear axis starts at zero.
 const NEAR_ZERO: f64 = 0.25;
 
 impl Scale {
-    /// Where a number is, in units of the axis: its own, or decades.
+    /// The position of a number in units of the axis: the number itself, or its decimal logarithm.
     pub(super) fn position(self, value: f64) -> Option<f64> {
         match self {
             Scale::Linear => (value.abs() <= LARGEST_DRAWN)
@@ -24,7 +24,7 @@ impl Scale {
     }
 }
 
-/// Both ends in units of the axis.
+/// The range of an axis, in its units.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
     pub scale: Scale,
@@ -33,8 +33,8 @@ pub struct Range {
 }
 
 impl Range {
-    /// A range that holds all of these with room at its ends; a linear one begins at zero if they come near
-    /// it. `None` if there is nothing to show.
+    /// A range that contains all values with padding at its ends; a linear one starts at zero if the values come near
+    /// it. `None` if there are no values to show.
     pub fn holding(scale: Scale, values: impl Iterator<Item = f64>) -> Option<Self> {
         let positions = values.filter_map(|value| scale.position(value));
         let (low, high) = positions
@@ -45,7 +45,7 @@ impl Range {
             return None;
         }
         let size = low.abs().max(high.abs());
-        let alike = high - low <= LEAST_RELATIVE_SPAN * size.max(1.0 / LARGEST_DRAWN);
+        let alike = high - low <= MIN_RELATIVE_SPAN * size.max(1.0 / LARGEST_DRAWN);
         let padding = match scale {
             Scale::Log if alike => 0.5,
             Scale::Linear if size == 0.0 => 1.0,
@@ -57,7 +57,7 @@ impl Range {
         Some(Range { scale, low, high: high + padding })
     }
 
-    /// The part of the range below a position.
+    /// The share of the range below a position.
     pub fn share(&self, position: f64) -> f64 {
         (position - self.low) / (self.high - self.low)
     }

@@ -1,29 +1,29 @@
-//! The looks that a series can have: colors of Okabe and Ito, for every kind of eye, with dashes and marks that
-//! tell series apart without them.
+//! The styles of series: the colors of Okabe and Ito, which suit all types of color vision, with dashes and marks that
+//! distinguish series without color.
 
 use super::{Primitive, Series};
 
-/// Widths of lines.
+/// Line widths.
 pub const DATA_WIDTH: f64 = 1.2;
 pub const REFERENCE_WIDTH: f64 = 0.8;
 pub const BAR_WIDTH: f64 = 0.7;
 pub const FRAME_WIDTH: f64 = 0.5;
 pub const GRID_WIDTH: f64 = 0.4;
-/// Colors, as in SVG and as in LaTeX.
+/// Colors, as written in SVG and in LaTeX.
 pub const WHITE: &str = "FFFFFF";
 pub const INK: &str = "222222";
 pub const REFERENCE_INK: &str = "6E6E6E";
 pub const GRID_INK: &str = "E2E2E2";
-/// How much of what is behind an area it covers.
+/// Opacity of areas.
 pub const AREA_OPACITY: f64 = 0.18;
 
 const LOOK_COUNT: usize = 8;
 
-/// The yellow of the palette is darkened: it would not be seen as a line on white.
+/// The yellow of the palette is darkened, since it would be invisible as a line on white.
 const COLORS: [&str; LOOK_COUNT] =
     ["0072B2", "D55E00", "009E73", "CC79A7", "E69F00", "000000", "56B4E9", "A89B00"];
 
-/// On, off, on, off; one list a look.
+/// Lengths on, off, on, off, for each style.
 const DASHES: [&[f64]; LOOK_COUNT] = [
     &[],
     &[5.0, 1.8],
@@ -50,12 +50,12 @@ pub enum Outline {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mark {
     pub outline: Outline,
-    /// Filled with the color of its series, or with white.
+    /// Whether it is filled with the color of its series, or with white.
     pub filled: bool,
 }
 
 impl Mark {
-    /// From the middle to a tip, or to the side of a square: of equal weight to the eye.
+    /// Distance from the center to a tip, or to the side of a square, such that all marks have equal visual weight.
     pub fn size(self) -> f64 {
         let size = match self.outline {
             Outline::Circle | Outline::Cross => 1.9,
@@ -65,7 +65,7 @@ impl Mark {
         if self.filled { 1.25 * size } else { size }
     }
 
-    /// The width of its outline.
+    /// Width of the outline.
     pub fn pen(self) -> f64 {
         match self.outline {
             Outline::Cross => DATA_WIDTH,
@@ -74,7 +74,7 @@ impl Mark {
         }
     }
 
-    /// Of the inside and the outline. The outline of a filled mark is white, to part it from its line.
+    /// Colors of the inside and the outline. A filled mark has a white outline, which separates it from its line.
     pub fn colors(self, color: &str) -> [&str; 2] {
         if self.filled { [color, WHITE] } else { [WHITE, color] }
     }
@@ -102,8 +102,8 @@ pub struct Style {
 impl Style {
     pub fn of(series: &Series) -> Self {
         let style = series.style;
-        // A second round of the colors has other dashes, and pairs them with other marks: 32 looks without
-        // color, 64 with it.
+        // Beyond eight styles, the colors repeat with other dashes and other marks: 32 distinct styles without color,
+        // 64 with it.
         let round = style / LOOK_COUNT % LOOK_COUNT;
         let mark = MARKS[(style + 5 * round) % LOOK_COUNT];
         if series.primitive == Primitive::Reference {

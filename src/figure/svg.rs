@@ -15,12 +15,12 @@ use crate::font;
 
 const MINOR_TICK_LENGTH: f64 = 1.5;
 
-/// Whose font shows the text.
+/// The font that shows the text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Font {
-    /// The one that everything is measured by.
+    /// The bundled one, with which everything is measured.
     Bundled,
-    /// Any, such as that of a browser, which is told how much room each line has.
+    /// Any other, such as that of a browser; each line states its width.
     Readers,
 }
 
@@ -82,7 +82,7 @@ impl Page {
         for (series, curve) in &curves {
             self.areas(curve, &Style::of(series), frame);
         }
-        // A fit is under the data that it fits.
+        // A fit is drawn below its data.
         let (references, data): (Vec<_>, Vec<_>) =
             curves.iter().partition(|(series, _)| series.primitive == Primitive::Reference);
         for (series, curve) in references.into_iter().chain(data) {
@@ -148,7 +148,7 @@ impl Page {
         for &point in &curve.marks {
             self.mark(style.mark, style.color, frame.at(point));
         }
-        // Above the marks, whose white outlines would hide short ones.
+        // Bars are above the marks, whose white outlines would hide short ones.
         let mut bars = String::new();
         for &[x, low, high] in &curve.bars {
             let ([x, low], [_, high]) = (frame.at([x, low]), frame.at([x, high]));
@@ -261,7 +261,7 @@ impl Page {
     }
 }
 
-/// With two decimals, as many as a printer can use.
+/// A number with two decimals, which is enough for print.
 fn number(value: f64) -> String {
     let rounded = format!("{value:.2}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
@@ -281,7 +281,7 @@ fn segment(path: &mut String, from: [f64; 2], to: [f64; 2]) {
     path.push_str(&self::path([from, to]));
 }
 
-/// XML has no control characters, however they are written.
+/// Escapes a text for XML, which cannot represent control characters.
 fn escaped(text: &str) -> String {
     let text = text.replace(|c: char| c.is_control() || "\u{fffe}\u{ffff}".contains(c), " ");
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")

@@ -1,4 +1,4 @@
-//! What a figure must show, and must not.
+//! Tests of figures: labels, legend, layout and file formats.
 
 use super::layout::Frame;
 use super::range::Range;
@@ -37,7 +37,8 @@ const PRIMITIVES: [Primitive; 5] = [
     Primitive::Reference,
 ];
 
-/// Six solvers on four problems, with every primitive, breaks, bands, long texts and characters of XML and LaTeX.
+/// Six solvers on four problems, with every primitive, breaks, bands, long texts and special characters of XML and
+/// LaTeX.
 fn crowded(width: Width, columns: usize) -> Figure {
     let panels = SCALES.iter().enumerate().map(|(p, &scales)| {
         let all = (0..11).map(|k| {
@@ -72,22 +73,22 @@ fn ticks_of(scale: Scale, values: &[f64], length: f64) -> (Range, Ticks) {
     (range, ticks(&range, length, &label_room))
 }
 
-/// A label as one reads it aloud.
-fn said(label: &Label) -> String {
+/// A label as plain text.
+fn plain_text(label: &Label) -> String {
     let exponent = label.exponent.as_ref().map_or(String::new(), |e| format!("^{e}"));
     format!("{}{exponent}", label.text).replace(MINUS, "-").replace('\u{d7}', "*")
 }
 
 fn labels(scale: Scale, values: &[f64], length: f64) -> Vec<String> {
-    ticks_of(scale, values, length).1.major.iter().map(|tick| said(&tick.label)).collect()
+    ticks_of(scale, values, length).1.major.iter().map(|tick| plain_text(&tick.label)).collect()
 }
 
-/// Where a label says it is, in units of the axis; the number itself may exceed a double.
-fn heard(label: &Label, scale: Scale) -> f64 {
-    let said = said(label);
+/// The position that a label states, in units of the axis; the number itself may exceed a double.
+fn stated_position(label: &Label, scale: Scale) -> f64 {
+    let text = plain_text(label);
     let number = |text: &str| text.parse::<f64>().unwrap();
-    let (factor, exponent) = match said.split_once('^') {
-        None => (said.as_str(), "0"),
+    let (factor, exponent) = match text.split_once('^') {
+        None => (text.as_str(), "0"),
         Some((power, exponent)) => match power.strip_suffix("10").unwrap() {
             "" => ("1", exponent),
             factor => (factor.strip_suffix('*').unwrap(), exponent),
@@ -112,7 +113,7 @@ fn linear_ticks_have_as_few_digits_as_needed() {
 }
 
 #[test]
-fn logarithmic_ticks_are_decades_or_divide_the_few_there_are() {
+fn logarithmic_ticks_are_decades_or_divide_a_few_decades() {
     let labels = |values: &[f64]| labels(Scale::Log, values, 130.0);
     assert_eq!(labels(&[1e-3, 1.0]), ["10^-3", "10^-2", "10^-1", "10^0"]);
     assert_eq!(labels(&[1.0, 20.0]), ["1", "2", "5", "10", "20"]);
@@ -129,28 +130,28 @@ fn logarithmic_ticks_are_decades_or_divide_the_few_there_are() {
     assert_eq!(three_decades.minor.len(), 3 * 8 + 2);
 }
 
-/// On axes of every size: at least two labels that do not overlap, at their true positions, inside, and in
-/// order, and minor ticks inside.
+/// On axes of every size there are at least two labels, which do not overlap and are at their true positions, inside
+/// the axis and in order; minor ticks are inside.
 #[test]
-fn ticks_of_any_range_can_be_read() {
+fn ticks_of_any_range_are_legible() {
     let sizes = (-42..=42).map(|e| 10f64.powi(7 * e));
     for size in sizes {
         for spread in [1.0, 1.0001, 1.01, 1.1, 1.7, 3.0, 9.0, 40.0, 1e3, 1e9, 1e30] {
             for (scale, sign) in [(Scale::Linear, 1.0), (Scale::Linear, -1.0), (Scale::Log, 1.0)] {
                 let values = [sign * 1.23 * size, sign * 1.23 * (size * spread).min(1e299)];
                 let (range, ticks) = ticks_of(scale, &values, 130.0);
-                let told = format!("{scale:?} {values:?} {ticks:?}");
-                assert!(ticks.major.len() >= 2, "{told}");
+                let description = format!("{scale:?} {values:?} {ticks:?}");
+                assert!(ticks.major.len() >= 2, "{description}");
                 let mut end = f64::NEG_INFINITY;
                 for tick in &ticks.major {
-                    let share = range.share(heard(&tick.label, scale));
-                    assert!((-1e-6..=1.0 + 1e-6).contains(&share), "{told}");
+                    let share = range.share(stated_position(&tick.label, scale));
+                    assert!((-1e-6..=1.0 + 1e-6).contains(&share), "{description}");
                     assert!(
                         (range.share(tick.number.position(scale)) - share).abs() < 1e-6,
-                        "{told}"
+                        "{description}"
                     );
                     let half = layout::label_width(&tick.label) / 2.0;
-                    assert!(130.0 * share - half > end, "{told}");
+                    assert!(130.0 * share - half > end, "{description}");
                     end = 130.0 * share + half;
                 }
                 for minor in &ticks.minor {
@@ -162,7 +163,7 @@ fn ticks_of_any_range_can_be_read() {
 }
 
 #[test]
-fn a_range_holds_its_data_with_room() {
+fn a_range_contains_its_data_with_padding() {
     let range = |scale, values: &[f64]| Range::holding(scale, values.iter().copied());
     for scale in [Scale::Linear, Scale::Log] {
         assert!(range(scale, &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY]).is_none());
@@ -187,7 +188,7 @@ fn frame(scales: [Scale; 2]) -> Frame {
 }
 
 #[test]
-fn a_point_without_a_place_breaks_the_line() {
+fn a_point_without_a_position_breaks_the_line() {
     let points = vec![[1.0, 1.0], [200.0, 0.0], [300.0, 10.0], [500.0, f64::NAN], [900.0, 1e3]];
     let line = series("", 0, Primitive::Line, points);
     let drawn = |scales| curve::Curve::new(&line, &frame(scales));
@@ -195,19 +196,19 @@ fn a_point_without_a_place_breaks_the_line() {
     assert_eq!(linear, [vec![[1.0, 1.0], [200.0, 0.0], [300.0, 10.0]], vec![[900.0, 1e3]]]);
     let log = drawn(SCALES[3]);
     assert_eq!(log.lines.len(), 3);
-    // Points alone between two breaks are seen nevertheless.
+    // Single points between two breaks are visible nevertheless.
     assert_eq!(log.marks, [[1.0, 1.0], [300.0, 10.0], [900.0, 1e3]]);
 }
 
 #[test]
-fn steps_hold_their_value_until_the_next() {
+fn steps_keep_their_value_until_the_next_x() {
     let steps = series("", 0, Primitive::Steps, vec![[1.0, 1.0], [100.0, 500.0], [200.0, 700.0]]);
     let corners = [[1.0, 1.0], [100.0, 1.0], [100.0, 500.0], [200.0, 500.0], [200.0, 700.0]];
     assert_eq!(curve::Curve::new(&steps, &frame(SCALES[0])).lines, [corners.to_vec()]);
 }
 
 #[test]
-fn long_lines_have_about_eight_marks_elsewhere_for_each_style() {
+fn long_lines_have_about_eight_marks_at_different_positions_for_each_style() {
     let frame = frame(SCALES[3]);
     let points: Vec<[f64; 2]> =
         (10..=10_000).map(|i| [f64::from(i) / 10.0, 1e4 / f64::from(i)]).collect();
@@ -257,7 +258,7 @@ fn the_legend_has_each_label_once() {
     assert_eq!(labels, ["b", "a", "c"]);
 }
 
-/// Five columns have both long labels in one of them and fit; four, which two rows would do with, do not.
+/// Five columns fit, since both long labels are in one of them; four, which would suffice for two rows, do not.
 #[test]
 fn the_legend_fits_its_page() {
     let long = "x".repeat(22);
@@ -271,12 +272,12 @@ fn the_legend_fits_its_page() {
     }
 }
 
-/// A text of a figure, and its left, top, right and bottom, as the SVG reader measures them.
+/// A text of a figure with its left, top, right and bottom, as measured by the SVG reader.
 #[derive(Debug)]
 struct DrawnText {
     text: String,
     line: [f32; 4],
-    /// A line is higher than its letters, to be apart from the next.
+    /// A line is higher than its letters, so that lines are separated.
     letters: [f32; 4],
 }
 
@@ -289,7 +290,7 @@ fn texts(group: &Group, drawn: &mut Vec<DrawnText>) {
                 let at = node.abs_bounding_box();
                 let line = [at.left(), at.top(), at.right(), at.bottom()];
                 let mut letters = line;
-                // Turned text has its top at the left.
+                // Rotated text has its top on the left.
                 let i = if node.abs_transform().has_skew() { 0 } else { 1 };
                 letters[i] += 0.2 * (line[i + 2] - line[i]);
                 letters[i + 2] -= 0.12 * (line[i + 2] - line[i]);
@@ -300,7 +301,7 @@ fn texts(group: &Group, drawn: &mut Vec<DrawnText>) {
     }
 }
 
-/// The figure as read, and its texts.
+/// Parses the SVG of a figure; returns the tree and its texts.
 fn read(figure: &Figure) -> (Tree, Vec<DrawnText>) {
     let svg = svg::draw(&Layout::new(figure).unwrap(), Font::Bundled);
     let tree = convert::tree(&svg).unwrap();
@@ -330,20 +331,20 @@ fn no_text_leaves_the_page() {
 }
 
 #[test]
-fn no_text_is_on_another() {
+fn texts_do_not_overlap() {
     for figure in all_widths() {
         let (_, texts) = read(&figure);
         for (i, one) in texts.iter().enumerate() {
             for other in &texts[i + 1..] {
                 let (a, b) = (one.letters, other.letters);
-                let apart = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
-                assert!(apart, "{one:?} and {other:?}");
+                let disjoint = a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+                assert!(disjoint, "{one:?} and {other:?}");
             }
         }
     }
 }
 
-/// The legend is above every plot, and every plot has its size.
+/// The legend is above every plot, and all plots have equal sizes.
 #[test]
 fn plots_are_aligned_below_the_legend() {
     for figure in all_widths() {
@@ -360,7 +361,7 @@ fn plots_are_aligned_below_the_legend() {
 }
 
 #[test]
-fn columns_that_would_be_too_narrow_are_fewer() {
+fn there_are_fewer_columns_if_plots_would_be_too_narrow() {
     let line = || series("a", 0, Primitive::Line, vec![[1.0, 1e-9], [2.0, 1.0]]);
     let panels = |n| (0..n).map(|_| panel(SCALES[3], vec![line()])).collect::<Vec<_>>();
     let columns = |width, n| Layout::new(&figure(width, n, panels(n))).unwrap().columns;
@@ -391,7 +392,7 @@ fn panels_without_data_say_so() {
 }
 
 #[test]
-fn numbers_of_any_kind_are_drawn_or_left_out() {
+fn numbers_of_any_size_are_drawn_or_left_out() {
     let odd = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-310, 1e-300, f64::MAX, f64::MIN, f64::EPSILON];
     let odd = [&odd[..], &[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e299, -1e299]].concat();
     for scales in SCALES {
@@ -425,7 +426,7 @@ fn text_is_measured_as_it_is_drawn() {
             (f64::from(right - left) - measured).abs() < 1e-3,
             "{text}: {left} {right} {measured}"
         );
-        // Another font has to take as much room.
+        // Another font must have the same width.
         let svg = svg(&figure).unwrap();
         let line = svg.lines().find(|line| line.contains(&format!(">{text}</text>"))).unwrap();
         let (_, rest) = line.split_once(" textLength=\"").unwrap();
@@ -435,7 +436,7 @@ fn text_is_measured_as_it_is_drawn() {
 }
 
 #[test]
-fn lines_are_broken_where_they_must() {
+fn lines_are_broken_to_fit_the_room() {
     let room = text::width("to a gap of", 8.0);
     for text in ["to a gap of 1e-5, to a gap", "incomprehensibilities", "a\nb\tc \u{7}", ""] {
         let lines = text::wrap(text, 8.0, room);
@@ -447,7 +448,7 @@ fn lines_are_broken_where_they_must() {
 }
 
 #[test]
-fn the_picture_has_300_dots_an_inch_and_is_opaque() {
+fn the_png_has_300_dots_per_inch_and_is_opaque() {
     let figure = crowded(Width::Column, 2);
     let (tree, _) = read(&figure);
     let bytes = convert::png(&tree).unwrap();
@@ -459,15 +460,15 @@ fn the_picture_has_300_dots_an_inch_and_is_opaque() {
     assert_eq!(info.color_type, png::ColorType::Rgb);
     let mut pixels = vec![0; reader.output_buffer_size()];
     reader.next_frame(&mut pixels).unwrap();
-    // White margins, also in the last row, which the page may cover in part only.
+    // White margins, also in the last row, which the page may cover only partially.
     let row = 3 * 999;
     assert!(pixels[pixels.len() - row..].iter().all(|&byte| byte == 255));
-    // And colors within.
+    // And colors inside.
     assert!(pixels.chunks_exact(3).any(|pixel| pixel == [0, 0x72, 0xB2]));
 }
 
 #[test]
-fn the_pdf_is_of_the_size_asked_for_and_has_its_font() {
+fn the_pdf_has_the_requested_size_and_embeds_its_font() {
     let (tree, _) = read(&crowded(Width::Page, 2));
     let pdf = convert::pdf(&tree).unwrap();
     assert!(pdf.starts_with(b"%PDF"));
@@ -476,12 +477,12 @@ fn the_pdf_is_of_the_size_asked_for_and_has_its_font() {
     let text = String::from_utf8_lossy(&pdf);
     let (_, size) = text.split_once("/MediaBox [0 0 ").unwrap();
     let width: f32 = size.split(' ').next().unwrap().parse().unwrap();
-    // In single precision.
+    // Sizes are in single precision.
     assert!((width - 6.9 * 72.0).abs() < 1e-4);
 }
 
 #[test]
-fn the_same_figure_is_the_same_bytes() {
+fn equal_figures_give_equal_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let figure = crowded(Width::Page, 2);
     for stem in ["a", "b"] {
@@ -508,9 +509,9 @@ fn latex_special_characters_are_escaped() {
     assert_eq!(escaped("chambolle-pock"), "chambolle-pock");
 }
 
-/// Every column that the picture names is in the table, whose rows are all of one length; braces close.
+/// Every column that the picture names is in the table, all rows have equal lengths, and braces are balanced.
 #[test]
-fn the_latex_picture_finds_its_table() {
+fn the_latex_picture_matches_its_table() {
     for figure in all_widths() {
         let layout = Layout::new(&figure).unwrap();
         let (tex, dat) = pgfplots::draw(&layout, "stem");

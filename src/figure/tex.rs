@@ -1,7 +1,7 @@
-//! Text for LaTeX: its special characters, and those that its default fonts lack.
+//! Text for LaTeX: escapes special characters and characters that its default fonts lack.
 
-/// As the text reads, in any engine. Accented letters are left to LaTeX, which knows them; what it has no command for
-/// appears as its number in Unicode.
+/// Escapes a text for any engine. LaTeX handles accented letters itself; characters without a command appear as their
+/// Unicode numbers.
 pub fn escaped(text: &str) -> String {
     let mut tex = String::new();
     for c in text.chars() {
@@ -13,7 +13,7 @@ pub fn escaped(text: &str) -> String {
                 tex.push('\\');
                 tex.push(c);
             }
-            // Behind the end of a row they would be its options.
+            // After the end of a row, brackets would be read as its options.
             '[' | ']' | '*' => {
                 tex.push('{');
                 tex.push(c);
@@ -38,7 +38,7 @@ pub fn escaped(text: &str) -> String {
     tex
 }
 
-/// What LaTeX has had in its own tables of UTF-8 for long.
+/// Whether LaTeX has long had the character in its UTF-8 tables.
 fn is_known(c: char) -> bool {
     matches!(c, 'À'..='Ö' | 'Ø'..='ö' | 'ø'..='ž' | '¡' | '¿' | '§' | '£' | '©' | '–' | '—' | '‘'..='‚' | '“'..='„' | '…')
         && !matches!(c, 'Ħ' | 'ħ' | 'ĸ' | 'Ŀ' | 'ŀ' | 'ŉ' | 'Ŧ' | 'ŧ')
@@ -121,8 +121,8 @@ fn math(c: char) -> Option<&'static str> {
     })
 }
 
-/// A name as people type it in a document, between braces: only what would not get there is escaped. `^`, `~` and `_`
-/// may stand as they are.
+/// A name as typed in a document between braces: only characters that braces cannot contain are escaped. `^`, `~` and
+/// `_` stay as they are.
 pub fn typed(name: &str) -> String {
     let mut tex = String::new();
     for c in name.chars() {

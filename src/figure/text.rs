@@ -1,4 +1,4 @@
-//! The sizes of the text of figures, and lines that fit a room.
+//! The text sizes of figures, and line breaking.
 
 pub use crate::font::width;
 
@@ -6,25 +6,25 @@ pub use crate::font::width;
 pub const LABEL_SIZE: f64 = 8.0;
 /// Tick labels and the note.
 pub const SMALL_SIZE: f64 = 7.0;
-/// The exponent of a tick label, and how far it is raised.
+/// Size of the exponent of a tick label, and how far it is raised.
 pub const EXPONENT_SIZE: f64 = 5.2;
 pub const EXPONENT_RAISE: f64 = 2.7;
-/// From one baseline to the next, in font sizes.
+/// Distance between baselines, in font sizes.
 pub const LINE_SPACING: f64 = 1.2;
-/// What a font's box reaches above and below its baseline, in font sizes.
+/// Extent of the font above and below its baseline, in font sizes.
 pub const ASCENT: f64 = 1.03;
 pub const DESCENT: f64 = 0.41;
 /// The height of digits, in font sizes.
 pub const DIGIT_HEIGHT: f64 = 0.65;
 
-/// Lines no wider than `room`, as few as can be, and none much longer than the others.
+/// Breaks a text into as few lines as possible that are no wider than `room`, of similar lengths.
 pub fn wrap(text: &str, size: f64, room: f64) -> Vec<String> {
     let widest = broken(text, size, room);
     let mut narrower = (1..10).map(|tenths| broken(text, size, room * f64::from(tenths) / 10.0));
     narrower.find(|lines| lines.len() == widest.len()).unwrap_or(widest)
 }
 
-/// Lines broken between words, and within a word that is wider than a line.
+/// Breaks lines between words, and within words that are wider than a line.
 fn broken(text: &str, size: f64, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty())

@@ -1,14 +1,14 @@
-//! Where an axis has ticks, and what they say.
+//! The ticks of an axis and their labels.
 
 use super::Scale;
 use super::range::Range;
 
-/// Between the labels of a linear axis, and the shortest decade that is divided, in points.
-const LEAST_LABEL_DISTANCE: f64 = 20.0;
-/// Shorter decades have no ticks of their own.
-const SHORTEST_TICKED_DECADE: f64 = 3.0;
-/// Below this many decades, powers of ten alone would say too little.
-const FEW_DECADES: f64 = 1.5;
+/// Minimum distance between labels of a linear axis, and minimum length of a decade that is divided, in points.
+const MIN_LABEL_DISTANCE: f64 = 20.0;
+/// Decades that are shorter, in points, have no minor ticks.
+const MIN_TICKED_DECADE: f64 = 3.0;
+/// An axis with fewer decades has other labels in addition to powers of ten.
+const MIN_POWERS_ONLY_DECADES: f64 = 1.5;
 
 /// digits * 10^exponent, exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,7 @@ impl Decimal {
         Some(log as i32 + self.exponent)
     }
 
-    /// With a decimal point and no digit more than needed.
+    /// The number in decimal notation without redundant digits.
     fn plain(self) -> String {
         let mut digits = self.digits.unsigned_abs().to_string();
         if self.digits != 0 {
@@ -54,7 +54,7 @@ impl Decimal {
     }
 }
 
-/// A minus sign as wide as a digit, which a hyphen is not.
+/// The minus sign, which unlike a hyphen is as wide as a digit.
 pub const MINUS: char = '\u{2212}';
 
 /// A number, or a number that ends in a power of ten.
@@ -69,7 +69,7 @@ impl Label {
         Label { text: number.plain(), exponent: None }
     }
 
-    /// The number as a factor times 10^exponent.
+    /// The label of a number as a factor times 10^exponent.
     fn scaled(number: Decimal, exponent: i32) -> Self {
         if number.digits == 0 {
             return Label::plain(number);
@@ -100,7 +100,7 @@ pub struct Ticks {
     pub minor: Vec<Decimal>,
 }
 
-/// The ticks of an axis `length` points long, whose labels take up `room` along it.
+/// The ticks of an axis that is `length` points long; `room` gives the extent of a label along it.
 pub fn ticks(range: &Range, length: f64, room: &dyn Fn(&Label) -> f64) -> Ticks {
     let axis = Spaced { range, length, room };
     match range.scale {
@@ -117,7 +117,7 @@ struct Spaced<'a> {
 
 impl Spaced<'_> {
     fn shows(&self, number: Decimal) -> bool {
-        // Rounding may not take the tick at the end of an axis.
+        // A tick at the end of an axis must not be lost by rounding.
         (-1e-9..=1.0 + 1e-9).contains(&self.range.share(number.position(self.range.scale)))
     }
 
@@ -130,7 +130,7 @@ impl Spaced<'_> {
         })
     }
 
-    /// Multiples of 1, 2 or 5 times a power of ten between two numbers: the densest whose labels fit.
+    /// Multiples of 1, 2 or 5 times a power of ten between two numbers; the densest ones whose labels fit.
     fn linear(&self, [low, high]: [f64; 2]) -> Vec<Tick> {
         let span = high - low;
         let smallest = span.log10().floor() as i32 - 2;
@@ -139,7 +139,7 @@ impl Spaced<'_> {
             (smallest..=smallest + 3).flat_map(|e| [1, 2, 5].map(|factor| (e, factor)))
         {
             let step = Decimal { digits: factor, exponent }.value();
-            if step / span * self.length < LEAST_LABEL_DISTANCE {
+            if step / span * self.length < MIN_LABEL_DISTANCE {
                 continue;
             }
             let numbers = ((low / step).floor() as i64..=(high / step).ceil() as i64)
@@ -175,10 +175,10 @@ impl Spaced<'_> {
             let is_major = |number: &Decimal| major.iter().any(|tick| tick.number == *number);
             candidates.iter().filter(|number| !is_major(number)).copied().collect()
         };
-        let few = span < FEW_DECADES || decades.len() < 2;
+        let few = span < MIN_POWERS_ONLY_DECADES || decades.len() < 2;
         if few {
             let plain = low >= -3.0 && high <= 5.0;
-            // Long labels leave less and less.
+            // Long labels leave room for fewer.
             for factors in [&[1, 2, 5][..], &[1, 3], &[1, 5], &[1, 2], &[3], &[5], &[2]] {
                 let label = |number: Decimal| match number {
                     _ if plain => Label::plain(number),
@@ -205,15 +205,15 @@ impl Spaced<'_> {
         let steps = [1, 2, 3, 5, 10, 20, 50, 100, 200, 500];
         let major = steps.into_iter().map(every).find(|major| self.fit(major)).unwrap_or_default();
         let candidates = match decade {
-            LEAST_LABEL_DISTANCE.. => &all[..],
-            SHORTEST_TICKED_DECADE.. => &decades,
+            MIN_LABEL_DISTANCE.. => &all[..],
+            MIN_TICKED_DECADE.. => &decades,
             _ => &[],
         };
         Ticks { minor: minor(&major, candidates), major }
     }
 }
 
-/// All of them plain, or all with the same power of ten.
+/// Labels the numbers either all in plain notation or all with the same power of ten.
 fn labeled(numbers: Vec<Decimal>) -> Vec<Tick> {
     let magnitude = numbers.iter().filter_map(|number| number.magnitude()).max().unwrap_or(0);
     let label = |number| match magnitude {

@@ -1,6 +1,7 @@
 //! The state of a run at one of its iterations: a row of the trace, and the origin of its bound.
 
 use serde::{Deserialize, Serialize};
+use strum::{EnumString, IntoStaticStr, VariantNames};
 
 /// One row of a trace.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -26,24 +27,25 @@ pub struct Sample {
 }
 
 /// The dual field that certifies an iterate of an external solver or a given U.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    EnumString,
+    IntoStaticStr,
+    VariantNames,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Certificate {
     /// The given q, projected onto |q_j| <= lambda.
     Offered,
     /// q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ), the gradient of the smoothed total variation.
     Smoothed,
-    /// The best field after a number of our own steps from U.
+    /// The best field after a number of steps of the default solver from U.
     Steps,
-}
-
-impl Certificate {
-    /// `offered`, `smoothed` or `steps`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Certificate::Offered => "offered",
-            Certificate::Smoothed => "smoothed",
-            Certificate::Steps => "steps",
-        }
-    }
 }

@@ -1,4 +1,4 @@
-//! `evaluate` against `solve`, and against numbers by hand.
+//! `evaluate` compared with `solve`, and with numbers computed by hand.
 
 use ndarray::array;
 use serde_json::Value;
@@ -31,7 +31,7 @@ fn the_energies_of_a_result_are_those_of_its_summary() {
         assert_eq!(evaluation["feasible"], true);
         assert!(evaluation["smoothed_energy"].is_null());
         assert!(evaluation["dual_bound"].as_f64().unwrap() <= answer.number("energy"));
-        // Another bound than the solver's, but a bound of the same least energy.
+        // Not the bound of the solver, but a bound of the same minimum.
         assert!(evaluation["dual_bound"].as_f64() <= evaluation["energy"].as_f64());
     }
 }
@@ -39,7 +39,7 @@ fn the_energies_of_a_result_are_those_of_its_summary() {
 /// The unit square of two triangles of area 1/2 with u_1 = x, so that the gradient of U is (1, -1) along x,
 /// of norm sqrt(2): |(K U)_j| = sqrt(2) / 2 and xi_j = 4 |(K U)_j|^2 = 2 on both.
 #[test]
-fn smoothed_energies_by_hand() {
+fn smoothed_energies_agree_with_hand_computation() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE_OBJ);
     folder.array("U.npy", &array![[0.0, 1.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
@@ -81,7 +81,7 @@ fn smoothed_energies_by_hand() {
             assert_eq!(evaluation["epsilon_mode"], mode);
         }
     }
-    // A square of twice the size tells the modes apart: gradients halve, areas are four times as large.
+    // A square of twice the size distinguishes the modes: gradients halve, areas are four times as large.
     folder.write("large.obj", SQUARE_OBJ.replace("v 1", "v 2").replace("1 0\n", "2 0\n"));
     let smoothed = |mode: &str| {
         let line = format!(
@@ -95,7 +95,7 @@ fn smoothed_energies_by_hand() {
 }
 
 #[test]
-fn what_is_infeasible_is_said_to_be() {
+fn an_infeasible_u_is_reported() {
     let folder = Folder::new();
     folder.write("square.obj", SQUARE_OBJ);
     folder.array("S.npy", &array![[1.0, 2.0], [3.0, 5.0], [7.0, 11.0], [13.0, 17.0]]);

@@ -1,4 +1,4 @@
-//! Meshes that are written in an unusual way: each gives the result of the plain file.
+//! Mesh files in unusual notations: each gives the result of the plain file.
 
 use meshseg::mesh::{Mesh, io};
 use ndarray::Array2;
@@ -73,7 +73,7 @@ fn unusual_files_give_the_result_of_the_plain_one() {
         ("plain.off", "OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n".into()),
         ("welded.stl", STL.into()),
         ("binary.stl", binary_stl),
-        // The content decides where the name says nothing.
+        // Without an extension, the content determines the format.
         ("no-extension", PLY.into()),
         ("UPPER.OBJ", SQUARE_OBJ.into()),
     ] {
@@ -86,7 +86,8 @@ fn unusual_files_give_the_result_of_the_plain_one() {
     assert_eq!(solve("with%20space.obj").u, plain.u);
 }
 
-/// Vertices in no face, faces without area and repeated faces are legal: counted, told, and kept in place.
+/// Vertices in no face, faces without area and repeated faces are allowed: they are counted, reported, and keep their
+/// rows.
 #[test]
 fn damage_is_reported_and_the_rows_stay_in_place() {
     let folder = Folder::new();

@@ -65,7 +65,7 @@ fn conversions_keep_the_order_and_the_bits() {
     // Onto itself: the old content is read before the new one replaces it.
     folder.done("mesh convert fourth.obj --out fourth.obj");
     assert_eq!(read(&folder, "fourth.obj"), first);
-    // In order of appearance the square's corners are already welded.
+    // The corners of the square are in order of appearance, so that welding the STL file restores them.
     folder.write("square.obj", SQUARE_OBJ);
     folder.done("mesh convert square.obj --out square.stl");
     assert_eq!(read(&folder, "square.stl"), read(&folder, "square.obj"));

@@ -1,4 +1,4 @@
-//! The exported matrices: their files as other programs need them, and the identities between them.
+//! The exported matrices: the file formats that other programs need, and the identities between the matrices.
 
 use std::fs::{self, File};
 
@@ -29,7 +29,7 @@ fn matrix_market(folder: &Folder, name: &str) -> Array2<f64> {
     matrix
 }
 
-/// The members that `scipy.sparse.load_npz` asks for, as a dense matrix.
+/// The members that `scipy.sparse.load_npz` requires, as a dense matrix.
 fn npz(folder: &Folder, name: &str) -> Array2<f64> {
     let path = folder.path(&format!("out/{name}.npz"));
     let mut npz = NpzReader::new(File::open(&path).unwrap()).unwrap();
@@ -56,7 +56,7 @@ fn npz(folder: &Folder, name: &str) -> Array2<f64> {
 }
 
 #[test]
-fn both_forms_agree_and_the_identities_hold() {
+fn both_formats_agree_and_the_identities_hold() {
     for mesh in ["torus:7x5", "grid:4x3", "sphere:1"] {
         let folder = Folder::new();
         let table = folder.done(&format!("operators {mesh} --out out"));
@@ -92,7 +92,7 @@ fn both_forms_agree_and_the_identities_hold() {
 }
 
 #[test]
-fn faces_without_area_are_left_out_and_told() {
+fn faces_without_area_are_left_out_with_a_warning() {
     let folder = Folder::new();
     folder.write("damaged.obj", format!("{}f 1 2 2\n", crate::support::SQUARE_OBJ));
     let output = folder.run("operators damaged.obj --out out");

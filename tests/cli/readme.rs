@@ -1,8 +1,8 @@
-//! README.md, as a new user takes it: every command runs as printed, in order, and prints what is printed below it.
+//! README.md for a new user: every command runs as printed, in order, and gives the output that is printed below it.
 //!
 //! Blocks of `sh` are scripts; in blocks of `text`, lines that begin with `$` are commands and the others their output.
-//! What builds or installs is left out, since the program is built. Numbers may differ in their last digits, times
-//! altogether.
+//! Commands that build or install are skipped, since the program is built. Numbers may differ in their last digits, and
+//! times are not compared.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ fn blocks() -> Vec<(String, String)> {
     found
 }
 
-/// A clone without anything that was built: what commands read is there, what they write is new.
+/// A clone without build results: it contains the files that commands read, but none that they write.
 fn clone() -> Folder {
     let folder = Folder::new();
     for name in ["assets", "experiments", "Cargo.toml", "README.md"] {
@@ -36,7 +36,7 @@ fn clone() -> Folder {
     folder
 }
 
-/// Runs a script with the program and a Python that has NumPy on the path; its standard output.
+/// Runs a script with the program and a Python with NumPy on the path; returns its standard output.
 fn run(folder: &Folder, script: &str) -> String {
     let python = Command::new(project().join("experiments/reference/run"))
         .args(["python", "-c", "import sys; print(sys.prefix)"])
@@ -58,21 +58,21 @@ fn run(folder: &Folder, script: &str) -> String {
 }
 
 /// Whether two words are equal, as texts or as numbers.
-fn same(printed: &str, said: &str) -> bool {
+fn same(printed: &str, actual: &str) -> bool {
     let number = |word: &str| word.trim_matches(|c| c == ',' || c == '%').parse::<f64>();
-    match (number(printed), number(said)) {
+    match (number(printed), number(actual)) {
         (Ok(a), Ok(b)) => (a - b).abs() <= 1e-2 * b.abs() + 1e-12,
-        _ => printed == said,
+        _ => printed == actual,
     }
 }
 
 fn assert_printed(command: &str, output: &str, printed: &str) {
-    let mut said = output.lines();
+    let mut actual = output.lines();
     for line in printed.lines() {
         if line == "..." {
             return;
         }
-        let other = said.next().unwrap_or_else(|| panic!("{command}: nothing for {line:?}"));
+        let other = actual.next().unwrap_or_else(|| panic!("{command}: nothing for {line:?}"));
         if line.starts_with("time ") {
             continue;
         }
@@ -81,7 +81,7 @@ fn assert_printed(command: &str, output: &str, printed: &str) {
         let equal = a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| same(a, b));
         assert!(equal, "{command}\nREADME: {line}\nprogram: {other}");
     }
-    assert_eq!(said.next(), None, "{command}: more than README prints");
+    assert_eq!(actual.next(), None, "{command}: more than README prints");
 }
 
 #[test]

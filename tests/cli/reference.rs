@@ -1,4 +1,4 @@
-//! Solvers outside the program: what they are given, what they bring back, and that theirs and ours agree.
+//! External solvers: their input, their output, and the agreement of their results with those of the built-in solvers.
 
 use std::fs;
 use std::io::{Cursor, Write};
@@ -32,7 +32,7 @@ fn folder() -> (Folder, Mesh) {
         *x += Vector3::from_fn(|_, _| rng.random_range(-0.02..0.02));
     }
     io::write(&folder.path("mesh.ply"), &mesh).unwrap();
-    // As it is read: coordinates of a file may be shorter.
+    // The mesh as it is read: coordinates in the file may have fewer digits.
     let mesh = meshseg::mesh::source(folder.path("mesh.ply")).unwrap();
     let n = mesh.vertices.len();
     let costs = Array2::from_shape_simple_fn((n, M), || rng.random_range(-0.2..1.0));
@@ -64,7 +64,8 @@ fn rows(array: &Array2<f64>) -> Vec<Row<M>> {
     array.outer_iter().map(|row| Row::from_fn(|p| row[p])).collect()
 }
 
-/// jax.grad, NumPy with the exported matrices, and jaxopt's projection against what the solvers here use.
+/// Compares jax.grad, NumPy with the exported matrices, and the projection of jaxopt with the operations of the
+/// solvers.
 #[test]
 fn python_finds_the_same_gradients_energies_and_projections() {
     let (folder, mesh) = folder();
@@ -155,9 +156,9 @@ fn results(folder: &Folder, name: &str) -> Vec<(String, Value, Value, PathBuf)> 
     names(&runs).into_iter().map(of).collect()
 }
 
-/// All of them solve one small problem; an eps of 1e-7 moves its energy by less than 1e-6.
+/// All of them solve one small problem; an eps of 1e-7 changes its energy by less than 1e-6.
 #[test]
-fn all_reference_solvers_agree_with_ours() {
+fn all_reference_solvers_agree_with_the_built_in_ones() {
     let run = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/reference/run");
     let run = run.display();
     let clarabel = Path::new(PROGRAM).with_file_name("examples").join("clarabel");
@@ -179,7 +180,7 @@ fn all_reference_solvers_agree_with_ours() {
         "agree.toml",
         experiment(&solvers.join("\n"), "gap = 1e-7, max-iterations = 4000, time-limit = 20"),
     );
-    // Else the minute that the environment takes would count for the first of them.
+    // Creates the environment first, since this minute would count for the first solver.
     succeeded(reference(&["python", "-c", "pass"]));
     succeeded({
         let mut command = Command::new(PROGRAM);
@@ -212,7 +213,7 @@ fn all_reference_solvers_agree_with_ours() {
     folder.done("experiment report results/agree");
 }
 
-/// The example of the page for those who write a solver is the file beside it, and works.
+/// The example in the README for authors of solvers is the file next to it, and works.
 #[test]
 fn a_solver_takes_twenty_lines() {
     let home = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/reference");
@@ -246,9 +247,9 @@ fn read(folder: &Folder, out: &str) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
-/// U of `solve`, given back as somebody else's, has the same energy; its bound is ours.
+/// U of `solve`, imported as that of an external solver, has the same energy.
 #[test]
-fn our_own_answer_comes_back_as_it_was() {
+fn an_imported_result_of_solve_has_the_same_energy() {
     let (folder, mesh) = folder();
     folder.done(&format!("problem export {GIVEN} --mass voronoi --init uniform --out problem.npz"));
     folder.solve(&format!("{GIVEN} --mass voronoi --gap 1e-6"), "ours");
@@ -266,7 +267,7 @@ fn our_own_answer_comes_back_as_it_was() {
     same("dual_bound", 1e-4);
     assert_eq!((back["iterations"].as_u64(), back["seconds"].as_f64()), (Some(7), Some(0.25)));
     assert_eq!(back["mass"], "voronoi");
-    // The start, and the one line that is whole.
+    // The start, and the only complete line.
     assert_eq!(fs::read_to_string(folder.path("back/trace.csv")).unwrap().lines().count(), 3);
     let mut npz = NpzReader::new(fs::File::open(folder.path("problem.npz")).unwrap()).unwrap();
     let u0: Array2<f64> = npz.by_name("u0").unwrap();
@@ -275,10 +276,10 @@ fn our_own_answer_comes_back_as_it_was() {
     assert_eq!(shape.to_vec(), [2 * mesh.faces.len() as i64, mesh.vertices.len() as i64]);
 }
 
-/// What goes wrong with a command is how its run ended; the others are not disturbed.
+/// The failure of a command is the outcome of its run; other runs are not affected.
 #[cfg(unix)]
 #[test]
-fn failures_are_outcomes() {
+fn failures_of_commands_are_outcomes_of_their_runs() {
     let folder = Folder::new();
     let script = |name: &str, body: &str| {
         use std::os::unix::fs::PermissionsExt;
@@ -340,7 +341,7 @@ fn failures_are_outcomes() {
     assert!(status("wrong").1.contains("48 x 2, not 48 x 3"), "{:?}", status("wrong"));
     assert_eq!(status("nan").0, "diverged");
     assert_eq!(status("nan0").0, "diverged");
-    // What was good before counts.
+    // Iterates before the failure count.
     assert_eq!((status("late").0, status("late").1.contains("48 x 2")), ("failed", true));
     let (_, late, ..) = results.iter().find(|(name, ..)| name == "late").unwrap();
     assert_eq!(late["iterations"], 1);
@@ -357,7 +358,7 @@ fn failures_are_outcomes() {
     let (_, far, ..) = results.iter().find(|(name, ..)| name == "far").unwrap();
     assert!(far["warnings"][0].as_str().unwrap().contains("off the simplex"), "{far}");
     assert_eq!(far["iterations"], 1);
-    // Nothing is made twice, and a command that changed is another one.
+    // No run is made twice, but a changed command gives new runs.
     assert!(folder.done("experiment run f.toml").contains("made          0"));
     script("fails.sh", "exit 4");
     assert!(folder.done("experiment run f.toml").contains("made          1"));
@@ -365,7 +366,7 @@ fn failures_are_outcomes() {
 }
 
 #[test]
-fn experiment_files_say_what_an_external_solver_lacks() {
+fn errors_of_experiment_files_name_what_an_external_solver_lacks() {
     let folder = Folder::new();
     let refused = |solver: &str, stop: &str, what: &str| {
         folder.write("x.toml", experiment(solver, stop));
@@ -381,17 +382,17 @@ fn experiment_files_say_what_an_external_solver_lacks() {
     refused("[[solver]]\nname = \"fista\"\nlimit = 3\n", all, "external");
     refused("[[solver]]\nname = \"external\"\ncommand = \"x\"\nlimit = -1\n", all, "limit");
     let option = "[[solver]]\nname = \"external\"\ncommand = \"x\"\noptions = { command = 1 }\n";
-    refused(option, all, "is no option");
+    refused(option, all, "is not an option");
     refused(
         "[[solver]]\nname = \"external\"\ncommand = \"x\"\ncoarse-to-fine = true\n",
         all,
-        "where it likes",
+        "does not apply to an external solver",
     );
     refused("[[solver]]\nname = \"extrenal\"\n", all, "external");
 }
 
 #[test]
-fn an_instance_of_an_experiment_is_a_problem_too() {
+fn an_instance_of_an_experiment_can_be_exported() {
     let folder = Folder::new();
     let two = "\n[[solver]]\nname = \"fista\"\n";
     folder.write(
@@ -411,14 +412,14 @@ fn an_instance_of_an_experiment_is_a_problem_too() {
     };
     refused("two.toml", "--instance");
     refused("two.toml --instance nobody", "--instance");
-    refused("one.toml --lambda 2", "--lambda is said");
-    refused("one.toml --seed 2", "--seed is said");
+    refused("one.toml --lambda 2", "--lambda is set in the experiment file");
+    refused("one.toml --seed 2", "--seed is set in the experiment file");
     refused("torus:8x6", "--costs");
     refused("torus:8x6 --lambda 1 --costs S.npy --data-dir .", "experiment file");
     refused("torus:8x6 --lambda 1 --costs nowhere.npy", "nowhere.npy");
 }
 
-/// One entry of a good archive is replaced, or left out.
+/// A valid archive with one entry replaced or left out.
 fn damaged(good: &[u8], name: &str, entry: Option<Vec<u8>>) -> Vec<u8> {
     let mut from = zip::ZipArchive::new(Cursor::new(good)).unwrap();
     let mut to = zip::ZipWriter::new(Cursor::new(Vec::new()));
@@ -456,10 +457,10 @@ fn damaged_problems_are_refused_in_one_line() {
     folder.write("out/trace.csv", "iteration,seconds\r\n1,0.5\r\n");
     let good = fs::read(folder.path("problem.npz")).unwrap();
     let n = mesh.vertices.len();
-    // Packed as `numpy.savez_compressed` does, it is as good.
+    // Compressed as by `numpy.savez_compressed`, it is valid.
     folder.write("packed.npz", damaged(&good, "nothing", None));
     folder.done("problem import-trace packed.npz out --no-preview --out fine");
-    // So it is with the integers of 64 bits that other programs make of ours.
+    // So it is with 64-bit integers, which other programs may write.
     let wide = Array2::from_shape_fn((mesh.faces.len(), 3), |(j, i)| i64::from(mesh.faces[j][i]));
     folder.write("wide.npz", damaged(&good, "faces", Some(npy(&wide))));
     folder.done("problem import-trace wide.npz out --no-preview --out wide");
@@ -544,13 +545,16 @@ fn damaged_iterates_are_refused_in_one_line() {
     };
     refused(None, "trace.csv");
     refused(Some(""), "is empty");
-    refused(Some("time,seconds\n1,2\n"), "line 1: names no column iteration");
-    refused(Some("iteration;seconds\n1;2\n"), "line 1: names no column iteration");
-    refused(Some("iteration\tseconds\n1\t2\n"), "with commas between them");
-    refused(Some("1,2\n2,3\n"), "line 1: names no column iteration");
-    refused(Some("iteration,seconds\n1,soon\n"), "line 2: seconds \"soon\" is no number");
-    refused(Some("iteration,seconds\n1.5,1\n"), "line 2: iteration \"1.5\" is no whole number");
-    refused(Some("iteration,seconds,epsilon\n1,1,None\n"), "line 2: epsilon \"None\" is no number");
+    refused(Some("time,seconds\n1,2\n"), "line 1: has no column iteration");
+    refused(Some("iteration;seconds\n1;2\n"), "line 1: has no column iteration");
+    refused(Some("iteration\tseconds\n1\t2\n"), "separated by commas");
+    refused(Some("1,2\n2,3\n"), "line 1: has no column iteration");
+    refused(Some("iteration,seconds\n1,soon\n"), "line 2: seconds \"soon\" is not a number");
+    refused(Some("iteration,seconds\n1.5,1\n"), "line 2: iteration \"1.5\" is not a whole number");
+    refused(
+        Some("iteration,seconds,epsilon\n1,1,None\n"),
+        "line 2: epsilon \"None\" is not a number",
+    );
     refused(Some("iteration,seconds\n1,NaN\n"), "no time");
     refused(Some("iteration,seconds\n1,-2\n"), "no time");
     refused(Some("iteration,seconds\n1,1e300\n"), "no time");

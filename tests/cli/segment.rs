@@ -1,4 +1,4 @@
-//! The main job: a mesh with its data into a folder of results.
+//! `segment`: from a mesh with its data to a results folder.
 
 use std::fs;
 
@@ -29,7 +29,7 @@ fn spot_in_three_regions() {
         answer.header,
         ["iteration", "seconds", "energy", "dual_bound", "gap", "relative_gap", "change"]
     );
-    // The parameters, and with them the problem, are fixed after the last re-estimation.
+    // The parameters, and thus the problem, are fixed after the last re-estimation.
     let fixed = answer.number("re_estimations") * answer.number("every");
     let iterations = answer.column("iteration");
     let first = iterations.iter().position(|&iteration| iteration == Some(fixed)).unwrap();
@@ -42,7 +42,7 @@ fn spot_in_three_regions() {
     assert!((whole - 1.0).abs() < 1e-12);
 
     let image = image::open(folder.path("spot/preview.png")).unwrap();
-    // Two views of the data and two of the regions, beside or above each other.
+    // Two views of the data and two of the regions, side by side or stacked.
     let size = (image.width(), image.height());
     assert!((700..=1600).contains(&size.0) && (500..=1200).contains(&size.1), "{size:?}");
     assert_ply_has_labels(&folder, &answer);
@@ -82,7 +82,7 @@ fn summary_has_every_key(summary: &serde_json::Value) {
     }
 }
 
-/// The vertices are doubles and four bytes each, the last of which is the label.
+/// Each vertex has three doubles and four bytes, the last of which is the label.
 fn assert_ply_has_labels(folder: &Folder, answer: &crate::support::Answer) {
     const END: &[u8] = b"end_header\n";
     let path = folder.path("spot/segmented.ply");
@@ -96,7 +96,7 @@ fn assert_ply_has_labels(folder: &Folder, answer: &crate::support::Answer) {
     let mesh = io::read(&path).unwrap();
     assert_eq!((mesh.vertices.len(), mesh.faces.len()), (46_850, 93_696));
     assert!(mesh.uv.is_some());
-    // The palette of the picture, so that regions of equal means differ.
+    // The colors are those of the picture, so that regions with equal means differ.
     for (color, &label) in mesh.colors.unwrap().iter().zip(&answer.labels) {
         let byte = |c: f64| (255.0 * c).round() as u8;
         assert_eq!(color.map(byte), categorical(label as usize).map(byte));
@@ -120,7 +120,7 @@ fn the_same_bytes_with_one_and_two_threads() {
     }
 }
 
-/// Coarse meshes find the parameters, so that the finest re-estimates them less often.
+/// Coarse meshes provide the parameters, so that the finest mesh re-estimates them less often.
 #[test]
 fn coarse_to_fine() {
     let folder = Folder::new();
@@ -131,12 +131,12 @@ fn coarse_to_fine() {
     with.assert_consistent();
     assert_eq!(with.status(), "converged");
     assert!(with.number("re_estimations") < without.number("re_estimations"));
-    // The alternation has many ends; this one is another, and no worse.
+    // The alternation has many local minima; this one differs, but is not worse.
     assert!(with.number("energy") <= (1.0 + 1e-3) * without.number("energy"));
     assert!(with.summary["coarse_to_fine"]["levels"].as_array().unwrap().len() >= 3);
 }
 
-/// Medians instead of means, in the summary and on the screen, from any start and on any machine the same.
+/// Medians instead of means, in the summary and on the screen, for any start.
 #[test]
 fn regions_have_medians() {
     let folder = Folder::new();

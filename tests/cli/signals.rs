@@ -1,4 +1,4 @@
-//! Signals and pipes whose other end is gone: what was reached is kept, and nothing panics.
+//! Signals and closed pipes: results so far are kept, and nothing panics.
 
 #![cfg(unix)]
 
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::{Folder, HANGS, PROGRAM, costs, names};
 
-/// A program that is ended with its test, whatever becomes of that.
+/// A process that is killed at the end of its test, even if the test fails.
 struct Run(Child);
 
 impl Drop for Run {
@@ -21,7 +21,7 @@ impl Drop for Run {
 }
 
 impl Run {
-    /// A run in `folder/out` that no gap ends: the smoothed energy has another minimizer.
+    /// A run in `folder/out` that does not reach its gap, since the smoothed energy has another minimizer.
     fn endless(folder: &Folder, stderr: Stdio) -> Self {
         folder.array("S.npy", &costs(1000, 3));
         let line = "solve torus:40x25 --costs S.npy --lambda 0.02 --gap 0 --max-iterations 100000000000 --solver fista \
@@ -52,7 +52,7 @@ impl Run {
         }
     }
 
-    /// Returns when the program says how far it is: it runs, and listens to signals.
+    /// Waits for a line of progress, after which the run handles signals.
     fn await_progress(&mut self) -> BufReader<std::process::ChildStderr> {
         let mut stderr = BufReader::new(self.0.stderr.take().unwrap());
         let mut line = String::new();
@@ -63,7 +63,7 @@ impl Run {
 }
 
 #[test]
-fn an_interrupted_run_keeps_what_it_reached() {
+fn an_interrupted_run_keeps_its_results_so_far() {
     for signal in ["-INT", "-TERM"] {
         let folder = Folder::new();
         let mut run = Run::endless(&folder, Stdio::piped());
@@ -84,9 +84,9 @@ fn an_interrupted_run_keeps_what_it_reached() {
     }
 }
 
-/// In the middle of a large file, or of a folder of them: neither what is there so far nor what it was to become stays.
+/// Neither an incomplete file nor an incomplete folder remains.
 #[test]
-fn what_is_half_written_goes_with_the_program() {
+fn a_program_that_is_ended_while_writing_leaves_no_files() {
     let operators = "operators torus:400x250 --out out";
     let convert = "mesh convert torus:400x250 --subdivide 1 --out out.obj";
     for (line, signal) in [
@@ -125,14 +125,14 @@ fn a_killed_run_leaves_nothing() {
     assert_eq!(names(&folder.path("")), ["S.npy".to_owned()].into());
 }
 
-/// Ctrl-C in a terminal ends every program of a pipe: nobody reads on either stream.
+/// Ctrl-C in a terminal ends every program of a pipe, so that neither stream has a reader.
 #[test]
 fn an_interrupted_run_survives_the_end_of_its_readers() {
     let folder = Folder::new();
     let mut run = Run::endless(&folder, Stdio::piped());
     drop(run.await_progress());
     drop(run.0.stdout.take());
-    // Long enough for a line of progress to find its pipe closed.
+    // Long enough for a line of progress to be written to the closed pipe.
     sleep(Duration::from_secs(6));
     run.signal("-INT");
     assert_eq!(run.end().code(), Some(130));
@@ -140,7 +140,7 @@ fn an_interrupted_run_survives_the_end_of_its_readers() {
 }
 
 #[test]
-fn a_closed_pipe_is_no_error() {
+fn a_closed_pipe_is_not_an_error() {
     let folder = Folder::new();
     fs::write(folder.path("square.obj"), crate::support::SQUARE_OBJ).unwrap();
     for line in [

@@ -1,4 +1,4 @@
-//! One convex problem: costs of any layout, every solver and start, every way to stop.
+//! `solve`: costs in any layout, every solver, every start, every stopping rule.
 
 use std::fs;
 
@@ -44,7 +44,7 @@ fn costs_in_any_layout_give_the_same_labels() {
 }
 
 #[test]
-fn every_mass() {
+fn every_mass_gives_a_certified_result() {
     let folder = folder();
     for mass in ["barycentric", "voronoi", "consistent"] {
         let answer = folder.solve(&format!("{PROBLEM} --mass {mass}"), mass);
@@ -54,7 +54,7 @@ fn every_mass() {
     }
 }
 
-/// All minimize the same energy: the certified intervals of any two overlap.
+/// All solvers minimize the same energy: the certified intervals of any two overlap.
 #[test]
 fn every_solver_with_every_option() {
     let folder = folder();
@@ -123,7 +123,7 @@ fn every_start() {
     assert!(given.iter().zip(&first.u).all(|(a, b)| (a - b).abs() < 1e-12));
 }
 
-/// The levels are told of and their time counts; the answer is certified as ever.
+/// The levels are reported and their time counts; the result is certified as usual.
 #[test]
 fn coarse_to_fine() {
     let folder = Folder::new();
@@ -191,7 +191,7 @@ fn the_folder() {
     let files = names(&folder.path("new/and/deep"));
     assert!(files.contains("preview.png") && files.len() == 6);
 
-    // What a run does not write stays, and what it writes replaces its namesake.
+    // Files that a run does not write stay; files that it writes replace those of the same name.
     fs::create_dir(folder.path("old")).unwrap();
     folder.write("old/notes.txt", "mine");
     folder.write("old/summary.json", "not yet");
@@ -229,9 +229,9 @@ fn the_folder_gets_the_permissions_of_any_new_folder() {
     assert_eq!(mode("out/u.npy"), mode("any/file"));
 }
 
-/// A component of which nothing is known has no neighbors to take labels of.
+/// A component without known vertices has no neighbors from which to inherit labels.
 #[test]
-fn labels_that_mean_nothing_are_counted() {
+fn meaningless_labels_are_counted() {
     let folder = Folder::new();
     let two = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 5 0 0\nv 7 0 0\nv 5 3 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 1 2 2\n";
     folder.write("two.obj", two);
@@ -251,36 +251,40 @@ fn labels_that_mean_nothing_are_counted() {
         folder.array("d.npy", &rows(&unknown).slice_move(ndarray::s![.., ..1]));
         for line in [solve, segment] {
             let output = folder.run(line);
-            let said = stderr(&output);
-            assert_eq!(output.status.code(), Some(0), "{said}");
+            let messages = stderr(&output);
+            assert_eq!(output.status.code(), Some(0), "{messages}");
             let expected = count.map(|n| format!("{n} vertices (75.00 % of the area) are unknown"));
             match expected {
-                Some(text) => assert!(said.contains(&text), "{line}: {said}"),
-                None => assert!(!said.contains("mean nothing"), "{line}: {said}"),
+                Some(text) => assert!(messages.contains(&text), "{line}: {messages}"),
+                None => assert!(!messages.contains("mean nothing"), "{line}: {messages}"),
             }
-            // Which is no promise for those that have none.
+            // This is not claimed for vertices without known neighbors.
             let inherit = "where they are connected to known vertices, they take the labels of their neighbors";
-            assert_eq!(said.contains(inherit), !unknown.is_empty(), "{line}: {said}");
+            assert_eq!(messages.contains(inherit), !unknown.is_empty(), "{line}: {messages}");
         }
-        // A problem for others says what it is without, too.
+        // An exported problem has the same warnings.
         let export = "problem export two.obj --costs S.npy --lambda 0.01 --out problem.npz";
-        let said = stderr(&folder.run(export));
-        assert_eq!(said.contains("which marks them as unknown"), !unknown.is_empty(), "{said}");
-        assert!(said.contains("1 faces without area were left out"), "{said}");
+        let messages = stderr(&folder.run(export));
+        assert_eq!(
+            messages.contains("which marks them as unknown"),
+            !unknown.is_empty(),
+            "{messages}"
+        );
+        assert!(messages.contains("1 faces without area were left out"), "{messages}");
         folder.done("experiment run e.toml");
         let runs = folder.path("results/e/runs");
-        let told = crate::support::names(&runs).iter().any(|id| {
+        let is_reported = crate::support::names(&runs).iter().any(|id| {
             let summary = std::fs::read_to_string(runs.join(id).join("summary.json")).unwrap();
             summary.contains("their labels mean nothing")
         });
-        // Runs stay.
-        assert!(told, "{unknown:?}");
+        // Experiments store the same warnings.
+        assert!(is_reported, "{unknown:?}");
     }
 }
 
-/// What an earlier run saved or drew does not belong to the one that took its place.
+/// Files of an earlier run do not belong to the results of a later one.
 #[test]
-fn what_only_an_earlier_run_had_is_gone() {
+fn files_that_only_an_earlier_run_wrote_are_removed() {
     let folder = folder();
     folder.done(&format!("solve {TORUS} --costs S.npy --lambda 0.02 --save q --out o"));
     let first = names(&folder.path("o"));

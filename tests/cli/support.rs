@@ -1,4 +1,4 @@
-//! Temporary folders, runs of the program in them, and readers of what it leaves.
+//! Temporary folders, runs of the program in them, and access to its results.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,10 +13,10 @@ use serde_json::Value;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_meshseg");
 
-/// A run that lasts this long hangs.
+/// A run that takes longer hangs.
 pub const HANGS: Duration = Duration::from_secs(120);
 
-/// A temporary folder, in which the program runs, so that command lines need no long paths.
+/// A temporary folder in which the program runs, so that command lines need no long paths.
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -36,7 +36,7 @@ impl Folder {
         write_npy(self.path(name), array).unwrap();
     }
 
-    /// The words of a command line. A space within a word is written as `%20`.
+    /// Runs a command line. A space within a word is written as `%20`.
     pub fn run(&self, line: &str) -> Output {
         let words = line.split_whitespace().map(|word| word.replace("%20", " "));
         Command::new(PROGRAM)
@@ -47,14 +47,14 @@ impl Folder {
             .unwrap()
     }
 
-    /// The standard output of a run that must succeed.
+    /// Runs a command line that must succeed; its standard output.
     pub fn done(&self, line: &str) -> String {
         let output = self.run(line);
         assert_eq!(output.status.code(), Some(0), "{line}\n{}", stderr(&output));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// `solve` that must succeed, and what it wrote.
+    /// Runs `solve`, which must succeed; its results.
     pub fn solve(&self, arguments: &str, out: &str) -> Answer {
         self.done(&format!("solve {arguments} --out {out}"));
         self.answer(out)
@@ -64,7 +64,7 @@ impl Folder {
         Answer::read(&self.path(out))
     }
 
-    /// Every file and folder below, hidden ones too, with the sizes of the files.
+    /// All files and folders below, including hidden ones, with the sizes of the files.
     pub fn listing(&self) -> BTreeSet<(PathBuf, u64)> {
         fn list(folder: &Path, found: &mut BTreeSet<(PathBuf, u64)>) {
             for entry in fs::read_dir(folder).unwrap() {
@@ -86,13 +86,13 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// The names in a folder, hidden ones too.
+/// The names in a folder, including hidden ones.
 pub fn names(folder: &Path) -> BTreeSet<String> {
     let entries = fs::read_dir(folder).unwrap();
     entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }
 
-/// What a run leaves in its folder, apart from the mesh and the picture.
+/// The results of a run, except for the mesh and the picture.
 pub struct Answer {
     pub summary: Value,
     pub header: Vec<String>,
@@ -131,7 +131,7 @@ impl Answer {
         self.trace.iter().map(|row| row[at]).collect()
     }
 
-    /// What holds for every result, whatever was asked.
+    /// Checks properties of every result.
     pub fn assert_consistent(&self) {
         for row in self.u.outer_iter() {
             assert!((row.sum() - 1.0).abs() <= 1e-12 && row.iter().all(|&x| x >= 0.0), "{row}");
@@ -150,7 +150,7 @@ impl Answer {
         }
     }
 
-    /// From row `first` on, what is known only gets better.
+    /// Checks that energy and bound only improve from row `first` on.
     pub fn assert_monotone_from(&self, first: usize) {
         let energy = self.column("energy");
         let bound = self.column("dual_bound");
@@ -159,7 +159,7 @@ impl Answer {
     }
 }
 
-/// Costs of m regions that are smooth along the vertices and a little rough, the same on every machine.
+/// Costs of m regions, smooth with a little noise, and equal on every machine.
 pub fn costs(vertices: usize, m: usize) -> Array2<f64> {
     Array2::from_shape_fn((vertices, m), |(k, p)| {
         let wave = (k as f64 / vertices as f64 * 6.0 - 2.0 * p as f64).cos();
@@ -168,5 +168,5 @@ pub fn costs(vertices: usize, m: usize) -> Array2<f64> {
     })
 }
 
-/// The square of two triangles, vertex order and all.
+/// A square of two triangles.
 pub const SQUARE_OBJ: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";

@@ -1,4 +1,4 @@
-//! What the program says of itself: solvers, help, completions, version.
+//! The texts of the program about itself: solvers, help, completions, version.
 
 use meshseg::solver::Method;
 
@@ -28,7 +28,7 @@ fn completions_for_the_shells() {
 }
 
 #[test]
-fn every_verb_explains_itself() {
+fn every_verb_has_help_with_examples() {
     let folder = Folder::new();
     for (verb, part) in [
         ("", "meshseg segment builtin:spot --regions 3 --out results/spot"),
@@ -36,7 +36,7 @@ fn every_verb_explains_itself() {
         ("solve", "meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh"),
         ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
         ("operators", "meshseg operators bunny.ply --out results/bunny"),
-        ("mesh", "Look at, make, and convert meshes"),
+        ("mesh", "Inspect, generate and convert meshes"),
         ("mesh info", "Print counts, topology and defects of a mesh"),
         ("mesh generate", "For example torus:400x250, sphere:6, grid:100x100"),
         ("mesh convert", "in the same vertex order"),

@@ -1,12 +1,12 @@
-//! Who imports whom, and who thereby imports itself.
+//! The graph of imports, and its cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first imports the second.
 pub type Edges = BTreeSet<(String, String)>;
 
-/// The sets, each sorted, of those who import each other, directly or through others.
-pub fn circles(edges: &Edges) -> Vec<Vec<String>> {
+/// The sets, each sorted, of files that import each other, directly or indirectly.
+pub fn cycles(edges: &Edges) -> Vec<Vec<String>> {
     let mut next: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (from, to) in edges {
         next.entry(from).or_default().push(to);
@@ -16,14 +16,14 @@ pub fn circles(edges: &Edges) -> Vec<Vec<String>> {
     let both = |a: &str, b: &str| {
         reached[a].contains(b) && reached.get(b).is_some_and(|back| back.contains(a))
     };
-    let mut circles: Vec<Vec<String>> = Vec::new();
+    let mut cycles: Vec<Vec<String>> = Vec::new();
     for &a in next.keys().filter(|&&a| both(a, a)) {
-        if !circles.iter().any(|circle| both(a, &circle[0])) {
+        if !cycles.iter().any(|circle| both(a, &circle[0])) {
             let circle = next.keys().filter(|&&b| both(a, b));
-            circles.push(circle.map(|&b| b.to_owned()).collect());
+            cycles.push(circle.map(|&b| b.to_owned()).collect());
         }
     }
-    circles
+    cycles
 }
 
 fn reached<'a>(from: &'a str, next: &BTreeMap<&'a str, Vec<&'a str>>) -> BTreeSet<&'a str> {

@@ -1,5 +1,5 @@
-//! The house is as DESIGN.md says: every room stands there, imports point downwards, and no files import each other in a
-//! circle, in none of the three languages.
+//! The code is organized as DESIGN.md says: it lists every room, imports point downwards, and there are no circular
+//! imports in any of the three languages.
 
 mod graph;
 mod python;
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use graph::{Edges, circles};
+use graph::{Edges, cycles};
 use rust::Crate;
 
 /// The rooms of section 2 of DESIGN.md, from the top: files and folders of `src`.
@@ -38,9 +38,9 @@ fn program() -> Crate {
 fn the_map_has_every_room_once() {
     let floors = floors();
     let named: BTreeSet<&String> = floors.iter().collect();
-    assert_eq!(named.len(), floors.len(), "a room stands twice in DESIGN.md");
+    assert_eq!(named.len(), floors.len(), "DESIGN.md lists a room twice");
     let there: BTreeSet<String> = library().rooms().chain(program().rooms()).collect();
-    assert_eq!(named, there.iter().collect(), "the map, and the house");
+    assert_eq!(named, there.iter().collect(), "DESIGN.md and the files of src");
 }
 
 #[test]
@@ -59,40 +59,40 @@ fn no_import_points_upwards() {
 }
 
 #[test]
-fn no_files_of_the_crate_import_each_other_in_a_circle() {
+fn no_files_of_the_crate_import_each_other_circularly() {
     let library = library();
     let mut edges = library.edges(None);
     edges.extend(program().edges(Some(&library)));
-    none(circles(&edges));
+    assert_no_cycles(cycles(&edges));
 }
 
 #[test]
-fn no_files_of_the_page_import_each_other_in_a_circle() {
+fn no_files_of_the_page_import_each_other_circularly() {
     let edges = typescript::edges(Path::new("assets/report/src"));
     assert!(edges.contains(&("chart/curves.ts".into(), "chart/samples.ts".into())));
-    none(circles(&edges));
+    assert_no_cycles(cycles(&edges));
 }
 
 #[test]
-fn no_reference_solvers_import_each_other_in_a_circle() {
+fn no_reference_solvers_import_each_other_circularly() {
     let edges = python::edges(Path::new("experiments/reference/meshseg_reference"));
-    // Also where it is imported late.
+    // Also if it is imported inside a function.
     assert!(edges.contains(&("__main__".into(), "check".into())));
-    none(circles(&edges));
+    assert_no_cycles(cycles(&edges));
 }
 
-fn none(circles: Vec<Vec<String>>) {
-    let told: Vec<String> = circles.iter().map(|files| files.join(" and ")).collect();
-    assert!(told.is_empty(), "in a circle: {}", told.join("\n"));
+fn assert_no_cycles(cycles: Vec<Vec<String>>) {
+    let listed: Vec<String> = cycles.iter().map(|files| files.join(" and ")).collect();
+    assert!(listed.is_empty(), "circular imports: {}", listed.join("\n"));
 }
 
-/// What these tests would miss if the reader were blind.
+/// Ensures that the other tests see the imports.
 #[test]
-fn imports_are_followed_to_the_files_where_things_stand() {
+fn imports_are_followed_to_the_files_that_define_the_items() {
     let edges = library().edges(None);
     let has = |from: &str, to: &str| edges.contains(&(format!("src/{from}"), format!("src/{to}")));
     assert!(has("solve.rs", "coarse.rs"));
-    // Handed on by `solve`, by `data`, by the root.
+    // Re-exported by `solve`, by `data`, by the root.
     assert!(has("segment.rs", "request.rs"));
     assert!(
         has("experiment/data.rs", "data/constant.rs") && !has("segment.rs", "data/constant.rs")
@@ -102,18 +102,18 @@ fn imports_are_followed_to_the_files_where_things_stand() {
     assert!(has("evaluate.rs", "request.rs"));
     assert!(has("evaluate.rs", "regions.rs"));
     assert!(has("mesh/weld/near.rs", "mesh/weld/table.rs"));
-    // Only tests do, and only a comment.
+    // Imported only by tests, and named only in a comment.
     assert!(!edges.iter().any(|(_, to)| to == "src/samples.rs"));
     assert!(!has("regions.rs", "run.rs"));
 }
 
 #[test]
-fn circles_are_found() {
+fn cycles_are_found() {
     let edges = |pairs: &[(&str, &str)]| -> Edges {
         pairs.iter().map(|&(a, b)| (a.to_owned(), b.to_owned())).collect()
     };
     let line = edges(&[("a", "b"), ("b", "c"), ("a", "c"), ("d", "c")]);
-    assert!(circles(&line).is_empty());
+    assert!(cycles(&line).is_empty());
     let circle = edges(&[("a", "b"), ("b", "c"), ("c", "b"), ("c", "d"), ("x", "y"), ("y", "x")]);
-    assert_eq!(circles(&circle), [["b", "c"], ["x", "y"]]);
+    assert_eq!(cycles(&circle), [["b", "c"], ["x", "y"]]);
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::graph::Edges;
 
-/// Of the modules in a folder, which is named as the package.
+/// The imports among the modules in a folder that has the name of the package.
 pub fn edges(folder: &Path) -> Edges {
     let package = folder.file_name().expect("a name").to_string_lossy().into_owned();
     let mut edges = Edges::new();
@@ -23,7 +23,7 @@ pub fn edges(folder: &Path) -> Edges {
                 continue;
             };
             if module == package {
-                // Modules themselves.
+                // The imported names are modules.
                 edges.extend(names.split(", ").map(|to| (from.clone(), to.to_owned())));
             } else if let Some(to) = module.strip_prefix(&format!("{package}.")) {
                 edges.insert((from.clone(), to.to_owned()));

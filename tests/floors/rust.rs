@@ -1,7 +1,7 @@
-//! Which files of a crate name which others: its modules, what they import, and the paths in their code.
+//! Which files of a crate refer to which others, by imports and by paths in their code.
 //!
-//! Not a compiler: comments, texts and tests are blanked, and of what is left every path that begins in a known module is
-//! followed, through `use`, to the file in which its item stands.
+//! This is not a compiler: comments, strings and tests are removed, and every remaining path that begins with a known
+//! module is followed, through `use`, to the file that defines its item.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,9 +13,9 @@ use crate::graph::Edges;
 struct Module {
     file: PathBuf,
     tokens: Vec<String>,
-    /// What a name stands for, as a path from the root.
+    /// The meaning of imported names, as paths from the root.
     names: BTreeMap<String, Vec<String>>,
-    /// Modules whose names are all here.
+    /// Modules imported by `*`.
     globs: Vec<Vec<String>>,
 }
 
@@ -25,13 +25,13 @@ pub struct Crate {
     modules: Modules,
 }
 
-/// As programs name it.
+/// The name of the library in programs.
 const LIBRARY: &str = "meshseg";
 
 type Modules = BTreeMap<Vec<String>, Module>;
 
 impl Crate {
-    /// The crate whose root is `lib.rs` or `main.rs`.
+    /// Reads the crate whose root is `lib.rs` or `main.rs`.
     pub fn read(root: &Path) -> Crate {
         let mut modules = Crate::default();
         let folder = root.parent().expect("a file");
@@ -39,7 +39,7 @@ impl Crate {
         modules
     }
 
-    /// The modules at the root, and the root itself unless it is that of a library.
+    /// The modules at the root, and the root itself if it is that of a program.
     pub fn rooms(&self) -> impl Iterator<Item = String> {
         let rooms = self.modules.keys().filter(|path| path.len() == 1).map(|path| path[0].clone());
         rooms.chain(self.is_program().then(|| "main".to_owned()))
@@ -58,8 +58,8 @@ impl Crate {
                 && (word.as_str(), end.as_str()) == ("mod", ";")
             {
                 let below = folder.join(name);
-                let beside = folder.join(format!("{name}.rs"));
-                let file = if beside.exists() { beside } else { below.join("mod.rs") };
+                let sibling = folder.join(format!("{name}.rs"));
+                let file = if sibling.exists() { sibling } else { below.join("mod.rs") };
                 let inside = path.iter().chain([name]).cloned().collect();
                 self.add(inside, file, below);
             }
@@ -83,7 +83,7 @@ impl Crate {
         self.modules.insert(path, Module { file, tokens, names, globs });
     }
 
-    /// Every file with those in which what it names stands. A program names its library as another crate.
+    /// Pairs of a file and a file that defines something it uses. A program uses its library as another crate.
     pub fn edges(&self, library: Option<&Crate>) -> Edges {
         let mut edges = Edges::new();
         for (path, module) in &self.modules {
@@ -100,7 +100,7 @@ impl Crate {
         edges
     }
 
-    /// Every room with those it names, and those in which what it names stands.
+    /// Pairs of a room and a room that it names, or that defines something it uses.
     pub fn named(&self, library: Option<&Crate>) -> Edges {
         let room = |file: &str| {
             let within = file.trim_start_matches("src/").trim_end_matches(".rs");
@@ -134,12 +134,12 @@ impl Crate {
         while at < tokens.len() {
             if tokens[at] == "use" {
                 let end = at + tokens[at..].iter().position(|token| token == ";").expect("an end");
-                // What is handed on is named by those who use it.
+                // Re-exports count only where they are used.
                 if !(at > 0 && (tokens[at - 1] == "pub" || tokens[at - 1] == ")")) {
                     let used = imports(&tokens[at + 1..end]);
                     let used =
                         used.into_iter().map(|(_, target)| absolute(&self.modules, path, &target));
-                    // Who imports a module names what he takes of it later.
+                    // If a module is imported, its items are named later.
                     targets.extend(used.filter(|target| !self.modules.contains_key(target)));
                 }
                 at = end;
@@ -164,7 +164,7 @@ impl Crate {
         targets
     }
 
-    /// Where an item stands.
+    /// The file that defines an item.
     fn file_of(&self, target: &[String], depth: usize) -> Option<&Path> {
         let known = (0..=target.len()).rev().find(|&n| self.modules.contains_key(&target[..n]))?;
         let module = &self.modules[&target[..known]];
@@ -205,7 +205,7 @@ fn is_name(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
-/// A path from the root, given one in a module. Names that are no module of this crate stay as they are.
+/// The path from the root for a path in a module. Names that are not modules of this crate stay as they are.
 fn absolute(modules: &Modules, module: &[String], path: &[String]) -> Vec<String> {
     let mut base = module.to_vec();
     let mut rest = path;
@@ -226,7 +226,7 @@ fn absolute(modules: &Modules, module: &[String], path: &[String]) -> Vec<String
     [&base[..], rest].concat()
 }
 
-/// What a `use` brings in: the name here, or none for `*`, and its path.
+/// The imports of a `use`: the local name, or `None` for `*`, and the path.
 fn imports(tokens: &[String]) -> Vec<(Option<String>, Vec<String>)> {
     let mut found = Vec::new();
     let (mut path, mut at) = (Vec::new(), 0);
@@ -269,7 +269,7 @@ fn imports(tokens: &[String]) -> Vec<(Option<String>, Vec<String>)> {
     found
 }
 
-/// Words, `::`, and single signs. Comments are left out, of texts only the quotes stay.
+/// Words, `::`, and single punctuation characters, without comments; strings are reduced to their quotes.
 fn tokens(text: &str) -> Vec<String> {
     let text: Vec<char> = text.chars().collect();
     let starts =
@@ -318,7 +318,7 @@ fn tokens(text: &str) -> Vec<String> {
     tokens
 }
 
-/// Without what only tests compile.
+/// Removes items that are compiled only for tests.
 fn without_tests(tokens: Vec<String>) -> Vec<String> {
     const TEST: [&str; 7] = ["#", "[", "cfg", "(", "test", ")", "]"];
     let mut kept = Vec::new();

@@ -1,11 +1,11 @@
-//! Which files of the page import which.
+//! The imports among the files of the report page.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::graph::Edges;
 
-/// Of all files below a folder, named from there.
+/// The imports among all files below a folder, named relative to it.
 pub fn edges(folder: &Path) -> Edges {
     let mut edges = Edges::new();
     let mut folders = vec![folder.to_owned()];

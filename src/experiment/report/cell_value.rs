@@ -1,4 +1,4 @@
-//! The values of the variables of a cell: its keys, and what its runs reached.
+//! The values of the variables of a cell: its keys, and the quantities of its runs.
 
 use super::super::figures::{Clock, Target};
 use super::super::results::Done;
@@ -31,7 +31,7 @@ impl CellValue {
     }
 }
 
-/// A gap makes times those until it.
+/// The value of a variable. With a gap, times and iterations are those until that gap.
 pub fn value_of<'a>(
     pool: &Pool<'a>,
     cell: &Cell<'a>,
@@ -45,7 +45,7 @@ pub fn value_of<'a>(
 }
 
 fn value_of_key(pool: &Pool<'_>, cell: &Cell<'_>, key: &str) -> CellValue {
-    // In the file it may be a word.
+    // In the file it may be "auto".
     if key == "lambda"
         && let Some(run) = cell.runs.first()
     {
@@ -61,7 +61,7 @@ fn value_of_key(pool: &Pool<'_>, cell: &Cell<'_>, key: &str) -> CellValue {
     }
 }
 
-/// The runs of a cell, among all of its instance.
+/// The runs of a cell, with access to those of other cells for comparison.
 struct CellRuns<'p, 'a> {
     pool: &'p Pool<'a>,
     cell: &'p Cell<'a>,
@@ -110,7 +110,7 @@ impl<'a> CellRuns<'_, 'a> {
         spread(self.cell.runs.iter().copied().filter_map(value))
     }
 
-    /// Of the runs whose times count.
+    /// The spread over the runs whose times are comparable.
     fn of_timed(&self, value: impl Fn(&'a Done) -> f64) -> CellValue {
         spread(self.pool.timed(self.cell).map(value))
     }
@@ -130,7 +130,7 @@ impl<'a> CellRuns<'_, 'a> {
         }
     }
 
-    /// The least E_eps of all runs that minimize the same.
+    /// The minimum E_eps of all runs with the same smoothing.
     fn least_smoothed(&self) -> Option<f64> {
         let first = self.cell.runs.first()?;
         let is_same = |run: &&Done| {
@@ -142,7 +142,7 @@ impl<'a> CellRuns<'_, 'a> {
         runs.filter_map(smoothed).reduce(f64::min)
     }
 
-    /// The labels of the run of least energy, of those that kept theirs.
+    /// The labels of the run of minimum energy among those whose labels are kept.
     fn reference_labels(&self) -> Option<&'a [u8]> {
         let runs = self.pool.of_instance(self.cell.instance);
         let labeled = runs.filter_map(|run| Some((run.summary.energy, run.labels.as_deref()?)));

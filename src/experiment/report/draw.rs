@@ -1,4 +1,4 @@
-//! The figures that a file asks for, as plain numbers.
+//! The figures of an experiment file, as plain numbers.
 
 use super::super::figures::{Clock, FigureKind, FigureSpec, Measure, Target};
 use super::super::results::{Done, Point};
@@ -7,7 +7,7 @@ use super::pool::{Cell, Pool, given};
 use super::relation::relation;
 use crate::figure::{Axis, Figure, Panel, Primitive, Series, Width};
 
-/// A figure and the runs that its numbers are of.
+/// A figure and the runs behind its numbers.
 pub struct Drawn<'a> {
     pub figure: Figure,
     pub sources: Vec<&'a Done>,
@@ -27,9 +27,9 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
         FigureKind::Profile { x, gap } => {
             (vec![profile(pool, &cells, *x, *gap)], *x == Clock::Seconds)
         }
-        FigureKind::Relation(asked) => {
-            let timed = [&asked.x, &asked.y].into_iter().any(Variable::is_time);
-            (relation(pool, &cells, asked), timed)
+        FigureKind::Relation(spec) => {
+            let timed = [&spec.x, &spec.y].into_iter().any(Variable::is_time);
+            (relation(pool, &cells, spec), timed)
         }
     };
     let figure = Figure {
@@ -81,7 +81,7 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
     instances.into_iter().map(panel).collect()
 }
 
-/// The share of the instances that a solver brings to a gap within a multiple of the time of the fastest.
+/// The share of instances that a solver solves to a gap within a multiple of the time of the fastest solver.
 fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Panel {
     let time = |cell: &Cell<'a>| {
         pool.time_to(cell, x, gap, Target::Certificate)

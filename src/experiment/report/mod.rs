@@ -1,4 +1,4 @@
-//! Figures, tables and a page, drawn from what is on disk alone.
+//! Figures, tables and a page, drawn from the files of the runs alone.
 
 mod cell_value;
 mod draw;
@@ -24,7 +24,7 @@ use super::figures::{
     Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
 };
 use super::results::Done;
-use super::runner::MOST_VERTICES_SHOWN;
+use super::runner::MAX_SHOWN_VERTICES;
 use super::spec::Spec;
 use super::store::Store;
 use super::variable::{Quantity, Variable};
@@ -34,7 +34,7 @@ use crate::file;
 
 pub use why::{Why, why};
 
-/// What was written.
+/// The files that were written.
 pub struct Report {
     /// The SVG files of the figures.
     pub figures: Vec<PathBuf>,
@@ -42,11 +42,11 @@ pub struct Report {
     pub tables: Vec<PathBuf>,
     /// `report.html`.
     pub page: PathBuf,
-    /// Runs that the report is made of.
+    /// Number of runs that the report is made of.
     pub runs: usize,
-    /// Runs that the file asks for and that are not there.
+    /// Number of runs of the experiment that are missing.
     pub missing: usize,
-    /// Why figures and tables stayed as they were, or are not there, a line each.
+    /// Why figures and tables are unchanged or left out, a line each.
     pub kept: Vec<String>,
     /// A figure of the file for which no run has anything to show; all others are written.
     pub empty: Option<Error>,
@@ -54,11 +54,11 @@ pub struct Report {
 
 /// Writes `figures/`, `tables/`, `numbers.tex` and `report.html` of the experiment in `folder`.
 ///
-/// Results may come without the labels of their runs, which are large. Then the figures and tables that need them
-/// stay as they are.
+/// Results may come without the labels of their runs, which are large. Then the figures and tables that need them are
+/// not written again.
 ///
 /// # Errors
-/// A folder without runs, files in it that are damaged, and what cannot be written.
+/// The folder has no runs, files in it are damaged, or a file cannot be written.
 pub fn report(folder: &Path, version: &str) -> Result<Report> {
     let spec = kept_spec(folder)?;
     let store = Store::open(folder.to_owned())?;
@@ -72,11 +72,11 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
         ));
     }
     let wanted = pool.cells.len() as u64 * spec.repetitions;
-    let (figures, tables) = asked(&spec);
+    let (figures, tables) = requested(&spec);
     let unlabeled =
         Unlabeled { lacking: pool.runs().filter(|run| lacks_labels(run)).count(), runs };
-    let figures = write_figures(&pool, &figures, &unlabeled, &made(folder.join("figures"))?)?;
-    let tables = write_tables(&pool, &tables, &unlabeled, &made(folder.join("tables"))?)?;
+    let figures = write_figures(&pool, &figures, &unlabeled, &created(folder.join("figures"))?)?;
+    let tables = write_tables(&pool, &tables, &unlabeled, &created(folder.join("tables"))?)?;
 
     let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
     write(&folder.join("numbers.tex"), &definitions(&tables.listed))?;
@@ -99,39 +99,39 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     })
 }
 
-/// The file that the results in a folder are of.
+/// The experiment file that is kept with the results in a folder.
 fn kept_spec(folder: &Path) -> Result<Spec> {
     let path = folder.join("experiment.toml");
     if !path.is_file() {
         return Err(Error::malformed(
             folder,
-            "is no folder of an experiment: it has no experiment.toml; run `meshseg experiment run` first",
+            "is not the results folder of an experiment: it has no experiment.toml; run `meshseg experiment run` first",
         ));
     }
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
     Ok(Spec { name: name.unwrap_or_default(), ..Spec::open(&path)? })
 }
 
-/// How many runs came without the labels that they were made with.
+/// The number of runs whose labels are missing.
 struct Unlabeled {
     lacking: usize,
     runs: usize,
 }
 
 impl Unlabeled {
-    /// Whether some of these variables cannot be computed.
-    fn bars(&self, variables: &[&Variable]) -> bool {
+    /// Whether one of these variables cannot be computed.
+    fn prevents(&self, variables: &[&Variable]) -> bool {
         self.lacking > 0 && variables.iter().any(|variable| variable.is(Quantity::LabelsChanged))
     }
 
-    /// Why a file is not written again.
+    /// Says why a file is not written.
     fn sentence(&self, path: &Path) -> String {
         let Unlabeled { lacking, runs } = self;
         format!(
-            "{} {}: it needs the labels of all runs, and {lacking} of {runs} came without labels.npy; \
+            "{} {}: it needs the labels of all runs, but {lacking} of {runs} have no labels.npy; \
              `meshseg experiment run --force` makes them",
             path.display(),
-            if path.is_file() { "stays as it was" } else { "is left out" }
+            if path.is_file() { "is unchanged" } else { "is left out" }
         )
     }
 }
@@ -155,7 +155,7 @@ fn write_figures(
     for figure in figures {
         let (name, title) = (&figure.name[..], figure.title.as_deref());
         let path = folder.join(format!("{name}.svg"));
-        let shown = if unlabeled.bars(&figure.variables()) {
+        let shown = if unlabeled.prevents(&figure.variables()) {
             written.kept.push(unlabeled.sentence(&path));
             if !path.is_file() {
                 continue;
@@ -202,7 +202,7 @@ fn write_tables<'a>(
     let mut written = WrittenTables::default();
     for spec in tables {
         let mut table = table::table(pool, spec);
-        if unlabeled.bars(&spec.variables()) {
+        if unlabeled.prevents(&spec.variables()) {
             let old = folder.join(format!("{}.csv", spec.name));
             written.kept.push(unlabeled.sentence(&old));
             if !old.is_file() {
@@ -219,15 +219,15 @@ fn write_tables<'a>(
     Ok(written)
 }
 
-/// Whether a run was made with labels that are not there.
+/// Whether the labels of a run are missing although they were kept when it was made.
 fn lacks_labels(run: &Done) -> bool {
     run.labels.is_none()
         && run.manifest.repetition == 0
-        && run.summary.vertices <= MOST_VERTICES_SHOWN
+        && run.summary.vertices <= MAX_SHOWN_VERTICES
 }
 
-/// What the file asks for; if nothing, decay over both clocks and the times to gaps.
-fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
+/// The figures and tables of the file; by default decay over both clocks, and the times to gaps.
+fn requested(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
     let decay = |name: &str, x: Clock| FigureSpec {
         name: name.into(),
         title: None,
@@ -256,10 +256,10 @@ fn asked(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
     (figures, tables)
 }
 
-/// `numbers.tex`: all numbers of the tables, each under its name.
+/// `numbers.tex`: all numbers of the tables by name.
 fn definitions(tables: &[Table<'_>]) -> String {
     let numbers = tables.iter().flat_map(Table::numbers);
-    let definitions = numbers.map(|(name, x)| defined(&name, &pool::number(x)));
+    let definitions = numbers.map(|(name, x)| definition(&name, &pool::number(x)));
     RESULT_MACRO.to_owned() + &definitions.collect::<String>()
 }
 
@@ -268,8 +268,8 @@ const RESULT_MACRO: &str = "\
 \\providecommand{\\result}[1]{\\ifcsname meshseg@\\detokenize{#1}\\endcsname\n\
 \x20 \\csname meshseg@\\detokenize{#1}\\endcsname\\else\\textbf{??}\\typeout{There is no result \\detokenize{#1}}\\fi}\n";
 
-/// A number by the name that people type, and by the one that is escaped as a text is.
-fn defined(name: &str, value: &str) -> String {
+/// Defines a number by its name as typed in a document, and by its name with all LaTeX escapes.
+fn definition(name: &str, value: &str) -> String {
     let define = |name: &str| {
         format!("\\expandafter\\def\\csname meshseg@\\detokenize{{{name}}}\\endcsname{{{value}}}\n")
     };
@@ -277,12 +277,12 @@ fn defined(name: &str, value: &str) -> String {
     define(&typed) + &if escaped == typed { String::new() } else { define(&escaped) }
 }
 
-fn made(folder: PathBuf) -> Result<PathBuf> {
+fn created(folder: PathBuf) -> Result<PathBuf> {
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
     Ok(folder)
 }
 
-/// Keeps which runs the numbers of a figure or a table are of.
+/// Records the runs behind the numbers of a figure or a table.
 fn write_sources(folder: &Path, stem: &str, runs: &[&Done]) -> Result<()> {
     let ids: Vec<&str> = runs.iter().map(|run| run.manifest.id.as_str()).collect();
     file::write(&folder.join(format!("{stem}.runs.json")), |out| {

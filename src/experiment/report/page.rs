@@ -1,4 +1,4 @@
-//! `report.html`: the data of an experiment put into the page that shows them, one file that needs no network.
+//! `report.html`: the data of an experiment inside the page that shows them, one file that needs no network.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,13 +18,13 @@ use crate::mesh::io;
 
 /// The page without data; see assets/report/README.md.
 const TEMPLATE: &str = include_str!("../../../assets/report/dist/template.html");
-/// What stands in it for them.
+/// The placeholder of the data in the template.
 const DATA_MARK: &str = "/*REPORT_DATA*/";
 
-/// Rows of a trace that are shown at most: more than a screen has points.
-const MOST_POINTS: usize = 600;
+/// Maximum number of rows of a trace that are shown; a screen cannot resolve more.
+const MAX_TRACE_POINTS: usize = 600;
 
-/// What the page shows besides the runs.
+/// The content of the page in addition to the runs.
 pub struct PageContent<'a> {
     pub figures: Vec<PageFigure>,
     pub tables: &'a [Table<'a>],
@@ -35,7 +35,7 @@ pub struct PageContent<'a> {
 pub struct PageFigure {
     title: String,
     svg: String,
-    /// Of its files.
+    /// The stem of its files.
     stem: String,
 }
 
@@ -44,7 +44,7 @@ impl PageFigure {
         Ok(PageFigure::new(title, crate::figure::svg(&drawn.figure)?, stem))
     }
 
-    /// A figure that stays as it was.
+    /// A figure that was not drawn again.
     pub fn kept(title: Option<&str>, path: &Path, stem: &str) -> Result<Self> {
         let svg = String::from_utf8(file::read(path)?)
             .map_err(|error| Error::malformed(path, error.to_string()))?;
@@ -61,10 +61,10 @@ impl PageFigure {
     }
 }
 
-/// The page as a text.
+/// The page as HTML.
 ///
 /// # Errors
-/// A surface that cannot be read.
+/// A surface cannot be read.
 pub fn page(pool: &Pool<'_>, store: &Store, content: &PageContent<'_>) -> Result<String> {
     let hosts = hosts(pool);
     let machines = hosts.iter().enumerate().map(|(h, (host, run))| {
@@ -93,7 +93,7 @@ pub fn page(pool: &Pool<'_>, store: &Store, content: &PageContent<'_>) -> Result
     Ok(TEMPLATE.replacen(DATA_MARK, &within_script(&data), 1))
 }
 
-/// JSON in which no name can end the script, or open a comment in it.
+/// JSON in which no string can end the script or open a comment in it.
 fn within_script(data: &Value) -> String {
     data.to_string()
         .replace('<', "\\u003c")
@@ -113,7 +113,7 @@ fn hosts<'a>(pool: &Pool<'a>) -> Vec<(&'a str, &'a Done)> {
     hosts
 }
 
-/// The instances that have runs, and the scenes of those whose surface was kept, by their names.
+/// The instances that have runs, and the scenes of those whose surface was kept, by their ids.
 fn instances(pool: &Pool<'_>, store: &Store) -> Result<(Vec<Value>, BTreeMap<String, Value>)> {
     let (mut instances, mut scenes) = (Vec::new(), BTreeMap::new());
     for (i, instance) in pool.spec.instances.iter().enumerate() {
@@ -135,7 +135,7 @@ fn instances(pool: &Pool<'_>, store: &Store) -> Result<(Vec<Value>, BTreeMap<Str
 }
 
 fn run_json<'a>(pool: &Pool<'a>, cell: &Cell<'a>, run: &Done, host: Option<usize>) -> Value {
-    let step = run.trace.len().div_ceil(MOST_POINTS).max(1);
+    let step = run.trace.len().div_ceil(MAX_TRACE_POINTS).max(1);
     let last = run.trace.len().saturating_sub(1);
     let points = run.trace.iter().enumerate().filter(|(i, _)| i % step == 0 || *i == last);
     let points: Vec<&Point> = points.map(|(_, point)| point).collect();
@@ -186,7 +186,7 @@ fn flat(run: &Done) -> Value {
     Value::Object(all)
 }
 
-/// Instances on one mesh have its positions and faces once on the page.
+/// Removes positions and faces that another scene on the page already has, and refers to it instead.
 fn share_mesh(scene: &mut Value, scenes: &BTreeMap<String, Value>) {
     let same = |other: &Value| ["positions", "faces"].iter().all(|key| other[key] == scene[key]);
     let Some(first) = scenes.iter().find_map(|(id, other)| same(other).then(|| id.clone())) else {
@@ -198,7 +198,7 @@ fn share_mesh(scene: &mut Value, scenes: &BTreeMap<String, Value>) {
     scene.insert("mesh".into(), first.into());
 }
 
-/// The surface of an instance, its data, and the labels of its solvers, where they were kept.
+/// The surface of an instance with its data and the kept labels of its solvers.
 fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<Option<Value>> {
     let path = store.folder.join("instances").join(format!("{}.ply", run.manifest.instance_id));
     if !path.exists() {
@@ -220,7 +220,7 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     if solutions.is_empty() {
         return Ok(None);
     }
-    // The page moves the surface to the middle anyway; before that, 32 bits are too few for points on a map.
+    // The page centers the surface anyway; single precision is not enough for large map coordinates.
     let first = mesh.vertices[0];
     let positions: Vec<u8> = mesh
         .vertices

@@ -1,4 +1,4 @@
-//! The runs of an experiment, gathered by cell: what figures and tables are drawn from.
+//! The runs of an experiment grouped by cell, from which figures and tables are drawn.
 
 use std::cmp::Ordering;
 
@@ -10,7 +10,7 @@ use super::super::spec::{InstanceCell, SolverCell, Spec};
 
 /// All repetitions of one solver on one instance.
 pub struct Cell<'a> {
-    /// Numbers in the file.
+    /// Indices in the file.
     pub instance: usize,
     pub solver: usize,
     pub runs: Vec<&'a Done>,
@@ -19,7 +19,7 @@ pub struct Cell<'a> {
 pub struct Pool<'a> {
     pub spec: &'a Spec,
     pub cells: Vec<Cell<'a>>,
-    /// The host of the first run: times of others are not comparable.
+    /// The host of the first run; times of other hosts are not comparable.
     pub host: String,
 }
 
@@ -32,13 +32,13 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of numbers that are not NaN, at least one; linear between neighbors.
+    /// The spread of at least one number, none NaN; quartiles are interpolated linearly.
     pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let index = share * (values.len() - 1) as f64;
             let (below, above) = (values[index.floor() as usize], values[index.ceil() as usize]);
-            // Between two infinities there is no number.
+            // Interpolation between two infinities would give NaN.
             if below == above { below } else { below + (above - below) * index.fract() }
         };
         Spread { low: at(0.25), median: at(0.5), high: at(0.75) }
@@ -46,7 +46,7 @@ impl Spread {
 }
 
 impl<'a> Pool<'a> {
-    /// The runs that the file asks for now; others in the folder are of former versions of it.
+    /// The runs of the current file; others in the folder belong to former versions of it.
     pub fn of(spec: &'a Spec, done: &'a [Done]) -> Self {
         let mut cells = Vec::new();
         for (i, instance) in spec.instances.iter().enumerate() {
@@ -57,7 +57,7 @@ impl<'a> Pool<'a> {
                 let toml = run_toml(spec, instance, solver);
                 let wanted: toml::Table = toml.parse().expect("the program wrote it");
                 let mut runs: Vec<&Done> = done.iter().filter(|done| done.spec == wanted).collect();
-                // The newest of each repetition.
+                // Keeps the newest run of each repetition.
                 runs.reverse();
                 let mut seen = Vec::new();
                 runs.retain(|run| {
@@ -87,20 +87,20 @@ impl<'a> Pool<'a> {
         self.cells.iter().flat_map(|cell| cell.runs.iter().copied())
     }
 
-    /// Runs whose times count.
+    /// Runs whose times are comparable.
     pub fn timed(&self, cell: &Cell<'a>) -> impl Iterator<Item = &'a Done> {
         let host = self.host.clone();
         cell.runs.clone().into_iter().filter(move |run| run.manifest.machine.host == host)
     }
 
-    /// The greatest bound of an instance by any solver.
+    /// The best bound of an instance by any solver.
     pub fn bound(&self, instance: usize) -> f64 {
         self.of_instance(instance)
             .map(|run| run.summary.dual_bound)
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The least energy of an instance by any solver.
+    /// The minimum energy of an instance by any solver.
     pub fn energy(&self, instance: usize) -> f64 {
         self.of_instance(instance).map(|run| run.summary.energy).fold(f64::INFINITY, f64::min)
     }
@@ -112,7 +112,7 @@ impl<'a> Pool<'a> {
             .flat_map(|cell| cell.runs.iter().copied())
     }
 
-    /// (E - D*) / (E* - B), D* the best bound and E* the least energy of all solvers.
+    /// (E - D*) / (E* - B), D* the best bound and E* the minimum energy of all solvers.
     pub fn suboptimality(&self, instance: usize, energy: f64) -> f64 {
         self.share(instance, energy - self.bound(instance))
     }
@@ -124,7 +124,7 @@ impl<'a> Pool<'a> {
         if difference == 0.0 { 0.0 } else { difference / (self.energy(instance) - baseline) }
     }
 
-    /// Iterations or seconds until a gap, infinite for runs that end before; `None` without runs.
+    /// Iterations or seconds until a gap, infinite for runs that do not reach it; `None` without runs.
     pub fn time_to(
         &self,
         cell: &Cell<'a>,
@@ -147,7 +147,7 @@ impl<'a> Pool<'a> {
         (!times.is_empty()).then(|| Spread::of(times))
     }
 
-    /// Samples with the median seconds over the repetitions: a solver samples at the same iterations each time.
+    /// Samples with the median seconds of all repetitions; a solver samples at the same iterations in each.
     pub fn trace(&self, cell: &Cell<'a>, timed: bool) -> Vec<Point> {
         let all: Vec<&Done> = if timed { self.timed(cell).collect() } else { cell.runs.clone() };
         let Some(first) = all.first() else { return Vec::new() };
@@ -160,7 +160,7 @@ impl<'a> Pool<'a> {
             .collect()
     }
 
-    /// What the pictures of times must say.
+    /// The note under figures that show times.
     pub fn note(&self, timed: bool) -> Option<String> {
         if !timed {
             return None;
@@ -202,10 +202,7 @@ impl Clock {
     }
 
     pub fn label(self) -> &'static str {
-        match self {
-            Clock::Iterations => "iterations",
-            Clock::Seconds => "seconds",
-        }
+        self.into()
     }
 }
 
@@ -213,12 +210,12 @@ pub fn value(keys: &[(String, Scalar)], key: &str) -> Option<Scalar> {
     keys.iter().find(|(name, _)| name == key).map(|(_, value)| value.clone())
 }
 
-/// How a given number is written: 1e-3, 0.25, 40.
+/// Formats a given number: 1e-3, 0.25, 40.
 pub fn given(x: f64) -> String {
     if x != 0.0 && (x.abs() < 0.1 || x.abs() >= 1e6) { format!("{x:e}") } else { x.to_string() }
 }
 
-/// How a measured number is written in tables and texts: three digits.
+/// Formats a measured number for tables and text, with three digits.
 pub fn number(x: f64) -> String {
     let size = x.abs();
     if x == x.trunc() && size < 1e7 {

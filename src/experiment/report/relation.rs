@@ -1,4 +1,4 @@
-//! A figure of the kind `relation`: one mark for each cell; cells that differ in nothing but x are one series.
+//! A figure of the kind `relation`: one mark for each cell; cells that differ only in x form a series.
 
 use super::super::figures::Relation;
 use super::super::variable::{Quantity, Variable};
@@ -47,17 +47,17 @@ pub fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], relation: &Relation) -
             series,
         }
     };
-    // Cells without the key of the panels, such as a reference solver, have nothing to show.
+    // Cells without the key of the panels, such as those of a reference solver, may have no panel.
     let values = distinct(members.iter().map(|member| &member.panel));
     values.into_iter().map(panel).filter(|panel| !panel.series.is_empty()).collect()
 }
 
-/// A cell, and where it is drawn.
+/// A cell with its series and its panel.
 struct Member {
     series: String,
     /// The value of the key of the panels.
     panel: Option<String>,
-    /// Without x or y it has no mark.
+    /// `None` without x or y.
     marked: Option<Marked>,
     solver: usize,
 }
@@ -85,7 +85,7 @@ fn distinct<'m, T: PartialEq>(all: impl Iterator<Item = &'m T>) -> Vec<&'m T> {
     distinct
 }
 
-/// Whether an axis or the panels tell the values of a key, so that the names of series need not.
+/// Whether the x-axis or the panels show the values of a key, so that the names of series need not.
 fn hides(relation: &Relation, key: &str) -> bool {
     let size = || relation.x.is(Quantity::Faces) || relation.x.is(Quantity::Vertices);
     relation.x.is_key(key)
@@ -93,7 +93,7 @@ fn hides(relation: &Relation, key: &str) -> bool {
         || (key == "mesh" && size())
 }
 
-/// The solver, and all values by which its cells differ from those of other series.
+/// The solver and all values that distinguish its cells from those of other series.
 fn series_name(pool: &Pool<'_>, cell: &Cell<'_>, relation: &Relation, varying: &[&str]) -> String {
     let (instance, solver) = (pool.instance(cell), pool.solver(cell));
     let mut name = solver.base.clone();
@@ -112,7 +112,7 @@ fn series_name(pool: &Pool<'_>, cell: &Cell<'_>, relation: &Relation, varying: &
     name
 }
 
-/// A style for each series: that of its solver, as in all other figures, where no other series has it.
+/// A style for each series: that of its solver, as in all other figures, if these are distinct.
 fn styles(names: &[&String], members: &[Member]) -> Vec<usize> {
     let of_solver = |name: &&String| {
         let first = members.iter().find(|member| member.series == **name);
@@ -123,7 +123,7 @@ fn styles(names: &[&String], members: &[Member]) -> Vec<usize> {
     if distinct { styles } else { (0..names.len()).collect() }
 }
 
-/// The marks of a series, and before them the power of x that was fitted to it, if that is asked for.
+/// The marks of a series, preceded by the power of x fitted to it, if requested.
 fn marks_and_fit(
     name: &str,
     style: usize,
@@ -154,7 +154,7 @@ fn marks_and_fit(
     series
 }
 
-/// Exponent and factor of y = factor x^exponent by least squares of the logarithms, for two points and more.
+/// Exponent and factor of y = factor x^exponent by least squares of the logarithms, for at least two points.
 pub fn power(points: &[[f64; 2]]) -> Option<(f64, f64)> {
     let logs: Vec<[f64; 2]> = points
         .iter()

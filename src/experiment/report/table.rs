@@ -1,4 +1,4 @@
-//! Tables, and their forms: CSV, Markdown, booktabs LaTeX.
+//! Tables and their formats: CSV, Markdown, booktabs LaTeX.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub struct Table<'a> {
     pub title: String,
     pub columns: Vec<String>,
     pub rows: Vec<Vec<TableEntry>>,
-    /// The runs that its numbers are of.
+    /// The runs behind its numbers.
     pub sources: Vec<&'a Done>,
 }
 
@@ -25,7 +25,7 @@ pub struct Table<'a> {
 pub enum TableEntry {
     Text(String),
     Number(f64),
-    /// Not reached, and how far the run came.
+    /// The gap was not reached; the text says how far the run came.
     Censored(String),
     Nothing,
 }
@@ -56,7 +56,7 @@ pub fn table<'a>(pool: &Pool<'a>, spec: &TableSpec) -> Table<'a> {
 
 type Content = (String, Vec<String>, Vec<Vec<TableEntry>>);
 
-/// A row for each cell, iterations and median seconds for each gap.
+/// A row for each cell, with iterations and median seconds for each gap.
 fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
     let mut columns = vec!["instance".to_owned(), "solver".to_owned()];
     columns.extend(gaps.iter().map(|&gap| format!("iterations to {}", given(gap))));
@@ -115,7 +115,7 @@ impl Table<'_> {
     /// Writes `name.csv`, `name.md` and `name.tex`.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let path = |extension: &str| folder.join(format!("{}.{extension}", self.name));
         let write = |extension: &str, text: String| {
@@ -126,10 +126,10 @@ impl Table<'_> {
         write("tex", self.latex())
     }
 
-    /// Takes the rows of a table that was written before.
+    /// Takes the rows of a table that was written earlier.
     ///
     /// # Errors
-    /// A file that is no table.
+    /// The file is not a table.
     pub fn read(&mut self, path: &Path) -> Result<()> {
         let bytes = file::read(path)?;
         let malformed = |error: csv::Error| Error::malformed(path, error.to_string());
@@ -146,12 +146,12 @@ impl Table<'_> {
         };
         self.rows = csv.records().map(row).collect::<Result<_>>()?;
         if self.columns.len() < 2 {
-            return Err(Error::malformed(path, "is no table of a report"));
+            return Err(Error::malformed(path, "is not a table of a report"));
         }
         Ok(())
     }
 
-    /// Whole numbers, in full precision.
+    /// The table as CSV, with numbers in full precision.
     fn csv(&self) -> std::io::Result<String> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         csv.write_record(&self.columns)?;
@@ -194,14 +194,14 @@ impl Table<'_> {
         text + "\\bottomrule\n\\end{tabular}\n"
     }
 
-    /// Whether a column holds numbers, at least one.
+    /// Whether a column holds at least one number and no text.
     pub fn is_numeric(&self, column: usize) -> bool {
         let mut entries = self.rows.iter().map(|row| &row[column]);
         entries.clone().any(|entry| matches!(entry, TableEntry::Number(_)))
             && entries.all(|entry| !matches!(entry, TableEntry::Text(_)))
     }
 
-    /// Every number with a name: `table/instance/solver/column`.
+    /// Every number with its name `table/instance/solver/column`.
     pub fn numbers(&self) -> impl Iterator<Item = (String, f64)> + '_ {
         self.rows.iter().flat_map(move |row| {
             let name = |column: &str| {
@@ -216,7 +216,7 @@ impl Table<'_> {
     }
 }
 
-/// A text for Markdown: what it takes for marks, tags or the border of a cell is escaped.
+/// Escapes a text for Markdown: markup, tags and cell borders.
 fn markdown(text: &str) -> String {
     let mut escaped = String::new();
     let mut before = ' ';
@@ -226,7 +226,7 @@ fn markdown(text: &str) -> String {
             '<' => escaped += "&lt;",
             '&' if after.is_ascii_alphabetic() || after == '#' => escaped += "&amp;",
             c if c.is_control() => escaped.push(' '),
-            // Within a word it marks nothing.
+            // Within a word it is not markup.
             '_' if before.is_alphanumeric() && after.is_alphanumeric() => escaped.push(c),
             '\\' | '|' | '*' | '`' | '[' | ']' | '$' | '_' => {
                 escaped.push('\\');

@@ -1,4 +1,4 @@
-//! Small truths about the numbers of a report.
+//! Tests of the numbers of a report.
 
 mod numbers;
 
@@ -15,7 +15,7 @@ fn quartiles_are_those_of_the_sorted_values() {
     assert_eq!(spread(&[3.0]), (3.0, 3.0, 3.0));
     assert_eq!(spread(&[5.0, 1.0, 3.0, 2.0, 4.0]), (2.0, 3.0, 4.0));
     assert_eq!(spread(&[4.0, 1.0]), (1.75, 2.5, 3.25));
-    // Runs that never arrive push the median up, and make no NaN.
+    // Runs that do not reach the gap raise the median, and give no NaN.
     assert_eq!(
         spread(&[f64::INFINITY, 1.0, f64::INFINITY]),
         (f64::INFINITY, f64::INFINITY, f64::INFINITY)
@@ -24,7 +24,7 @@ fn quartiles_are_those_of_the_sorted_values() {
 }
 
 #[test]
-fn powers_are_fitted_exactly() {
+fn a_power_law_is_fitted_exactly() {
     let points: Vec<[f64; 2]> =
         [1.0, 10.0, 100.0, 7.0].map(|x: f64| [x, 3.0 * x.powf(1.25)]).to_vec();
     let (exponent, factor) = power(&points).unwrap();
@@ -73,7 +73,7 @@ fn table() -> Table<'static> {
 }
 
 #[test]
-fn tables_have_their_forms() {
+fn tables_are_written_as_markdown_csv_and_latex() {
     let table = table();
     assert!(table.is_numeric(2) && !table.is_numeric(0) && !table.is_numeric(3));
     let markdown = table.markdown();

@@ -1,4 +1,4 @@
-//! Where the numbers of a figure or a table come from.
+//! The runs behind the numbers of a figure or a table.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ pub struct Why {
     pub solver: String,
     /// Which repetition it is, from 0.
     pub repetition: u64,
-    /// Of the program that made the run, or `unknown`.
+    /// The commit of the program that made the run, or `unknown`.
     pub commit: String,
     /// Whether its sources had changes that were not committed.
     pub dirty: bool,
-    /// What makes the run again.
+    /// The command that makes the run again.
     pub command: String,
 }
 
@@ -35,7 +35,7 @@ struct Sources {
 /// The runs behind `results/NAME/figures/X.svg`, or any other file of that stem.
 ///
 /// # Errors
-/// A file that is not part of a report, and runs that are not there any more.
+/// The file is not part of a report, or a run no longer exists.
 pub fn why(path: &Path) -> Result<Vec<Why>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let stem = stem.strip_suffix(".runs").unwrap_or(&stem);
@@ -43,7 +43,7 @@ pub fn why(path: &Path) -> Result<Vec<Why>> {
     if !sources.is_file() {
         return Err(Error::malformed(
             path,
-            "is no figure or table of a report: there is no .runs.json beside it",
+            "is not a figure or table of a report: there is no .runs.json next to it",
         ));
     }
     let parsed: Sources = serde_json::from_slice(&file::read(&sources)?)

@@ -1,10 +1,10 @@
-//! `[[instance]]`: what is to be segmented.
+//! `[[instance]]`: a problem to be solved.
 
 use std::ops::Range;
 use std::path::Path;
 
 use super::super::choice::DataChoice;
-use super::super::document::{Fits, Scalar, Section, Spanned, Wrong};
+use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
@@ -12,27 +12,27 @@ use crate::mesh::{Normalize, Source};
 use crate::operator::Mass;
 use crate::regions;
 
-/// What is to be segmented.
+/// A problem to be solved.
 #[derive(Clone, Debug)]
 pub struct InstanceCell {
     /// Its name in figures, tables and messages.
     pub label: String,
     pub(crate) keys: Keys,
-    /// What the argument MESH names, see [`Source::parse`].
+    /// The mesh, named as the argument MESH, see [`Source::parse`].
     pub mesh: String,
     pub(crate) data: DataChoice,
     /// Standard deviation of the normal noise that is added to every entry of the data; 0 for none.
     pub noise: f64,
-    /// Of the noise and of k-means.
+    /// The seed of the noise and of k-means.
     pub seed: u64,
-    /// m, from 2 to 64; 0 where a file of costs tells it.
+    /// m, from 2 to 64; 0 if the number of columns of a costs file determines it.
     pub regions: usize,
     pub(crate) lambda: LambdaChoice,
     /// The quadrature of the data term.
     pub mass: Mass,
     /// Whether the mesh is scaled to area 1.
     pub normalize: Normalize,
-    /// Where its mesh and its data stand in the file.
+    /// The spans of its mesh and its data in the file.
     pub(crate) mesh_span: Range<usize>,
     pub(crate) data_span: Range<usize>,
 }
@@ -41,13 +41,13 @@ pub struct InstanceCell {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LambdaChoice {
     Given(f64),
-    /// A multiple of what `segment` takes for these data: "auto", "0.5 auto".
+    /// A multiple of the lambda that `segment` chooses for these data: "auto", "0.5 auto".
     Auto(f64),
 }
 
 impl LambdaChoice {
-    fn of(Spanned { value, span }: &Spanned<Scalar>, data: &DataChoice) -> Fits<Self> {
-        let wrong = |message: &str| Err(Wrong::at(span, message));
+    fn of(Spanned { value, span }: &Spanned<Scalar>, data: &DataChoice) -> SpanResult<Self> {
+        let wrong = |message: &str| Err(SpanError::at(span, message));
         let valid = |x: f64| x >= 0.0 && x.is_finite();
         let factor = match value {
             Scalar::Text(text) => text.strip_suffix("auto").map(str::trim_end),
@@ -56,28 +56,31 @@ impl LambdaChoice {
         match (value.number(), factor) {
             (Some(lambda), _) if valid(lambda) => Ok(LambdaChoice::Given(lambda)),
             (_, Some(_)) if matches!(data, DataChoice::Costs(_)) => {
-                wrong("lambda is chosen for data, and these are costs: give a number")
+                wrong("lambda = \"auto\" needs data, but these are costs: give a number")
             }
             (_, Some("")) => Ok(LambdaChoice::Auto(1.0)),
             (_, Some(factor)) => match factor.parse() {
                 Ok(factor) if valid(factor) => Ok(LambdaChoice::Auto(factor)),
-                _ => wrong("lambda before \"auto\" needs a number from 0, as in \"0.5 auto\""),
+                _ => wrong("the factor of lambda must be a number, 0 or more, as in \"0.5 auto\""),
             },
             _ => wrong(
-                "lambda must be a number from 0, \"auto\", or a multiple such as \"0.5 auto\"",
+                "lambda must be a number, 0 or more, \"auto\", or a multiple such as \"0.5 auto\"",
             ),
         }
     }
 }
 
-pub(super) fn read_instances(mut section: Section<'_>, folder: &Path) -> Fits<Vec<InstanceCell>> {
+pub(super) fn read_instances(
+    mut section: Section<'_>,
+    folder: &Path,
+) -> SpanResult<Vec<InstanceCell>> {
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     for key in ["mesh", "data", "noise", "seed", "regions", "lambda", "mass", "normalize"] {
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
             None if ["mesh", "data", "lambda"].contains(&key) => {
-                return Err(Wrong::at(&section.span, format!("{} needs {key}", section.name)));
+                return Err(SpanError::at(&section.span, format!("{} needs {key}", section.name)));
             }
             None => {}
         }
@@ -94,15 +97,15 @@ fn read_cell(
     group: &Group,
     label: Option<&str>,
     folder: &Path,
-) -> Fits<InstanceCell> {
+) -> SpanResult<InstanceCell> {
     let (mesh, mesh_span) = cell.text("mesh")?.expect("it is needed");
     if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
-        Source::parse(mesh).map_err(|error| Wrong::at(mesh_span, error.to_string()))?;
+        Source::parse(mesh).map_err(|error| SpanError::at(mesh_span, error.to_string()))?;
     }
     let (data, data_span) = cell.text("data")?.expect("it is needed");
     let data: DataChoice = data.parse().map_err(|message: String| {
         let known = ["waves", "own", "colors", "curvature"];
-        Wrong::at(data_span, message + &did_you_mean(data, known))
+        SpanError::at(data_span, message + &did_you_mean(data, known))
     })?;
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
     let regions = region_count(cell, &data, data_span)?;
@@ -122,15 +125,15 @@ fn read_cell(
     })
 }
 
-/// Of costs, which have their own number of regions, 0.
-fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) -> Fits<usize> {
+/// The number of regions; 0 for costs, which determine their own.
+fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) -> SpanResult<usize> {
     match (cell.get("regions"), data) {
         (Some(given), DataChoice::Costs(_)) => {
             let message = "costs have one column per region: leave regions out";
-            Err(Wrong::at(&given.span, message))
+            Err(SpanError::at(&given.span, message))
         }
         (None, DataChoice::Costs(_)) => Ok(0),
-        (None, _) => Err(Wrong::at(data_span, "regions is needed beside this data")),
+        (None, _) => Err(SpanError::at(data_span, "these data need the key regions")),
         (Some(_), _) => {
             let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
             Ok(cell.count("regions", 0, range)? as usize)
@@ -138,7 +141,7 @@ fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) ->
     }
 }
 
-/// What an instance without a label of its own is called.
+/// The label of an instance without a given one.
 fn plain_label(
     cell: &Cell<'_>,
     group: &Group,

@@ -1,9 +1,9 @@
-//! `[[solver]]`: how instances are solved, by a solver of ours or by a command.
+//! `[[solver]]`: how instances are solved, by a built-in solver or by a command.
 
 use std::ops::Range;
 use std::time::Duration;
 
-use super::super::document::{Fits, Scalar, Section, Spanned, Wrong};
+use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
@@ -13,46 +13,46 @@ use crate::problem::Problem;
 use crate::run::{Stop, time_limit};
 use crate::solver::{Method, Options, Setup};
 
-/// How it is solved.
+/// How instances are solved.
 #[derive(Clone, Debug)]
 pub struct SolverCell {
     /// Its name in figures, tables and messages.
     pub label: String,
-    /// The label without the values by which it differs from others of its table.
+    /// The label without the values that differ between the cells of its table.
     pub base: String,
     /// Those values.
     pub(crate) varied: Keys,
     pub(crate) keys: Keys,
     /// The name of a method, or `external`.
     pub name: String,
-    /// Its settings, as they stand in the file.
+    /// Its settings, as in the file.
     pub options: Options,
-    /// Threads of the solver; none for as many as the machine has.
+    /// Number of threads; `None` for one per core.
     pub threads: Option<usize>,
     /// Whether coarser meshes are solved first.
     pub coarse_to_fine: bool,
-    /// If it is a command and not one of ours.
+    /// The command of an external solver.
     pub(crate) external: Option<External>,
 }
 
-/// The name of solvers outside the program.
+/// The name of all external solvers.
 const EXTERNAL: &str = "external";
 
-/// A solver outside the program.
+/// An external solver.
 #[derive(Clone, Debug)]
 pub struct External {
-    /// Words between blanks, run in the folder of the file.
+    /// Words separated by blanks; run in the folder of the file.
     pub command: String,
-    /// When it is ended, whatever it does: wall time, reading and compiling included.
+    /// Wall time after which it is killed, including reading and compiling.
     pub limit: Duration,
 }
 
-pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<SolverCell>> {
+pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> SpanResult<Vec<SolverCell>> {
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     match section.list("name")? {
         Some(names) => group.keys.push(("solver".into(), names)),
-        None => return Err(Wrong::at(&section.span, "[[solver]] needs name")),
+        None => return Err(SpanError::at(&section.span, "[[solver]] needs name")),
     }
     for key in ["command", "limit", "threads", "coarse-to-fine"] {
         if let Some(values) = section.list(key)? {
@@ -71,7 +71,12 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> Fits<Vec<So
     cells.iter().map(|cell| read_cell(&Cell(cell), &group, label.as_deref(), stop)).collect()
 }
 
-fn read_cell(cell: &Cell<'_>, group: &Group, label: Option<&str>, stop: &Stop) -> Fits<SolverCell> {
+fn read_cell(
+    cell: &Cell<'_>,
+    group: &Group,
+    label: Option<&str>,
+    stop: &Stop,
+) -> SpanResult<SolverCell> {
     let (name, span) = cell.text("solver")?.expect("it is needed");
     let external = match name {
         EXTERNAL => Some(read_external(cell, span, stop)?),
@@ -80,8 +85,8 @@ fn read_cell(cell: &Cell<'_>, group: &Group, label: Option<&str>, stop: &Stop) -
     if external.is_none()
         && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
     {
-        let message = format!("belongs to name = \"{EXTERNAL}\" only");
-        return Err(Wrong::at(&given.span, message));
+        let message = format!("command and limit need name = \"{EXTERNAL}\"");
+        return Err(SpanError::at(&given.span, message));
     }
     let method = match &external {
         Some(_) => None,
@@ -92,7 +97,7 @@ fn read_cell(cell: &Cell<'_>, group: &Group, label: Option<&str>, stop: &Stop) -
         None => None,
         Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
     };
-    let coarse_to_fine = read_truth(cell, "coarse-to-fine")?;
+    let coarse_to_fine = read_boolean(cell, "coarse-to-fine")?;
     let called = external.as_ref().map_or(name, |external| &external.command);
     let plain = called.to_owned() + &plain_settings(cell, threads, coarse_to_fine);
     Ok(SolverCell {
@@ -108,7 +113,7 @@ fn read_cell(cell: &Cell<'_>, group: &Group, label: Option<&str>, stop: &Stop) -
     })
 }
 
-/// What stands behind the name of a solver without a label of its own.
+/// The part after the name in the label of a solver without a given one.
 fn plain_settings(cell: &Cell<'_>, threads: Option<usize>, coarse_to_fine: bool) -> String {
     let options = cell.0.iter().filter_map(|(key, value)| {
         let key = key.strip_prefix("options.")?;
@@ -119,24 +124,28 @@ fn plain_settings(cell: &Cell<'_>, threads: Option<usize>, coarse_to_fine: bool)
     format!("{}{threads}{coarse}", options.collect::<String>())
 }
 
-fn method_named(name: &str, span: &Range<usize>) -> Fits<Method> {
+fn method_named(name: &str, span: &Range<usize>) -> SpanResult<Method> {
     Method::named(name).map_err(|error| {
         let known = Method::all();
         let known = known.iter().map(Method::name);
         let meant = did_you_mean(name, known.chain([EXTERNAL]));
-        Wrong::at(span, format!("{error}, {EXTERNAL}{meant}"))
+        SpanError::at(span, format!("{error}, {EXTERNAL}{meant}"))
     })
 }
 
-/// The options of a method, each tried by itself and then all together; those of a command are what they are. What
-/// goes wrong only together is an error at `span`.
-fn read_options(cell: &Cell<'_>, mut method: Option<Method>, span: &Range<usize>) -> Fits<Options> {
+/// The options of a method, each checked by itself and then all together; those of a command are not checked. Options
+/// that only conflict with each other are an error at `span`.
+fn read_options(
+    cell: &Cell<'_>,
+    mut method: Option<Method>,
+    span: &Range<usize>,
+) -> SpanResult<Options> {
     let mut options = Vec::new();
     for (key, value) in cell.0 {
         let Some(key) = key.strip_prefix("options.") else { continue };
         if method.is_none() && key == "command" {
-            let message = "command is no option; it stands beside name";
-            return Err(Wrong::at(&value.span, message));
+            let message = "command is not an option; it belongs next to name";
+            return Err(SpanError::at(&value.span, message));
         }
         let option = format!("{key}={}", value.value.text());
         Options::parse(&[&option])
@@ -146,7 +155,7 @@ fn read_options(cell: &Cell<'_>, mut method: Option<Method>, span: &Range<usize>
                 let known: Vec<&str> = known.map(|setting| setting.key).collect();
                 let meant = did_you_mean(key, known.iter().copied());
                 let meant = if known.contains(&key) { "" } else { &meant };
-                Wrong::at(&value.span, format!("{error}{meant}"))
+                SpanError::at(&value.span, format!("{error}{meant}"))
             })?;
         options.push((option, &value.span));
     }
@@ -155,45 +164,50 @@ fn read_options(cell: &Cell<'_>, mut method: Option<Method>, span: &Range<usize>
     {
         let names = |option: &str| error.to_string().contains(option);
         let blamed = options.iter().find(|(option, _)| names(option));
-        return Err(Wrong::at(blamed.map_or(span, |(_, span)| span), error.to_string()));
+        return Err(SpanError::at(blamed.map_or(span, |(_, span)| span), error.to_string()));
     }
     let texts: Vec<String> = options.into_iter().map(|(option, _)| option).collect();
-    Options::parse(&texts).map_err(|error| Wrong::at(span, error.to_string()))
+    Options::parse(&texts).map_err(|error| SpanError::at(span, error.to_string()))
 }
 
-/// Whether a key is set; no by default.
-fn read_truth(cell: &Cell<'_>, key: &str) -> Fits<bool> {
+/// The value of a Boolean key, false by default.
+fn read_boolean(cell: &Cell<'_>, key: &str) -> SpanResult<bool> {
     match cell.get(key) {
         None => Ok(false),
-        Some(Spanned { value: Scalar::Truth(truth), .. }) => Ok(*truth),
-        Some(Spanned { span, .. }) => Err(Wrong::at(span, format!("{key} must be true or false"))),
+        Some(Spanned { value: Scalar::Boolean(value), .. }) => Ok(*value),
+        Some(Spanned { span, .. }) => {
+            Err(SpanError::at(span, format!("{key} must be true or false")))
+        }
     }
 }
 
-/// A command. Its default limit is three times the time limit of the stop, and a minute to start.
-fn read_external(cell: &Cell<'_>, span: &Range<usize>, stop: &Stop) -> Fits<External> {
+/// An external solver. Its default limit is three times the time limit of the stopping rule plus a minute to start.
+fn read_external(cell: &Cell<'_>, span: &Range<usize>, stop: &Stop) -> SpanResult<External> {
     if let Some(given) = cell.get("coarse-to-fine") {
-        return Err(Wrong::at(&given.span, "a solver outside the program starts where it likes"));
+        return Err(SpanError::at(
+            &given.span,
+            "coarse-to-fine does not apply to an external solver",
+        ));
     }
     let Some((command, command_span)) = cell.text("command")? else {
-        return Err(Wrong::at(span, "an external solver needs command = \"PROGRAM [WORDS]\""));
+        return Err(SpanError::at(span, "an external solver needs command = \"PROGRAM [WORDS]\""));
     };
     if command.trim().is_empty() {
-        return Err(Wrong::at(command_span, "command is empty"));
+        return Err(SpanError::at(command_span, "command is empty"));
     }
     let limit = match (cell.get("limit"), stop.time) {
         (None, Some(time)) => time.saturating_mul(3).saturating_add(Duration::from_secs(60)),
         (None, None) => {
-            let message = "an external solver needs limit = SECONDS, or stop a time-limit";
-            return Err(Wrong::at(span, message));
+            let message = "an external solver needs limit = SECONDS, or a time-limit in stop";
+            return Err(SpanError::at(span, message));
         }
         (Some(given), _) => time_limit(cell.number("limit", 0.0, 0.0)?)
-            .map_err(|message| Wrong::at(&given.span, format!("limit {message}")))?,
+            .map_err(|message| SpanError::at(&given.span, format!("limit {message}")))?,
     };
     Ok(External { command: command.to_owned(), limit })
 }
 
-/// Builds the solver for a tiny problem, which finds settings that exclude each other.
+/// Builds the solver for a tiny problem, which detects conflicting settings.
 fn try_out(method: &Method) -> Result<()> {
     let mesh = Source::parse("torus:5x4")?.mesh()?;
     let start = vec![crate::field::Row([0.5; 2]); mesh.vertices.len()];

@@ -1,5 +1,5 @@
-//! What is claimed means what it says: gaps that no constant changes, forbidden labels, vertices of which nothing is
-//! known, numbers of all kinds, regions that end empty, bounds of answers that are given.
+//! The claims of the program are true: gaps are invariant under constants, labels can be forbidden, vertices can be
+//! unknown, numbers have any type, empty regions are reported, and bounds of given U are valid.
 
 use std::path::PathBuf;
 
@@ -24,9 +24,9 @@ fn torus() -> Folder {
     folder
 }
 
-/// Constants at the vertices, one for all or one for each, change neither where a solver stops nor what it claims.
+/// A constant added to the costs of each vertex changes neither where a solver stops nor its gaps.
 #[test]
-fn a_constant_changes_no_claim() {
+fn constants_in_the_costs_change_no_gap() {
     let folder = torus();
     let own = costs(VERTICES, 3);
     let ramp = Array2::from_shape_fn((VERTICES, 3), |(k, _)| 1e4 * (k as f64).sin());
@@ -52,7 +52,7 @@ fn a_constant_changes_no_claim() {
             assert_eq!(other.number("iterations"), known.number("iterations"), "{name} {options}");
             for key in ["gap", "relative_gap", "rounded_relative_gap"] {
                 let (a, b) = (other.number(key), known.number(key));
-                // Of the costs five digits are lost, more of a difference.
+                // The costs lose five digits, differences of them more.
                 assert!((a - b).abs() <= 1e-5 * b + 1e-7, "{name} {options}, {key}: {a} {b}");
             }
             let above = |answer: &Answer| answer.number("energy") - answer.number("baseline");
@@ -61,9 +61,9 @@ fn a_constant_changes_no_claim() {
     }
 }
 
-/// One denominator on the screen and in the summary: (R - D) / (D - B).
+/// The gap of the labels is (R - D) / (D - B), on the screen and in the summary.
 #[test]
-fn the_labels_have_one_gap() {
+fn the_gap_of_the_labels_is_the_same_everywhere() {
     let folder = torus();
     folder.array("s.npy", &costs(VERTICES, 3));
     let screen = folder.done("solve m.ply --costs s.npy --lambda 0.05 --no-preview --out o");
@@ -80,7 +80,7 @@ fn the_labels_have_one_gap() {
     assert!((gap - (e - d) / (e - b)).abs() <= 1e-9 + 1e-6 * gap);
 }
 
-/// +inf forbids a label, whatever the solver; the optimum is that of a cost which nobody would pay.
+/// +inf forbids a label for every solver; the optimum is that with a prohibitively large cost.
 #[test]
 fn infinite_costs_forbid_labels() {
     let folder = torus();
@@ -144,7 +144,7 @@ fn infinite_costs_forbid_labels() {
     }
 }
 
-/// A row of NaN costs nothing: the answer is that of a row of zeros.
+/// A row of NaN has no costs: the result is that with a row of zeros.
 #[test]
 fn rows_of_nan_are_unknown() {
     let folder = torus();
@@ -199,14 +199,14 @@ fn arrays_of_all_kinds_of_numbers_are_read() {
         assert_eq!(output.status.code(), Some(1), "{kind}");
         assert!(stderr(&output).contains(what), "{}", stderr(&output));
     }
-    // The program's own labels are data as well.
+    // Labels written by the program can be read as data.
     folder
         .done(&format!("segment {mesh} --data i4/labels.npy --regions 2 --no-preview --out again"));
 }
 
-/// An empty region is said, with a lambda that does not lose it.
+/// The warning names a lambda for which no region is empty.
 #[test]
-fn empty_regions_are_said_with_what_helps() {
+fn a_warning_about_empty_regions_names_a_remedy() {
     let folder = torus();
     folder.array("s.npy", &costs(VERTICES, 3));
     let line = "m.ply --costs s.npy --no-preview --lambda";
@@ -219,7 +219,7 @@ fn empty_regions_are_said_with_what_helps() {
     assert!(String::from_utf8(output.stdout).unwrap().contains("are empty"));
     let found = folder.solve(&format!("{line} {lambda}"), "found");
     assert!((0..3).all(|p| found.labels.iter().any(|&label| label == p)), "{lambda}");
-    // What is nowhere the cheapest is no fault of lambda.
+    // A region that is nowhere the cheapest is not emptied by lambda.
     let mut dear = costs(VERTICES, 3);
     dear.column_mut(1).fill(1e3);
     folder.array("s.npy", &dear);
@@ -230,9 +230,9 @@ fn empty_regions_are_said_with_what_helps() {
     );
 }
 
-/// Regions with one mean become one, quickly, and so do data of one value.
+/// Regions with equal means are merged quickly; for data of one value, all regions are.
 #[test]
-fn data_that_do_not_separate_are_said() {
+fn a_warning_reports_data_with_too_few_values() {
     let folder = torus();
     let two = Array2::from_shape_fn((VERTICES, 1), |(k, _)| f64::from(u8::from(k < VERTICES / 2)));
     write_npy(folder.path("two.npy"), &two).unwrap();
@@ -254,7 +254,7 @@ fn data_that_do_not_separate_are_said() {
     assert!(screen.contains("empty"), "{screen}");
 }
 
-/// The bound of an answer that is given: its own from q, near it from steps, and never false.
+/// The bound of a given U: that of the solver from its q, close to it from steps, and always valid.
 #[test]
 fn evaluate_bounds_an_optimum() {
     let folder = torus();
@@ -277,20 +277,20 @@ fn evaluate_bounds_an_optimum() {
     assert!(number(&steps, "dual_bound") <= solved.number("energy") + 1e-12);
     let none = evaluate("--dual-steps 0");
     assert_eq!(number(&none, "dual_bound"), number(&none, "baseline"));
-    // What is offered is cut off at lambda, so that no field bounds what is false.
+    // A given q is projected onto the ball of radius lambda, so that the bound is always valid.
     let q: Array2<f64> = read_npy(folder.path("o/q.npy")).unwrap();
     write_npy(folder.path("q.npy"), &(q * 1e3)).unwrap();
     assert!(number(&evaluate("--q q.npy"), "dual_bound") <= solved.number("energy") + 1e-12);
     let output = folder.run("evaluate m.ply --costs s.npy --lambda 0.05 --u o/u.npy --q o/u.npy");
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("two rows for each"), "{}", stderr(&output));
-    // A folder that is written again without q has none.
+    // A folder that is written again without q contains none.
     folder.solve("m.ply --costs s.npy --lambda 0.05 --no-preview", "o");
     assert!(!folder.path("o/q.npy").exists());
 }
 
-/// Without `--lambda`, data of every kind end in as many regions as were asked for, certified: colors, textures, images on
-/// surfaces, curvature, from flat pieces to noise of twice the contrast.
+/// Without `--lambda`, data of every kind give the requested number of regions, with a certificate: colors, textures,
+/// images on surfaces, curvature, from constant pieces to noise of twice the contrast.
 #[test]
 fn the_default_lambda_suits_every_kind_of_data() {
     let folder = Folder::new();
@@ -341,7 +341,7 @@ fn the_default_lambda_suits_every_kind_of_data() {
         let found = folder.answer("o").labels;
         let mut seen = [[0; 4]; 4];
         (0..n * m).for_each(|k| seen[label(k)][found[k] as usize] += 1);
-        // Every region is nearly one of the four, and no two of them the same.
+        // Every region is nearly one of the four, each a different one.
         let best = seen.map(|counts| (0..4).max_by_key(|&p| counts[p]).unwrap());
         let right: usize = (0..4).map(|t| seen[t][best[t]]).sum();
         assert!((0..4).all(|p| best.contains(&p)), "noise {noise}: {seen:?}");
@@ -350,9 +350,10 @@ fn the_default_lambda_suits_every_kind_of_data() {
     }
 }
 
-/// Seeds alone, or among costs that are small against lambda: the problem is that of lambda = 1, and as quickly solved.
+/// With seeds alone, or among costs that are small compared to lambda, the problem is that for lambda = 1 and is solved
+/// as quickly.
 #[test]
-fn forbidden_labels_are_no_matter_of_lambda() {
+fn problems_with_seeds_do_not_depend_on_lambda() {
     let folder = torus();
     for (name, small) in [("seeds", 0.0), ("among", 1e-6)] {
         let mut s = costs(VERTICES, 3) * small;
@@ -378,9 +379,9 @@ fn forbidden_labels_are_no_matter_of_lambda() {
     }
 }
 
-/// Costs that no one pays are no measure of what rounding may do: the gap is that of the numbers that are stated.
+/// Huge costs that no label pays do not loosen the tolerance for rounding: the gap is that of the stated numbers.
 #[test]
-fn a_huge_cost_certifies_nothing() {
+fn huge_costs_do_not_affect_the_certificate() {
     let folder = torus();
     let own = costs(VERTICES, 3);
     for (name, huge) in [("1e9", 1e9), ("1e20", 1e20), ("inf", f64::INFINITY)] {
@@ -408,7 +409,7 @@ fn a_huge_cost_certifies_nothing() {
     }
 }
 
-/// Rows with negative entries alone round to one of the labels that there are, and to none that is forbidden.
+/// Rows with negative entries only are rounded to an existing label that is not forbidden.
 #[test]
 fn evaluate_rounds_to_labels_that_exist() {
     let folder = torus();
@@ -424,9 +425,9 @@ fn evaluate_rounds_to_labels_that_exist() {
     assert!(evaluation["rounded_energy"].as_f64().unwrap() < 10.0, "{evaluation}");
 }
 
-/// A value that stands for a missing one, and data far from zero, hide no regions.
+/// Neither a placeholder for missing values nor data far from zero hide regions.
 #[test]
-fn values_far_away_hide_no_regions() {
+fn outliers_and_large_offsets_hide_no_regions() {
     let folder = torus();
     let mut rng = Pcg64::seed_from_u64(32);
     let mut gauss = || -> f64 { StandardNormal.sample(&mut rng) };

@@ -1,4 +1,4 @@
-//! Names with odd characters, results of another machine, results without labels, errors by line, and the picture.
+//! Names with unusual characters, results of another machine, results without labels, errors with lines, and previews.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use ndarray::Array2;
 
 use crate::support::{Folder, names, stderr};
 
-/// A name for every target: a shell, Slurm, Snakemake, TeX, CSV, HTML, a terminal.
+/// A name with special characters of every target: a shell, Slurm, Snakemake, TeX, CSV, HTML, a terminal.
 const ODD: &str =
     r#"part_50%_v2 & co #1 \\alpha {x} ~ ^ $y$ [z] | λ \u001b[2J </script><!-- \u0001"#;
 
@@ -50,7 +50,7 @@ gaps = [1e-2, 1e-3, 1e-12]
     folder
 }
 
-/// Whether LaTeX takes a document; true where there is no LaTeX, which is said.
+/// Whether LaTeX compiles a document; true if LaTeX is missing, with a note that the check is skipped.
 fn typeset(folder: &Path, body: &str, packages: &str) -> bool {
     let document = format!(
         "\\documentclass{{article}}\n{packages}\\begin{{document}}\n{body}\n\\end{{document}}\n"
@@ -76,7 +76,7 @@ fn tables_numbers_and_pages_take_any_name() {
     let text = |name: &str| fs::read_to_string(results.join(name)).unwrap();
 
     let numbers = text("numbers.tex");
-    // Between braces as people type it, and as a text is escaped.
+    // As typed between braces, and with all escapes.
     let name = |part: &str| numbers.lines().any(|line| line.contains(part));
     assert!(name(
         "\\detokenize{time_to_gap/part_50\\%_v2 \\& co \\#1 \\textbackslash{}alpha \\{x\\} ~ ^"
@@ -116,7 +116,7 @@ fn tables_numbers_and_pages_take_any_name() {
 }
 
 #[test]
-fn latex_takes_tables_numbers_and_figures() {
+fn latex_compiles_tables_numbers_and_figures() {
     let folder = odd();
     let results = folder.path("results/odd");
     assert!(typeset(&results, "\\input{tables/time_to_gap.tex}", "\\usepackage{booktabs}\n"));
@@ -143,7 +143,7 @@ fn latex_takes_tables_numbers_and_figures() {
     }
 }
 
-/// `sbatch` takes the first word that is no option for the script, as the real one does.
+/// The `sbatch` of this test takes the first word that is not an option for the script, like the real one.
 #[test]
 fn the_batch_script_takes_any_name() {
     let folder = Folder::new();
@@ -193,9 +193,9 @@ fn the_batch_script_takes_any_name() {
     }
 }
 
-/// Texts of Python, with braces only where Snakemake fills something in.
+/// The Python strings have unescaped braces only where Snakemake inserts something.
 #[test]
-fn the_snakefile_has_no_wildcard_but_its_own() {
+fn names_do_not_add_wildcards_to_the_snakefile() {
     let folder = Folder::new();
     for name in ["a {i} b", "{{wildcards}}", "it's {"] {
         let file = format!("{name}.toml");
@@ -234,18 +234,21 @@ fn runs_of_another_machine_are_announced() {
         fs::write(path, text).unwrap();
     }
     let output = folder.run("experiment run small.toml");
-    let told = stderr(&output);
-    assert!(told.contains("9 runs are there, made on another machine (feedbeef, "), "{told}");
-    assert!(told.contains("1 run is there, made on this machine"), "{told}");
-    assert!(told.contains("at commit 0123456789ab") && told.contains("--force"), "{told}");
+    let messages = stderr(&output);
+    assert!(messages.contains("9 runs were made on another machine (feedbeef, "), "{messages}");
+    assert!(messages.contains("1 run was made on this machine"), "{messages}");
+    assert!(
+        messages.contains("at commit 0123456789ab") && messages.contains("--force"),
+        "{messages}"
+    );
     folder.done("experiment run small.toml --force");
     let output = folder.run("experiment run small.toml");
-    assert!(!stderr(&output).contains("runs are there"), "{}", stderr(&output));
+    assert!(!stderr(&output).contains("runs were made"), "{}", stderr(&output));
 }
 
-/// As in a clone, where what is large is left out.
+/// As in a clone, which lacks large files.
 #[test]
-fn a_report_without_labels_leaves_what_needs_them() {
+fn a_report_without_labels_keeps_the_files_that_need_them() {
     let folder = Folder::new();
     let more = "\n[[figure]]\nname = \"changed\"\nkind = \"relation\"\nx = \"lambda\"\n\
                 y = \"labels-changed\"\nlog-y = false\n\n[[table]]\nname = \"labels\"\nkind = \"cells\"\n\
@@ -277,13 +280,13 @@ fn a_report_without_labels_leaves_what_needs_them() {
     }
     let output = folder.run("experiment report results/small");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let told = stderr(&output);
-    assert!(told.contains("figures/changed.svg stays as it was"), "{told}");
-    assert!(told.contains("tables/labels.csv stays as it was"), "{told}");
+    let messages = stderr(&output);
+    assert!(messages.contains("figures/changed.svg is unchanged"), "{messages}");
+    assert!(messages.contains("tables/labels.csv is unchanged"), "{messages}");
     for (old, new) in before.iter().zip(read()) {
         assert!(*old == new, "{}", old.0);
     }
-    // Where there is nothing to keep, the rest is made all the same.
+    // If there is no file to keep, the rest is written nevertheless.
     fs::remove_dir_all(results.join("figures")).unwrap();
     let output = folder.run("experiment report results/small");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -291,7 +294,7 @@ fn a_report_without_labels_leaves_what_needs_them() {
     assert!(names(&results.join("figures")).contains("decay.svg"));
 }
 
-/// The message, which must name the line and have these parts.
+/// Checks that a command fails with an error that contains these parts.
 fn refused(folder: &Folder, line: &str, parts: &[&str]) {
     let output = folder.run(line);
     let message = stderr(&output);
@@ -303,7 +306,7 @@ fn refused(folder: &Folder, line: &str, parts: &[&str]) {
 }
 
 #[test]
-fn what_is_missing_is_named_by_its_line() {
+fn missing_files_and_data_are_named_with_their_lines() {
     use crate::experiment::SMALL;
     let folder = Folder::new();
     let change = |from: &str, to: &str| {
@@ -330,7 +333,7 @@ fn what_is_missing_is_named_by_its_line() {
     change("data = \"waves\"", "data = \"values.npy\"");
     refused(&folder, "experiment run e.toml", &["e.toml, line 9, column 8", "values.npy"]);
 
-    // The bias is that of a smoothed energy, which no run of this has.
+    // The bias needs a smoothed energy, which no run has here.
     change("y = \"iterations\"\ngap = 1e-2", "y = \"bias\"");
     let text = fs::read_to_string(folder.path("e.toml")).unwrap();
     let (kept, _) = text.split_once("[[solver]]\nlabel = \"FISTA\"").unwrap();
@@ -379,7 +382,7 @@ fn misspelled_names_are_guessed() {
     refused(&folder, line, &["did you mean \"torus:20x12, "]);
 }
 
-/// The colors of the left half of a picture, rounded so that light does not count.
+/// Number of distinct colors in the left half of a picture, rounded so that shading does not count.
 fn hues(folder: &Folder, path: &str) -> usize {
     let image = image::open(folder.path(path)).unwrap().to_rgb8();
     let mut hues: Vec<[i32; 3]> = Vec::new();
@@ -393,7 +396,7 @@ fn hues(folder: &Folder, path: &str) -> usize {
     hues.len()
 }
 
-/// What differs in a later column only, or out of the range of colors, is seen.
+/// Data that differ only in a later column, or outside the range of colors, are visible.
 #[test]
 fn the_picture_shows_every_column() {
     let folder = Folder::new();
@@ -411,13 +414,13 @@ fn the_picture_shows_every_column() {
         folder.done("segment grid:20x10 --data values.npy --regions 2 --out out");
         assert!(hues(&folder, "out/preview.png") >= 2, "{d} columns from {low} to {high}");
     }
-    // A flat mesh is seen straight on, in its own proportions.
+    // A flat mesh is viewed from the front, with its aspect ratio.
     let image = image::open(folder.path("out/preview.png")).unwrap();
     assert!(image.width() == 1200 && image.height() < 450, "{}", image.height());
 }
 
 #[test]
-fn views_and_both_colors_are_told() {
+fn the_table_lists_drawn_colors_and_views_can_be_chosen() {
     let folder = Folder::new();
     let table = folder.done("segment builtin:spot --regions 2 --gap 1e-2 --view 30,10 --out out");
     assert!(

@@ -1,4 +1,4 @@
-//! Images and textures on surfaces: which image a face has, what a vertex takes of it, and what the user is told.
+//! Images and textures on surfaces: which image a face has, how a vertex samples it, and what is reported.
 
 use std::fs;
 use std::path::Path;
@@ -19,25 +19,25 @@ fn case(name: &str) -> Folder {
     folder
 }
 
-/// What `segment` leaves, and what it says on the way.
+/// The results of `segment`, and its messages.
 fn segment(folder: &Folder, arguments: &str) -> (Answer, String) {
     let output = folder.run(&format!("segment {arguments} --no-preview --out out"));
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(0), "{arguments}\n{said}");
+    let messages = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{arguments}\n{messages}");
     let answer = folder.answer("out");
     answer.assert_consistent();
-    (answer, said)
+    (answer, messages)
 }
 
-/// The one line of a refusal.
+/// The error message, which has one line.
 fn refused(folder: &Folder, arguments: &str) -> String {
     let output = folder.run(&format!("segment {arguments} --no-preview --out refused"));
-    let said = stderr(&output);
-    assert_eq!(output.status.code(), Some(1), "{arguments}\n{said}");
+    let messages = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{arguments}\n{messages}");
     assert!(!folder.path("refused").exists());
-    let lines = said.lines().filter(|line| line.starts_with("error: "));
-    assert_eq!(lines.count(), 1, "{said}");
-    said
+    let lines = messages.lines().filter(|line| line.starts_with("error: "));
+    assert_eq!(lines.count(), 1, "{messages}");
+    messages
 }
 
 fn shares(answer: &Answer) -> Vec<f64> {
@@ -60,40 +60,42 @@ fn each_face_takes_the_image_of_its_material() {
         half_and_half(&own);
         let (all, _) = segment(&folder, &format!("{mesh} --data texture --regions 2"));
         assert_eq!(own.labels, all.labels);
-        let (given, said) = segment(&folder, &format!("{mesh} --data texture:{image} --regions 2"));
+        let (given, messages) =
+            segment(&folder, &format!("{mesh} --data texture:{image} --regions 2"));
         assert_eq!(own.labels, given.labels);
-        assert!(said.contains("one of 2 images"), "{said}");
-        // Another image is taken for all, which is said.
+        assert!(messages.contains("one of 2 images"), "{messages}");
+        // A given image replaces all others, which is reported.
         fs::copy(folder.path(image), folder.path("other.png")).unwrap();
-        let (one, said) = segment(&folder, &format!("{mesh} --data texture:other.png --regions 2"));
+        let (one, messages) =
+            segment(&folder, &format!("{mesh} --data texture:other.png --regions 2"));
         assert!(shares(&one).contains(&1.0), "{}", one.summary);
-        assert!(said.contains("none of the 2 images"), "{said}");
+        assert!(messages.contains("none of the 2 images"), "{messages}");
     }
 }
 
-/// Asked for, it is an error; as the first choice among what comes with the mesh, a warning.
+/// It is an error if it was requested, and a warning if it comes with the mesh.
 #[test]
 fn a_missing_image() {
     let folder = case("02-obj-two-materials");
     fs::remove_file(folder.path("wall.png")).unwrap();
-    let said = refused(&folder, "house.obj --data texture --regions 2");
-    assert!(said.contains("wall") && said.contains("wall.png: No such file"), "{said}");
+    let messages = refused(&folder, "house.obj --data texture --regions 2");
+    assert!(messages.contains("wall") && messages.contains("wall.png: No such file"), "{messages}");
     let folder = case("47-white-colors");
     fs::remove_file(folder.path("atlas.png")).unwrap();
-    let (_, said) = segment(&folder, "model.obj --regions 2");
-    assert!(said.contains("atlas.png: No such file"), "{said}");
+    let (_, messages) = segment(&folder, "model.obj --regions 2");
+    assert!(messages.contains("atlas.png: No such file"), "{messages}");
 }
 
 #[test]
 fn faces_without_coordinates_are_unknown() {
     let folder = case("10-obj-some-uv");
-    let (answer, said) = segment(&folder, "model.obj --data texture:atlas.png --regions 2");
-    assert!(said.contains("without texture coordinates"), "{said}");
+    let (answer, messages) = segment(&folder, "model.obj --data texture:atlas.png --regions 2");
+    assert!(messages.contains("without texture coordinates"), "{messages}");
     assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
 }
 
 #[test]
-fn tiles_are_found_beside_the_first() {
+fn tiles_are_found_next_to_the_first() {
     let folder = case("16-udim");
     for image in ["tex.1001.png", "tex.1002.png", "tex.<UDIM>.png"] {
         let (answer, _) =
@@ -102,7 +104,7 @@ fn tiles_are_found_beside_the_first() {
     }
 }
 
-/// The image is red at the left and blue at the right; between them, in the middle column, is the only mixture.
+/// The image is red on the left and blue on the right; only the middle column is a mixture.
 #[test]
 fn the_edges_of_an_image_do_not_mix() {
     let folder = case("26-wrap-u1");
@@ -119,14 +121,14 @@ fn the_edges_of_an_image_do_not_mix() {
     }
 }
 
-/// A blue window in a red wall of two faces: means see it, and the hint finds it.
+/// A blue window in a red wall of two faces affects the means, and a hint reports that the mesh is too coarse.
 #[test]
-fn an_image_finer_than_the_mesh() {
+fn an_image_finer_than_the_mesh_is_averaged_and_reported() {
     let folder = case("41-coarse-texture");
-    let (answer, said) = segment(&folder, "wall.obj --data texture:wall.png --regions 2");
+    let (answer, messages) = segment(&folder, "wall.obj --data texture:wall.png --regions 2");
     assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
     let hint = "meshseg mesh convert wall.obj --out finer.obj --subdivide 8";
-    assert!(said.contains(hint), "{said}");
+    assert!(messages.contains(hint), "{messages}");
     folder.done("mesh convert wall.obj --out finer.obj --subdivide 6");
     let (answer, _) = segment(&folder, "finer.obj --data texture:wall.png --regions 2");
     let window = 150.0 * 250.0 / (0.96 * 512.0_f64).powi(2);
@@ -135,16 +137,16 @@ fn an_image_finer_than_the_mesh() {
 }
 
 #[test]
-fn textures_go_before_colors_of_one_value() {
+fn textures_take_precedence_over_constant_colors() {
     let folder = case("47-white-colors");
-    let (answer, said) = segment(&folder, "model.obj --regions 2");
+    let (answer, messages) = segment(&folder, "model.obj --regions 2");
     assert_eq!(answer.summary["data"], "texture atlas.png");
-    assert!(said.contains("--data colors"), "{said}");
+    assert!(messages.contains("--data colors"), "{messages}");
     assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
 }
 
 #[test]
-fn colors_of_materials() {
+fn colors_of_materials_are_data() {
     let folder = case("40-materials-kd");
     for choice in ["", "--data colors"] {
         let (answer, _) = segment(&folder, &format!("toy.obj --regions 2 {choice}"));
@@ -153,7 +155,7 @@ fn colors_of_materials() {
     }
 }
 
-/// 16384 x 16384 gray pixels in few bytes, 800 MB as colors.
+/// 16384 x 16384 gray pixels in a small file, 800 MB as colors.
 #[test]
 fn an_atlas_of_16k() {
     const N: u32 = 1 << 14;
@@ -170,12 +172,12 @@ fn an_atlas_of_16k() {
     }
     stream.finish().unwrap();
     drop(writer);
-    let (answer, said) = segment(&folder, "terrain.obj --data texture:atlas.png --regions 2");
+    let (answer, messages) = segment(&folder, "terrain.obj --data texture:atlas.png --regions 2");
     half_and_half(&answer);
-    assert!(said.contains("16384 x 16384 pixels were shrunk by 2"), "{said}");
+    assert!(messages.contains("16384 x 16384 pixels were shrunk by 2"), "{messages}");
 }
 
-/// What an image hides is taken as it is stored, and that is said.
+/// Colors of transparent pixels are read as stored, and a warning says so.
 #[test]
 fn transparent_pixels_are_counted() {
     let folder = Folder::new();
@@ -188,16 +190,16 @@ fn transparent_pixels_are_counted() {
     save("opaque.png", 255);
     for (name, share) in [("clear", true), ("glass", true), ("opaque", false)] {
         let line = format!("grid:30x20 --data image:{name}.png --regions 2");
-        let (answer, said) = segment(&folder, &line);
+        let (answer, messages) = segment(&folder, &line);
         let expected = format!("{name}.png: 600 of 2400 pixels are transparent");
-        assert_eq!(said.contains(&expected), share, "{said}");
-        assert_eq!(said.contains("transparent"), share, "{said}");
+        assert_eq!(messages.contains(&expected), share, "{messages}");
+        assert_eq!(messages.contains("transparent"), share, "{messages}");
         let quarter = agreement(&answer, "grid:30x20", |x| x[0] < 0.25);
         assert!(quarter > 0.95, "{name}: {quarter}");
     }
 }
 
-/// Black at the left, white at the right, from the column `border` of 60 on.
+/// An image that is black on the left and white on the right, from column `border` of 60 on.
 fn two_parts(folder: &Folder, name: &str, border: u32) {
     RgbImage::from_fn(60, 40, |i, _| Rgb([if i < border { 0 } else { 255 }; 3]))
         .save(folder.path(name))
@@ -208,7 +210,7 @@ fn two_halves(folder: &Folder) {
     two_parts(folder, "halves.png", 30);
 }
 
-/// The share of the vertices that have the label of the darker region where `dark` says so.
+/// The share of vertices that have the label of the darker region exactly where `dark` is true.
 fn agreement(answer: &Answer, mesh: &str, dark: impl Fn([f64; 3]) -> bool) -> f64 {
     let regions = answer.summary["region_parameters"].as_array().unwrap();
     let black = regions.iter().position(|region| region["mean"][0].as_f64().unwrap() < 0.5);
@@ -223,11 +225,11 @@ fn agreement(answer: &Answer, mesh: &str, dark: impl Fn([f64; 3]) -> bool) -> f6
 }
 
 #[test]
-fn an_image_lies_on_a_surface() {
+fn every_projection_puts_the_image_where_it_should_be() {
     let folder = Folder::new();
     two_halves(&folder);
     type Dark = fn([f64; 3]) -> bool;
-    for (mesh, project, dark, said) in [
+    for (mesh, project, dark, expected) in [
         ("grid:61x41", "", (|[x, ..]| x < 0.5) as Dark, "laid over xy"),
         ("grid:61x41", "--project -x,y", |[x, ..]| x > 0.5, "laid over -x,y"),
         (
@@ -244,15 +246,18 @@ fn an_image_lies_on_a_surface() {
     ] {
         let line = format!("{mesh} --data image:halves.png {project} --regions 2");
         let (answer, lines) = segment(&folder, &line);
-        assert!(lines.contains(said), "{line}: {lines}");
+        assert!(lines.contains(expected), "{line}: {lines}");
         let right = agreement(&answer, mesh, dark);
         assert!(right > 0.95, "{line}: {right}");
     }
-    let (_, said) = segment(&folder, "grid:40x40 --data image:halves.png --regions 2");
-    assert!(said.contains("image 60 x 40 laid over xy, 33.3 % of its width cut off"), "{said}");
+    let (_, messages) = segment(&folder, "grid:40x40 --data image:halves.png --regions 2");
+    assert!(
+        messages.contains("image 60 x 40 laid over xy, 33.3 % of its width cut off"),
+        "{messages}"
+    );
 }
 
-/// The file that `generate` writes takes the image as the shape does.
+/// A file written by `generate` takes the image in the same way as the shape.
 #[test]
 fn generated_shapes_have_texture_coordinates() {
     let folder = Folder::new();
@@ -278,7 +283,7 @@ fn generated_shapes_have_texture_coordinates() {
 }
 
 #[test]
-fn refusals_name_what_there_is_to_choose() {
+fn errors_list_the_possible_choices() {
     let folder = Folder::new();
     two_halves(&folder);
     folder.write("bare.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
@@ -315,8 +320,8 @@ fn refusals_name_what_there_is_to_choose() {
             ["--project lays an image", "--data image:IMAGE"],
         ),
     ] {
-        let said = refused(&folder, &format!("{line} --regions 2"));
-        assert!(parts.iter().all(|part| said.contains(part)), "{line}: {said}");
+        let messages = refused(&folder, &format!("{line} --regions 2"));
+        assert!(parts.iter().all(|part| messages.contains(part)), "{line}: {messages}");
     }
     let output =
         folder.run("segment grid:4x4 --data image:halves.png --project xx --regions 2 --out out");
@@ -324,10 +329,10 @@ fn refusals_name_what_there_is_to_choose() {
     assert!(stderr(&output).contains("x,-z"), "{}", stderr(&output));
 }
 
-/// Whatever an image changes, a run of an experiment is another one: images that materials name, tiles, and what a
-/// library says of a color.
+/// A run of an experiment is made again if its images change: images of materials, tiles, and colors in material
+/// libraries.
 #[test]
-fn a_run_is_known_by_its_images() {
+fn the_name_of_a_run_depends_on_its_images() {
     for (name, mesh, data, image) in [
         ("02-obj-two-materials", "house.obj", "own", "wall.png"),
         ("02-obj-two-materials", "house.obj", "texture", "wall.png"),
@@ -342,7 +347,7 @@ fn a_run_is_known_by_its_images() {
         let made = || folder.done("experiment run e.toml");
         assert!(made().contains("made          1"), "{name} {data}");
         assert!(made().contains("made          0"), "{name} {data}");
-        // One pixel, so that it is still an image that can be segmented.
+        // Changes one pixel, so that the image can still be segmented.
         let mut changed = image::open(folder.path(image)).unwrap().into_rgb8();
         changed.put_pixel(1, 1, Rgb([1, 2, 3]));
         changed.save(folder.path(image)).unwrap();
@@ -363,7 +368,7 @@ fn a_run_is_known_by_its_images() {
         folder.write(library, text.replacen(from, to, 1));
         assert!(made().contains("made          1"), "{name}");
     }
-    // What is not there is missed where it is asked for.
+    // A missing image is an error if it was requested.
     let folder = case("02-obj-two-materials");
     fs::remove_file(folder.path("wall.png")).unwrap();
     folder.write("e.toml", experiment("house.obj", "texture"));
@@ -381,7 +386,7 @@ fn experiment(mesh: &str, data: &str) -> String {
     )
 }
 
-/// A JPEG file as a phone writes it: the pixels as the sensor lies, and how they are to be turned.
+/// A JPEG file as written by a phone: the pixels of the sensor, and their orientation.
 fn turned_photo(folder: &Folder, name: &str, orientation: u8) {
     let mut jpeg = Vec::new();
     let image = RgbImage::from_fn(64, 48, |i, _| Rgb([if i < 32 { 0 } else { 255 }; 3]));
@@ -395,9 +400,9 @@ fn turned_photo(folder: &Folder, name: &str, orientation: u8) {
     folder.write(name, jpeg);
 }
 
-/// Photos that are laid on a surface are upright; textures are made for the pixels as they are stored.
+/// Photos that are projected onto a surface are turned upright; textures use the pixels as stored.
 #[test]
-fn photos_are_turned_as_they_say() {
+fn photos_are_turned_by_their_orientation() {
     let folder = Folder::new();
     type Dark = fn([f64; 3]) -> bool;
     for (orientation, mesh, dark) in [
@@ -408,18 +413,23 @@ fn photos_are_turned_as_they_say() {
         (8, "grid:48x64", |[_, y, _]| y < 0.5 * 64.0 / 48.0),
     ] {
         turned_photo(&folder, "photo.jpg", orientation);
-        let (answer, said) =
+        let (answer, messages) =
             segment(&folder, &format!("{mesh} --data image:photo.jpg --regions 2"));
-        assert!(!said.contains("EXIF") && !said.contains("cut off"), "{said}");
+        assert!(!messages.contains("EXIF") && !messages.contains("cut off"), "{messages}");
         let right = agreement(&answer, mesh, dark);
         assert!(right > 0.97, "{orientation}: {right}");
-        let (answer, said) = segment(&folder, "grid:64x48 --data texture:photo.jpg --regions 2");
-        assert_eq!(said.contains("EXIF orientation is left out"), orientation != 1, "{said}");
+        let (answer, messages) =
+            segment(&folder, "grid:64x48 --data texture:photo.jpg --regions 2");
+        assert_eq!(
+            messages.contains("EXIF orientation is left out"),
+            orientation != 1,
+            "{messages}"
+        );
         assert!(agreement(&answer, "grid:64x48", |[x, ..]| x < 0.5) > 0.97, "{orientation}");
     }
 }
 
-/// The image is red at the left and blue at the right, on [0, 1]^2.
+/// The image is red on the left and blue on the right, on [0, 1]^2.
 #[test]
 fn materials_place_their_images() {
     let folder = case("26-wrap-u1");
@@ -438,7 +448,7 @@ fn materials_place_their_images() {
         ("-mm 0.1 1", |x| x < 0.5, true),
     ] {
         folder.write("placed.mtl", format!("newmtl ground\nmap_Kd {options} ortho.png\n"));
-        let (answer, said) =
+        let (answer, messages) =
             segment(&folder, "placed.obj --regions 2 --lambda 1e-4 --texel vertex");
         // Away from the borders of the image and of its halves.
         let at: Vec<_> = (mesh.vertices.iter().zip(&answer.labels))
@@ -450,6 +460,6 @@ fn materials_place_their_images() {
             .collect();
         let of_left = at.iter().find(|(left, _)| *left).unwrap().1;
         assert!(at.iter().all(|&(left, label)| left == (label == of_left)), "{options}: {at:?}");
-        assert_eq!(said.contains("options of map_Kd"), warned, "{options}: {said}");
+        assert_eq!(messages.contains("options of map_Kd"), warned, "{options}: {messages}");
     }
 }

@@ -1,4 +1,4 @@
-//! Mesh files as programs write them: what is read, what is left out with a word, what survives a conversion.
+//! Mesh files as other programs write them: what is read, what is left out with a warning, what survives a conversion.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ fn read(name: &str) -> Mesh {
     io::read(&case(name)).unwrap()
 }
 
-/// What `mesh info` says about a file on standard error.
+/// The warnings of `mesh info` about a file.
 fn warnings(name: &str) -> String {
     let line = format!("mesh info {}", case(name).display().to_string().replace(' ', "%20"));
     let output = Folder::new().run(&line.replacen("mesh%20info%20", "mesh info ", 1));
@@ -24,7 +24,7 @@ fn warnings(name: &str) -> String {
     stderr(&output)
 }
 
-/// Colors in bytes; none for unknown.
+/// Colors as bytes; `None` if unknown.
 fn bytes(color: &[f64; 3]) -> Option<[u8; 3]> {
     (!color[0].is_nan()).then(|| color.map(|c| (255.0 * c).round() as u8))
 }
@@ -35,9 +35,9 @@ const BLUE: Option<[u8; 3]> = Some([40, 40, 200]);
 const FLOAT_RED: Option<[u8; 3]> = Some([204, 51, 51]);
 const FLOAT_BLUE: Option<[u8; 3]> = Some([51, 51, 204]);
 
-/// All of them are the square of 12 times 12 cells, and its left half is red.
+/// Each file is the square of 12 x 12 cells whose left half is red.
 #[test]
-fn colors_in_every_spelling() {
+fn colors_are_read_in_every_notation() {
     for (name, red, blue) in [
         ("03-obj-rgb255/scan.obj", RED, BLUE),
         ("06-ply-int64/ids.ply", RED, BLUE),
@@ -69,9 +69,9 @@ fn colors_of_some_vertices_and_of_faces() {
     assert_eq!(colors.len(), 338);
     assert!(colors[..169].iter().all(|color| bytes(color).is_none()));
     assert!(colors[169..].iter().all(|color| [FLOAT_RED, FLOAT_BLUE].contains(&bytes(color))));
-    let said = warnings("09-obj-some-colored/scene.obj");
-    assert!(said.contains("169 of 338 vertices have no color"), "{said}");
-    assert_eq!(said.lines().count(), 1, "{said}");
+    let messages = warnings("09-obj-some-colored/scene.obj");
+    assert!(messages.contains("169 of 338 vertices have no color"), "{messages}");
+    assert_eq!(messages.lines().count(), 1, "{messages}");
 
     let painted = read("12-ply-face-colors/painted.ply");
     let colors = painted.face_colors.as_ref().unwrap();
@@ -83,7 +83,7 @@ fn colors_of_some_vertices_and_of_faces() {
 }
 
 #[test]
-fn off_with_the_count_at_the_keyword() {
+fn off_may_have_the_counts_in_the_line_of_the_keyword() {
     let mesh = read("01-off-glued/part.off");
     assert_eq!((mesh.vertices.len(), mesh.faces.len()), (169, 288));
     assert_eq!(warnings("01-off-glued/part.off"), "");
@@ -96,7 +96,7 @@ fn concave_polygons_keep_their_area() {
         let mesh = read(&format!("04-concave/{name}.obj"));
         assert!((mesh.area() - area).abs() < 1e-14);
         assert!((0..mesh.faces.len()).all(|j| mesh.area_vector(j).z > 0.0));
-        // From other first corners, and turned over.
+        // Starting at other corners, and reversed.
         let text = fs::read_to_string(case(&format!("04-concave/{name}.obj"))).unwrap();
         let (points, face) = text.trim_end().rsplit_once("f ").unwrap();
         let mut corners: Vec<&str> = face.split(' ').collect();
@@ -113,7 +113,7 @@ fn concave_polygons_keep_their_area() {
 }
 
 #[test]
-fn what_nobody_asked_for_is_left_out_with_a_word() {
+fn unusable_attributes_are_left_out_with_a_warning() {
     for (name, part) in [
         ("07-vt-nan/textured.obj", "(1, the first: line 170)"),
         ("07-vt-nan/textured.obj", "2 of 288 faces have corners without texture coordinates"),
@@ -123,8 +123,8 @@ fn what_nobody_asked_for_is_left_out_with_a_word() {
         ("29-two-corner-face/m.ply", "fewer than 3 corners are left out (2, the first: face 288)"),
         ("31-f-without-vt/cube.obj", "the file has none"),
     ] {
-        let said = warnings(name);
-        assert!(said.contains(part), "{name}: {said}");
+        let messages = warnings(name);
+        assert!(messages.contains(part), "{name}: {messages}");
     }
     let textured = read("07-vt-nan/textured.obj").uv.unwrap();
     assert_eq!(textured.as_flattened().iter().filter(|t| t[0].is_nan()).count(), 2);
@@ -165,14 +165,14 @@ fn a_missing_library_is_a_warning() {
     folder.write("a.obj", "mtllib no such.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n");
     let output = folder.run("mesh info a.obj");
     assert_eq!(output.status.code(), Some(0));
-    let said = stderr(&output);
-    assert!(said.contains("no such.mtl") && said.lines().count() == 1, "{said}");
+    let messages = stderr(&output);
+    assert!(messages.contains("no such.mtl") && messages.lines().count() == 1, "{messages}");
     let shown = String::from_utf8(output.stdout).unwrap();
     assert!(shown.contains("materials                      1, 0 with an image"), "{shown}");
 }
 
 #[test]
-fn materials_survive_a_conversion_or_their_loss_is_said() {
+fn materials_survive_a_conversion_or_their_loss_is_reported() {
     let folder = Folder::new();
     fs::create_dir(folder.path("in")).unwrap();
     for name in ["house.obj", "house.mtl", "roof.png", "wall.png"] {
@@ -202,15 +202,15 @@ fn materials_survive_a_conversion_or_their_loss_is_said() {
         ("h.off", &["texture coordinates", "materials (OBJ holds them)"]),
         ("h.stl", &["texture coordinates", "materials (OBJ holds them)"]),
     ] {
-        let said = stderr(&folder.run(&format!("mesh convert h.obj --out {name}")));
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
-        assert_eq!(said.lines().count(), 2, "{said}");
+        let messages = stderr(&folder.run(&format!("mesh convert h.obj --out {name}")));
+        assert!(parts.iter().all(|part| messages.contains(part)), "{messages}");
+        assert_eq!(messages.lines().count(), 2, "{messages}");
     }
 }
 
 /// A scan on a map: 1681 vertices, 5 cm apart, at 5 million meters from the origin.
 #[test]
-fn stl_on_a_map_has_an_origin() {
+fn stl_far_from_the_origin_gets_a_local_origin() {
     let folder = Folder::new();
     let mut text = String::new();
     for k in 0..41 * 41 {
@@ -229,12 +229,12 @@ fn stl_on_a_map_has_an_origin() {
     folder.write("site.obj", text);
     let output = folder.run("mesh convert site.obj --out site.stl");
     assert_eq!(output.status.code(), Some(0));
-    let said = stderr(&output);
-    assert!(said.contains("relative to the origin 448263.0 5411934.0 312.0"), "{said}");
+    let messages = stderr(&output);
+    assert!(messages.contains("relative to the origin 448263.0 5411934.0 312.0"), "{messages}");
     let (site, stl) = (read_in(&folder, "site.obj"), read_in(&folder, "site.stl"));
     assert_eq!((stl.vertices.len(), stl.faces.len()), (1681, 3200));
     assert!((stl.area() - site.area()).abs() < 1e-6 * site.area());
-    // Back from there, the numbers are small enough.
+    // Relative to the local origin, the coordinates are small enough.
     assert_eq!(stderr(&folder.run("mesh convert site.stl --out again.stl")).lines().count(), 1);
 }
 
@@ -242,8 +242,8 @@ fn read_in(folder: &Folder, name: &str) -> Mesh {
     io::read(&folder.path(name)).unwrap()
 }
 
-/// What is said of a mesh in a file of that name.
-fn said_of(name: &str, text: &str) -> String {
+/// The messages about a mesh file with that name and content.
+fn messages_about(name: &str, text: &str) -> String {
     let folder = Folder::new();
     folder.write(name, text);
     let output = folder.run(&format!("mesh info {name}"));
@@ -251,27 +251,27 @@ fn said_of(name: &str, text: &str) -> String {
     stderr(&output)
 }
 
-/// Two triangles of an OFF file, with something behind the corners of each.
+/// Two triangles of an OFF file, with text after the corners of each.
 fn off(faces: [&str; 2]) -> String {
     let [a, b] = faces;
     format!("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 {a}\n3 0 2 3 {b}\n")
 }
 
 #[test]
-fn colors_of_off_faces_that_are_no_colors() {
-    let indexed = said_of("a.off", &off(["7", "12"]));
+fn invalid_colors_of_off_faces_are_left_out() {
+    let indexed = messages_about("a.off", &off(["7", "12"]));
     assert!(
         indexed.contains("places in a color map") && indexed.contains("(2, the first: line 7)"),
         "{indexed}"
     );
     assert_eq!(indexed.lines().count(), 1, "{indexed}");
-    let odd = said_of("a.off", &off(["1 2", "0.5"]));
+    let odd = messages_about("a.off", &off(["1 2", "0.5"]));
     assert!(odd.contains("behind") || odd.contains("what follows the corners of faces"), "{odd}");
     assert!(odd.contains("(2, the first: line 7)"), "{odd}");
-    assert_eq!(said_of("a.off", &off(["255 0 0", "0 0 255 128"])), "");
+    assert_eq!(messages_about("a.off", &off(["255 0 0", "0 0 255 128"])), "");
 }
 
-/// One range for a whole file; where it seems to have both, that is said.
+/// A file has one range of colors; a warning reports files that seem to have both.
 #[test]
 fn colors_of_two_ranges_in_one_file() {
     let vertices = |colors: [&str; 4]| {
@@ -290,44 +290,48 @@ fn colors_of_two_ranges_in_one_file() {
         )
     };
     let mixed = ["200 0 0", "0 255 0", "0.5 0.25 1", "0 0 0"];
-    for (said, place) in [
-        (said_of("a.obj", &vertices(mixed)), "line 3"),
-        (said_of("a.ply", &ply(mixed)), "vertex 2"),
-        (said_of("a.off", &off(["255 0 0", "0.5 0.25 1.0"])), "line 8"),
+    for (messages, place) in [
+        (messages_about("a.obj", &vertices(mixed)), "line 3"),
+        (messages_about("a.ply", &ply(mixed)), "vertex 2"),
+        (messages_about("a.off", &off(["255 0 0", "0.5 0.25 1.0"])), "line 8"),
     ] {
         assert!(
-            said.contains("go up to 2") && said.contains("some look like fractions of 1"),
-            "{said}"
+            messages.contains("go up to 2") && messages.contains("some look like fractions of 1"),
+            "{messages}"
         );
-        assert!(said.contains(&format!("(1, the first: {place})")), "{said}");
+        assert!(messages.contains(&format!("(1, the first: {place})")), "{messages}");
     }
-    // A few whole numbers among many that are not above 1.
+    // A few integers among many numbers up to 1.
     let few = ["1 0 0", "0 255 0", "0 1 1", "0 0 0"];
-    for (said, place) in
-        [(said_of("a.obj", &vertices(few)), "line 2"), (said_of("a.ply", &ply(few)), "vertex 1")]
-    {
-        assert!(said.contains("go up to 255") && said.contains("few are above 1"), "{said}");
-        assert!(said.contains(&format!("(1, the first: {place})")), "{said}");
+    for (messages, place) in [
+        (messages_about("a.obj", &vertices(few)), "line 2"),
+        (messages_about("a.ply", &ply(few)), "vertex 1"),
+    ] {
+        assert!(
+            messages.contains("go up to 255") && messages.contains("few are above 1"),
+            "{messages}"
+        );
+        assert!(messages.contains(&format!("(1, the first: {place})")), "{messages}");
     }
-    // One that is no color is left out alone.
-    let odd = said_of("a.ply", &ply(["1 0 0", "0 1 0", "-0.5 0.25 1", "0 0 0"]));
+    // Only the invalid color is left out.
+    let odd = messages_about("a.ply", &ply(["1 0 0", "0 1 0", "-0.5 0.25 1", "0 0 0"]));
     assert!(
         odd.contains("outside [0, 1] or [0, 255] are left out (1, the first: vertex 2)"),
         "{odd}"
     );
     assert!(odd.contains("1 of 4 vertices have no color and count as unknown"), "{odd}");
-    // Fractions on both sides of 1 are one range, as are whole numbers.
+    // Fractions below and above 1 are in one range, and so are integers.
     for colors in [
         ["200.5 0 0", "0 254.9 0", "0.5 0.25 1", "0 0 0"],
         ["200 0 0", "0 255 0", "1 0 1", "0 0 0"],
         ["0.25 0 0", "0 1 0", "0.5 0.25 1", "0 0 0"],
     ] {
-        assert_eq!(said_of("a.obj", &vertices(colors)), "");
-        assert_eq!(said_of("a.ply", &ply(colors)), "");
+        assert_eq!(messages_about("a.obj", &vertices(colors)), "");
+        assert_eq!(messages_about("a.ply", &ply(colors)), "");
     }
 }
 
-/// Texture coordinates that are numbers, and no place in an image.
+/// Texture coordinates that are finite but far outside of any image.
 #[test]
 fn texture_coordinates_beyond_all_images() {
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1e30 0\nvt 0 1\nf 1/1 2/2 3/3\n";
@@ -338,11 +342,14 @@ fn texture_coordinates_beyond_all_images() {
     for (name, text, place) in
         [("a.obj", obj, "line 5"), ("a.ply", ply, "vertex 1"), ("a.off", off, "line 4")]
     {
-        let said = said_of(name, text);
+        let messages = messages_about(name, text);
         let expected = format!("or are beyond 1e9, count as unknown (1, the first: {place})");
-        assert!(said.contains(&expected), "{said}");
-        assert!(said.contains("1 of 1 faces have corners without texture coordinates"), "{said}");
-        assert_eq!(said.lines().count(), 2, "{said}");
+        assert!(messages.contains(&expected), "{messages}");
+        assert!(
+            messages.contains("1 of 1 faces have corners without texture coordinates"),
+            "{messages}"
+        );
+        assert_eq!(messages.lines().count(), 2, "{messages}");
     }
 }
 
@@ -354,29 +361,29 @@ fn texture_coordinates_at_some_corners() {
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4\n",
     );
     let convert = |out: &str| stderr(&folder.run(&format!("mesh convert a.obj --out {out}")));
-    let said = convert("a.ply");
-    assert!(said.contains("left out: the texture coordinates of 1 faces"), "{said}");
-    let said = convert("b.obj");
+    let messages = convert("a.ply");
+    assert!(messages.contains("left out: the texture coordinates of 1 faces"), "{messages}");
+    let messages = convert("b.obj");
     assert!(
-        said.contains("1 of 2 faces have corners without") && !said.contains("left out"),
-        "{said}"
+        messages.contains("1 of 2 faces have corners without") && !messages.contains("left out"),
+        "{messages}"
     );
     let uv = |name: &str| io::read(&folder.path(name)).unwrap().uv.unwrap();
     let known = |uv: Vec<[[f64; 2]; 3]>| uv.concat().iter().filter(|t| !t[0].is_nan()).count();
     assert_eq!((known(uv("a.obj")), known(uv("b.obj")), known(uv("a.ply"))), (5, 5, 3));
-    // A list of a single number is none.
-    let said = said_of(
+    // A list with a single number is invalid.
+    let messages = messages_about(
         "a.ply",
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
          property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n\
          3 0 1 2 1 0.5\n",
     );
-    assert!(said.contains("texcoord is not a pair for each corner"), "{said}");
+    assert!(messages.contains("texcoord is not a pair for each corner"), "{messages}");
 }
 
-/// Numbers have as many digits as tell something, whatever the unit of a mesh.
+/// Numbers are printed with their significant digits, whatever the unit of the mesh.
 #[test]
-fn meshes_of_any_scale_are_told_in_short() {
+fn meshes_of_any_scale_are_described_by_short_numbers() {
     for scale in ["1e-30", "1e-6", "1e6", "1e30"] {
         let folder = Folder::new();
         let mesh = "grid:8x8".parse::<meshseg::mesh::Shape>().unwrap().mesh();
@@ -385,7 +392,7 @@ fn meshes_of_any_scale_are_told_in_short() {
             ndarray::Array2::from_shape_fn((81, 1), |(k, _)| if k < 40 { 2e-9 } else { 5e20 });
         folder.array("d.npy", &data);
         folder.array("S.npy", &crate::support::costs(81, 2));
-        let mut told = vec![folder.done("mesh info m.off")];
+        let mut printed = vec![folder.done("mesh info m.off")];
         let lambda = format!("--lambda {scale}");
         for line in [
             "segment m.off --data d.npy --regions 2 --out a".to_owned(),
@@ -395,17 +402,17 @@ fn meshes_of_any_scale_are_told_in_short() {
         ] {
             let output = folder.run(&line);
             assert_eq!(output.status.code(), Some(0), "{line}: {}", stderr(&output));
-            told.push(String::from_utf8(output.stdout.clone()).unwrap() + &stderr(&output));
+            printed.push(String::from_utf8(output.stdout.clone()).unwrap() + &stderr(&output));
         }
-        for word in told.iter().flat_map(|text| text.split_whitespace()) {
+        for word in printed.iter().flat_map(|text| text.split_whitespace()) {
             let digits = word.bytes().filter(u8::is_ascii_digit).count();
             assert!(digits < 25, "{scale}: {word}");
         }
         assert!(
-            !told[0].contains(" 0.000000000\n") && !told[0].contains("(-0.000000, "),
+            !printed[0].contains(" 0.000000000\n") && !printed[0].contains("(-0.000000, "),
             "{}",
-            told[0]
+            printed[0]
         );
-        assert!(told[2].contains("5.00e20"), "{}", told[2]);
+        assert!(printed[2].contains("5.00e20"), "{}", printed[2]);
     }
 }

@@ -1,4 +1,4 @@
-//! Surfaces that are cut along seams: welded when asked or by themselves, and counted where they stay as they are.
+//! Surfaces that are cut along seams: welded automatically or on request, and otherwise counted in a warning.
 
 use std::path::{Path, PathBuf};
 
@@ -12,12 +12,12 @@ pub fn shape(text: &str) -> Mesh {
     text.parse::<Shape>().unwrap().mesh()
 }
 
-/// A file that a report brought.
+/// A file from `tests/cases`.
 pub fn case(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cases").join(name)
 }
 
-/// Copies of the vertices: one for each chart that a face may be in, in the order of the faces.
+/// Cuts a mesh into charts: one copy of a vertex for each chart of its faces, in the order of the faces.
 pub fn cut(mesh: &Mesh, chart: impl Fn(usize) -> usize) -> (Mesh, Vec<usize>) {
     let mut of = std::collections::HashMap::new();
     let mut before = Vec::new();
@@ -36,7 +36,7 @@ pub fn cut(mesh: &Mesh, chart: impl Fn(usize) -> usize) -> (Mesh, Vec<usize>) {
     (Mesh { vertices, faces, colors, ..Mesh::default() }, before)
 }
 
-/// A torus with two noisy colors in 8 bits, and which of them is meant.
+/// A torus with two noisy 8-bit colors, and the true label of each vertex.
 fn two_colors() -> (Mesh, Vec<i32>) {
     let mut mesh = shape("torus:60x38");
     let truth: Vec<i32> = mesh.vertices.iter().map(|x| i32::from(x.x > 0.02)).collect();
@@ -48,7 +48,7 @@ fn two_colors() -> (Mesh, Vec<i32>) {
     (mesh, truth)
 }
 
-/// How many labels are another than meant, if regions are told apart by their share.
+/// Number of wrong labels, up to an exchange of the two labels.
 pub fn wrong(answer: &Answer, truth: &[i32]) -> usize {
     let differ =
         |flip: i32| answer.labels.iter().zip(truth).filter(|(a, b)| **a != **b ^ flip).count();
@@ -56,7 +56,7 @@ pub fn wrong(answer: &Answer, truth: &[i32]) -> usize {
 }
 
 #[test]
-fn seams_cut_nothing() {
+fn segment_welds_seams_and_finds_the_regions_of_the_shared_mesh() {
     let folder = Folder::new();
     let (shared, truth) = two_colors();
     let quadrant = |j: usize| {
@@ -79,15 +79,15 @@ fn seams_cut_nothing() {
         let output = folder.run(&line(name));
         assert_eq!(output.status.code(), Some(0));
         let weld = Weld::exact(&mesh).unwrap();
-        let said = format!(
-            "welded {} vertices onto {} others at the same positions (--no-weld keeps them apart)",
+        let expected = format!(
+            "welded {} vertices onto {} others at the same positions (--no-weld keeps them separate)",
             mesh.vertices.len() - shared.vertices.len(),
             weld.onto
         );
-        assert!(stderr(&output).contains(&said), "{}", stderr(&output));
+        assert!(stderr(&output).contains(&expected), "{}", stderr(&output));
         assert!(!stderr(&output).contains("WARN"), "{}", stderr(&output));
 
-        // In the vertices of the file, as if they had been shared.
+        // Results refer to the vertices of the file and equal those of the shared mesh.
         let answer = folder.answer(name);
         answer.assert_consistent();
         assert_eq!(answer.u.nrows(), mesh.vertices.len());
@@ -101,18 +101,18 @@ fn seams_cut_nothing() {
             assert!((a - b).abs() <= tolerance * b, "{name}: {key} {a} {b}");
         }
 
-        // Apart, their cuts are free: some labels cost less than the bound says that any do on the whole surface. What
-        // is saved is a share of what cuts can change, E - B: here 5 % with charts and 26 % with single faces. Of E it
-        // is 0.7 % with charts, since B, which no cut changes, is most of E.
+        // Without welding, cuts along seams are free: the energy is below the bound of the whole surface. The saving is
+        // measured relative to E - B, which cuts can change: here 5 % with charts and 26 % with single faces. Relative
+        // to E it is only 0.7 % with charts, since B, which no cut changes, is most of E.
         folder.done(&format!("{} --no-weld", line(name)));
-        let apart = folder.answer(name);
+        let unwelded = folder.answer(name);
         let [bound, baseline] = ["dual_bound", "baseline"].map(|key| whole.number(key));
-        let saved = bound - apart.number("energy");
+        let saved = bound - unwelded.number("energy");
         assert!(saved > 0.05 * (bound - baseline), "{name}: {saved}");
     }
 }
 
-/// Data of files have the rows of the file, textures the corners of the faces.
+/// Data from files have rows for the vertices of the mesh file, textures have coordinates at the corners of the faces.
 #[test]
 fn data_of_every_kind_are_welded() {
     let folder = Folder::new();
@@ -136,14 +136,14 @@ fn data_of_every_kind_are_welded() {
         folder.done(&format!("segment soup.obj --data {data} --regions 2 --out out"));
         assert_eq!(wrong(&folder.answer("out"), &meant), 0, "{data}");
     }
-    // Rows of the welded mesh are not those of the file.
+    // Data with rows for the welded vertices are refused.
     folder.array("few.npy", &rows.select(Axis(0), &[0, 1, 2]));
     let output = folder.run("segment soup.obj --data few.npy --regions 2 --out few");
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains(&format!("{} vertices", soup.vertices.len())));
 }
 
-/// The corners of triangles that differ in their last digits, as text that a program printed.
+/// A triangle soup in text form whose shared corners differ in their last digits.
 fn nearly_shared() -> String {
     let mesh = shape("grid:20x20").scaled(37.3);
     let mut text = String::from("solid part\n");
@@ -163,7 +163,7 @@ fn nearly_shared() -> String {
 }
 
 #[test]
-fn nearly_equal_corners_are_counted_and_welded_when_asked() {
+fn nearly_equal_corners_are_counted_and_welded_on_request() {
     let folder = Folder::new();
     folder.write("part.stl", nearly_shared());
     let output = folder.run("mesh info part.stl");
@@ -175,9 +175,9 @@ fn nearly_equal_corners_are_counted_and_welded_when_asked() {
     line("components", 800);
     line("coincident vertices", 0);
     line("nearly coincident vertices", 2400 - 441);
-    let said = "hardly any two of the 800 faces share a vertex, so that cuts between them are free; weld nearly \
+    let expected = "hardly any of the 800 faces share a vertex, so cuts between them are free; weld nearly \
                 equal vertices with --weld 5.3e-5";
-    assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
 
     let json: serde_json::Value =
         serde_json::from_str(&folder.done("mesh info part.stl --json")).unwrap();
@@ -186,12 +186,12 @@ fn nearly_equal_corners_are_counted_and_welded_when_asked() {
     folder.array("data.npy", &costs(2400, 1));
     let segment = "segment part.stl --data data.npy --regions 2 --no-preview --out out";
     let output = folder.run(segment);
-    assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     let output = folder.run(&format!("{segment} --weld 5.3e-5"));
-    // Two corners of the grid are in one face only.
-    let said = "welded 1959 vertices onto 439 others within 5.3e-5 of them";
+    // Two corners of the grid belong to one face only.
+    let expected = "welded 1959 vertices onto 439 others within 5.3e-5 of them";
     assert!(
-        stderr(&output).contains(said) && !stderr(&output).contains("hardly"),
+        stderr(&output).contains(expected) && !stderr(&output).contains("hardly"),
         "{}",
         stderr(&output)
     );
@@ -206,7 +206,7 @@ fn nearly_equal_corners_are_counted_and_welded_when_asked() {
 }
 
 #[test]
-fn tolerances_are_lengths_that_leave_faces() {
+fn tolerances_that_are_no_lengths_or_leave_no_face_are_refused() {
     let folder = Folder::new();
     folder.write("square.obj", crate::support::SQUARE_OBJ);
     folder.array("S.npy", &costs(4, 2));
@@ -216,9 +216,9 @@ fn tolerances_are_lengths_that_leave_faces() {
         "mesh convert square.obj --out out.ply",
     ] {
         for (tolerance, part) in [
-            ("-1", "must be a finite number from 0"),
-            ("nan", "must be a finite number from 0"),
-            ("inf", "must be a finite number from 0"),
+            ("-1", "must be a finite number, 0 or more"),
+            ("nan", "must be a finite number, 0 or more"),
+            ("inf", "must be a finite number, 0 or more"),
             ("10", "leaves no face with an area"),
         ] {
             let before = folder.listing();
@@ -230,13 +230,16 @@ fn tolerances_are_lengths_that_leave_faces() {
             assert_eq!(folder.listing(), before);
         }
         let output = folder.run(&format!("{verb} --weld 0.1"));
-        let said = stderr(&output);
-        assert!(output.status.success() && said.matches("weld").count() == 1, "{said}");
-        assert!(said.contains("welded 0 vertices: no two of the faces lie within 0.1"), "{said}");
+        let messages = stderr(&output);
+        assert!(output.status.success() && messages.matches("weld").count() == 1, "{messages}");
+        assert!(
+            messages.contains("welded 0 vertices: no two vertices of faces lie within 0.1"),
+            "{messages}"
+        );
     }
     let output = folder.run("segment square.obj --regions 2 --weld 1 --no-weld --out out");
     assert_eq!(output.status.code(), Some(2));
-    // What collapses is left out: a sliver whose short side is below the tolerance.
+    // A face that collapses is left out: a sliver whose short side is below the tolerance.
     folder.write("sliver.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1 0.99999 0\nf 1 2 4\nf 1 4 3\n");
     let output = folder.run("mesh convert sliver.obj --weld 1e-4 --out one.ply");
     assert!(stderr(&output).contains("1 faces collapsed"), "{}", stderr(&output));
@@ -247,16 +250,16 @@ fn tolerances_are_lengths_that_leave_faces() {
     assert_eq!(folder.answer("sliver").u.nrows(), 4);
 }
 
-/// Positions that agree but for rounding: a weld of equal ones merges nothing, and what would mend it is said.
+/// Positions are equal up to rounding: welding equal ones merges nothing, and a warning names a sufficient tolerance.
 #[test]
-fn a_weld_that_leaves_the_seams_says_so() {
+fn a_weld_that_leaves_seams_names_a_sufficient_tolerance() {
     let folder = Folder::new();
     let rounded = |chart: fn(usize) -> usize| {
         let (mut mesh, _) = cut(&shape("grid:6x5"), chart);
         (0..).zip(&mut mesh.vertices).for_each(|(v, x)| x.z = 1e-8 * f64::from(v));
         mesh
     };
-    // Every face on its own; two halves.
+    // Separate faces; two halves.
     for mesh in [rounded(|j| j), rounded(|j| j % 60 / 30)] {
         io::write(&folder.path("m.ply"), &mesh).unwrap();
         folder.array("S.npy", &costs(mesh.vertices.len(), 2));
@@ -267,9 +270,9 @@ fn a_weld_that_leaves_the_seams_says_so() {
             "mesh convert m.ply --out out.ply",
             "segment m.ply --data S.npy --regions 2 --lambda 0.01 --no-preview --out out",
         ] {
-            let said = stderr(&folder.run(&format!("{verb} --weld")));
-            assert!(said.contains("welded 0 vertices"), "{verb}: {said}");
-            let (_, tolerance) = said.rsplit_once("with --weld ").expect(&said);
+            let messages = stderr(&folder.run(&format!("{verb} --weld")));
+            assert!(messages.contains("welded 0 vertices"), "{verb}: {messages}");
+            let (_, tolerance) = messages.rsplit_once("with --weld ").expect(&messages);
             let mended = stderr(&folder.run(&format!("{verb} --weld {}", tolerance.trim())));
             assert!(!mended.contains("welded 0") && !mended.contains("free"), "{verb}: {mended}");
         }
@@ -278,7 +281,7 @@ fn a_weld_that_leaves_the_seams_says_so() {
 
 /// Two sides of a leaf at the same positions.
 #[test]
-fn sheets_that_lie_on_each_other_are_said() {
+fn a_warning_reports_overlapping_sheets() {
     let folder = Folder::new();
     let grid = shape("grid:6x5");
     let mut leaf = grid.clone();
@@ -290,11 +293,11 @@ fn sheets_that_lie_on_each_other_are_said() {
     io::write(&folder.path("leaf.ply"), &leaf).unwrap();
     let line = "segment leaf.ply --regions 2 --no-preview --out out";
     let output = folder.run(line);
-    // Inner edges of a grid: all but those around it.
+    // Inner edges of a grid: all except the boundary.
     let edges = 6 * 6 + 5 * 7 + 30 - 22;
-    let said = format!("welding made {edges} edges with more than two faces");
-    assert!(stderr(&output).contains(&said), "{}", stderr(&output));
-    assert!(stderr(&output).contains("--no-weld keeps them apart"));
+    let expected = format!("welding created {edges} edges with more than two faces");
+    assert!(stderr(&output).contains(&expected), "{}", stderr(&output));
+    assert!(stderr(&output).contains("--no-weld keeps them separate"));
     let output = folder.run(&format!("{line} --no-weld"));
     assert!(!stderr(&output).contains("weld"), "{}", stderr(&output));
     let labels = folder.answer("out").labels;
@@ -303,9 +306,9 @@ fn sheets_that_lie_on_each_other_are_said() {
     );
 }
 
-/// `solve` and the like take a mesh as it is, and say what that means.
+/// `solve` and other verbs that take a mesh as it is warn about coincident vertices.
 #[test]
-fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
+fn verbs_that_do_not_weld_count_coincident_vertices() {
     let folder = Folder::new();
     let shared = shape("torus:30x19");
     let (soup, before) = cut(&shared, |j| j / 100);
@@ -315,7 +318,7 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
     folder.array("S.npy", &s);
     folder.array("cut.npy", &s.select(Axis(0), &before));
     let merged = soup.vertices.len() - shared.vertices.len();
-    let said = format!(
+    let expected = format!(
         "{merged} vertices lie at the positions of others, and cuts along such seams are free"
     );
 
@@ -323,16 +326,16 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
     for (mass, within) in [("barycentric", 1e-12), ("voronoi", 1e-12), ("consistent", 1e-12)] {
         let whole =
             folder.solve(&format!("shared.ply --costs S.npy --mass {mass} {solve}"), "whole");
-        let output =
-            folder.run(&format!("solve cut.ply --costs cut.npy --mass {mass} {solve} --out apart"));
+        let output = folder
+            .run(&format!("solve cut.ply --costs cut.npy --mass {mass} {solve} --out unwelded"));
         assert!(
-            stderr(&output).contains(&said) && stderr(&output).contains("--weld"),
+            stderr(&output).contains(&expected) && stderr(&output).contains("--weld"),
             "{}",
             stderr(&output)
         );
-        let apart = folder.answer("apart");
-        assert!(apart.summary["warnings"].to_string().contains(&said));
-        assert!(apart.number("energy") < whole.number("energy") - 1e-4);
+        let unwelded = folder.answer("unwelded");
+        assert!(unwelded.summary["warnings"].to_string().contains(&expected));
+        assert!(unwelded.number("energy") < whole.number("energy") - 1e-4);
 
         let output = folder.run(&format!(
             "solve cut.ply --costs cut.npy --weld --mass {mass} {solve} --out welded"
@@ -354,7 +357,7 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
             assert!(error.iter().all(|x| x.abs() <= within));
         }
     }
-    // The given U has the rows of the file, too.
+    // A given U also has rows for the vertices of the file.
     folder.done(&format!(
         "solve cut.ply --costs cut.npy --weld {solve} --init welded/u.npy --out again"
     ));
@@ -372,7 +375,7 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
             true => "weld them with --weld",
             false => "weld them with `meshseg mesh convert --weld`",
         };
-        assert!(message.contains(&said) && message.contains(remedy), "{message}");
+        assert!(message.contains(&expected) && message.contains(remedy), "{message}");
         let whole = folder.run(&line.replace("cut.", "shared.").replace("shared.npy", "S.npy"));
         assert!(!stderr(&whole).contains("positions"), "{}", stderr(&whole));
     }
@@ -384,13 +387,13 @@ fn what_takes_a_mesh_as_it_is_counts_coincident_vertices() {
     );
 }
 
-/// What `solve --weld` writes has the rows of the file, and `evaluate --weld` finds the same numbers from it; also where
-/// faces collapse, and where the copies of a vertex have costs of their own.
+/// The results of `solve --weld` have rows for the vertices of the file, and `evaluate --weld` computes the same
+/// numbers from them, even if faces collapse and the copies of a vertex have different costs.
 #[test]
 fn a_welded_solution_is_evaluated_as_it_was_certified() {
     let folder = Folder::new();
     let (mut soup, _) = cut(&shape("torus:20x13"), |j| j / 50);
-    // Near copies, and a face that a weld leaves without an area.
+    // Nearly equal copies, and a face that loses its area when welded.
     soup.vertices.iter_mut().step_by(3).for_each(|x| x.x += 1e-7);
     let [a, b, _] = soup.faces[0];
     let copy = soup.vertices[b as usize];
@@ -405,9 +408,9 @@ fn a_welded_solution_is_evaluated_as_it_was_certified() {
         assert_eq!(q.dim(), (2 * soup.faces.len(), 3));
         assert!(q.slice(ndarray::s![14..16, ..]).iter().all(|&q| q == 0.0));
         let output = folder.run(&format!("evaluate {problem} --u {mass}/u.npy --q {mass}/q.npy"));
-        let said = stderr(&output);
-        assert!(output.status.success() && said.contains("welded "), "{said}");
-        assert!(!said.contains("rows of U differ"), "{said}");
+        let messages = stderr(&output);
+        assert!(output.status.success() && messages.contains("welded "), "{messages}");
+        assert!(!messages.contains("rows of U differ"), "{messages}");
         let evaluation: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         for key in ["energy", "dual_bound", "rounded_energy", "area", "vertices", "faces"] {
             let (x, y) = (evaluation[key].as_f64().unwrap(), answer.number(key));
@@ -416,16 +419,16 @@ fn a_welded_solution_is_evaluated_as_it_was_certified() {
         let gap = evaluation["relative_gap"].as_f64().unwrap();
         assert!((gap - answer.number("relative_gap")).abs() < 1e-10, "{mass}: {gap}");
     }
-    // A U of the mesh as it is has several rows at one place.
+    // A U of the unwelded mesh has several rows at one position.
     folder.array(
         "U.npy",
         &Array2::from_shape_fn((soup.vertices.len(), 3), |(k, p)| f64::from(k % 3 == p)),
     );
     let line = "evaluate cut.ply --costs S.npy --lambda 0.02 --u U.npy --weld 1e-6";
-    let said = stderr(&folder.run(line));
+    let messages = stderr(&folder.run(line));
     assert!(
-        said.contains("rows of U differ from those of vertices that they are merged with"),
-        "{said}"
+        messages.contains("rows of U differ from those of the vertices they are merged with"),
+        "{messages}"
     );
     for tolerance in ["nan", "-1", "1e9"] {
         let output = folder.run(&line.replace("1e-6", tolerance));
@@ -434,8 +437,8 @@ fn a_welded_solution_is_evaluated_as_it_was_certified() {
     }
 }
 
-/// f = M S on the welded mesh, S the means by areas: every mass keeps the integral of the costs, also where the copies of
-/// a vertex have costs of their own.
+/// f = M S on the welded mesh, where S are area-weighted means: every mass preserves the integral of the costs, even if
+/// the copies of a vertex have different costs.
 #[test]
 fn welded_costs_are_integrated_on_the_welded_mesh() {
     let folder = Folder::new();
@@ -473,7 +476,7 @@ fn welded_costs_are_integrated_on_the_welded_mesh() {
 }
 
 #[test]
-fn an_experiment_says_it_too() {
+fn an_experiment_warns_about_coincident_vertices() {
     let folder = Folder::new();
     let (soup, _) = cut(&shape("torus:12x9"), |j| j / 20);
     io::write(&folder.path("cut.ply"), &soup).unwrap();

@@ -1,4 +1,4 @@
-//! Surfaces wound in both directions, without curvature, or with data of one value.
+//! Surfaces with inconsistent orientation, without curvature, or with constant data.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,7 +10,7 @@ use ndarray::Array2;
 use super::seams::{case, cut, shape, wrong};
 use crate::support::{Answer, Folder, stderr};
 
-/// Faces at random the other way around, from a rule that is the same everywhere.
+/// Flips faces pseudo-randomly, in the same way on every machine.
 fn disturbed(mesh: &Mesh) -> (Mesh, usize) {
     let mut mesh = mesh.clone();
     let flips = |j: usize| (j * 7919 + 13) % 101 < 30;
@@ -43,8 +43,9 @@ fn curvature_does_not_depend_on_the_winding() {
     {
         io::write(&folder.path(&format!("{name}.obj")), mesh).unwrap();
         let (answer, message) = segment(name);
-        let said = format!("{turned} of {} faces were turned for the curvature", torus.faces.len());
-        assert!(message.contains(&said), "{message}");
+        let expected =
+            format!("{turned} of {} faces were turned for the curvature", torus.faces.len());
+        assert!(message.contains(&expected), "{message}");
         assert_eq!(answer.labels, exact.labels, "{name}");
         let again = io::read(&folder.path(&format!("{name}/segmented.ply"))).unwrap();
         assert_eq!(again.faces, mesh.faces, "{name}");
@@ -63,7 +64,7 @@ fn curvature_does_not_depend_on_the_winding() {
     assert!(folder.done("segment --help").contains("convex as seen from outside"));
 }
 
-/// Seams are welded before normals and curvature are looked at.
+/// Seams are welded before normals and curvature are computed.
 #[test]
 fn curvature_crosses_seams() {
     let folder = Folder::new();
@@ -95,16 +96,16 @@ fn strips_have_no_curvature() {
         let output = folder.run(&format!("segment {name} --data curvature --regions 2 --out out"));
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{message}");
-        let said = format!(
+        let expected = format!(
             "error: {name}: no vertex of the mesh has a curvature: all lie on the boundary; subdivide"
         );
-        assert!(message.starts_with(&said), "{message}");
+        assert!(message.starts_with(&expected), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(!folder.path("out").exists());
     }
 }
 
-/// Corners whose neighbors all lie on the boundary are unknown; the rest of a mesh is segmented all the same.
+/// Corners whose neighbors all lie on the boundary are unknown; the rest of the mesh is still segmented.
 #[test]
 fn corners_without_curvature_are_unknown() {
     let folder = Folder::new();
@@ -117,8 +118,8 @@ fn corners_without_curvature_are_unknown() {
             "segment {name}.obj --data curvature --regions 2 --lambda 1e-4 --no-preview --out {name}"
         ));
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        let said = format!("{unknown} vertices have no curvature");
-        assert!(stderr(&output).contains(&said), "{}", stderr(&output));
+        let expected = format!("{unknown} vertices have no curvature");
+        assert!(stderr(&output).contains(&expected), "{}", stderr(&output));
         folder.answer(name).assert_consistent();
     }
     // An unknown corner has the label of its neighbors.
@@ -126,7 +127,7 @@ fn corners_without_curvature_are_unknown() {
     let at = |x: usize, y: usize| labels[y * 41 + x];
     assert!([(40, 0), (0, 30)].iter().all(|&(x, y)| at(x, y) == at(x, 15)));
     assert!(at(20, 15) != at(0, 15));
-    // Half of a tube has one curvature only.
+    // Half of a tube has constant curvature.
     let used: BTreeSet<i32> = folder.answer("half").labels.iter().copied().collect();
     assert_eq!(used.len(), 1);
 }
@@ -137,11 +138,11 @@ fn curvature_of_a_tube_is_nothing_to_segment() {
     fs::copy(case("39-skinny/tube.obj"), folder.path("tube.obj")).unwrap();
     let output = folder.run("segment tube.obj --data curvature --regions 2 --no-preview --out out");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let said = "the mean curvature is the same everywhere to rounding";
-    assert!(stderr(&output).contains(said), "{}", stderr(&output));
+    let expected = "the mean curvature is the same everywhere to rounding";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     assert!(stderr(&output).contains("there is nothing to segment"));
     let answer = folder.answer("out");
-    assert!(answer.summary["warnings"].to_string().contains(said));
+    assert!(answer.summary["warnings"].to_string().contains(expected));
     assert!(answer.number("iterations") < 100.0);
     let used: BTreeSet<i32> = answer.labels.iter().copied().collect();
     assert_eq!(used.len(), 1);
@@ -162,7 +163,7 @@ fn data_of_one_value_are_nothing_to_segment() {
         "signal.npy",
         &Array2::from_shape_fn((n, 2), |(k, _)| 7.0 + 1e-6 * f64::from(k > n / 2)),
     );
-    for (data, said) in [
+    for (data, expected) in [
         (
             "colors",
             Some(
@@ -181,12 +182,12 @@ fn data_of_one_value_are_nothing_to_segment() {
         let output = folder
             .run(&format!("segment white.ply --data {data} --regions 2 --no-preview --out out"));
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        // Once, by the source, which has a name for them.
+        // Reported once, by the source, which names them.
         let warnings: Vec<String> =
             serde_json::from_value(folder.answer("out").summary["warnings"].clone()).unwrap();
-        assert_eq!(warnings, said.into_iter().collect::<Vec<_>>(), "{data}");
-        assert_eq!(stderr(&output).contains("nothing"), said.is_some(), "{}", stderr(&output));
+        assert_eq!(warnings, expected.into_iter().collect::<Vec<_>>(), "{data}");
+        assert_eq!(stderr(&output).contains("nothing"), expected.is_some(), "{}", stderr(&output));
         let used: BTreeSet<i32> = folder.answer("out").labels.iter().copied().collect();
-        assert_eq!(used.len(), if said.is_some() { 1 } else { 2 }, "{data}");
+        assert_eq!(used.len(), if expected.is_some() { 1 } else { 2 }, "{data}");
     }
 }

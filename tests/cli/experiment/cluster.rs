@@ -1,4 +1,4 @@
-//! The scripts for clusters: the Snakefile is run for real, the other's shell is checked.
+//! The scripts for clusters: the Snakefile is run, and the tasks of the Slurm script are run in a shell.
 
 use std::path::Path;
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use super::{SMALL_RUNS, outcomes, small};
 use crate::support::PROGRAM;
 
-/// The script that makes Snakemake's environment where it is missing, and starts it.
+/// The script that creates the environment of Snakemake if it is missing, and starts Snakemake.
 fn snakemake() -> Command {
     let project = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut command = Command::new(project.join("tests/cli/experiment/snakemake"));
@@ -34,7 +34,7 @@ fn the_snakefile_makes_all_runs_and_the_report() {
     assert_eq!(outcomes(&folder.path("alone/small")), made);
 }
 
-/// Blanks, quotes, braces of wildcards: all that a shell, Python or Snakemake could take for its own.
+/// The name has blanks, quotes and braces, which a shell, Python or Snakemake could interpret.
 #[test]
 fn the_snakefile_takes_any_name() {
     let folder = small();
@@ -50,13 +50,13 @@ fn the_snakefile_takes_any_name() {
         .env("HOME", folder.path(""))
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{}\n{told}", String::from_utf8_lossy(&emitted.stdout));
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{}\n{messages}", String::from_utf8_lossy(&emitted.stdout));
     assert_eq!(outcomes(&folder.path(&format!("results/{name}"))).len(), SMALL_RUNS);
     assert!(folder.path(&format!("results/{name}/report.html")).exists());
 }
 
-/// Each task of the array, as the scheduler would start it; `sbatch` is one that writes down what it is told.
+/// Starts each task of the array like the scheduler; `sbatch` is replaced by a script that records its arguments.
 #[test]
 fn the_batch_script_makes_all_runs() {
     let folder = small();

@@ -1,9 +1,9 @@
-//! What an experiment file may say, and what is refused with its line and column.
+//! Valid experiment files, and errors with line and column for invalid ones.
 
 use super::{SMALL, SMALL_RUNS, small};
 use crate::support::{Folder, stderr};
 
-/// `small.toml` with a change: the message names line, column and the parts.
+/// `small.toml` with a change: the message contains line, column and the parts.
 fn refuse(from: &str, to: &str, parts: &[&str]) {
     assert!(from.is_empty() || SMALL.contains(from), "{from}");
     let folder = Folder::new();
@@ -24,13 +24,13 @@ fn refuse(from: &str, to: &str, parts: &[&str]) {
 }
 
 #[test]
-fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
+fn unknown_and_impossible_values_are_refused_at_their_positions() {
     refuse(
         "repetitions = 2",
         "repetition = 2",
         &["line 4, column 1", "\"repetition\"", "repetitions"],
     );
-    refuse("repetitions = 2", "repetitions = 0", &["line 4, column 15", "whole number from 1"]);
+    refuse("repetitions = 2", "repetitions = 0", &["line 4, column 15", "whole number, 1 or more"]);
     refuse("repetitions = 2", "repetitions = \"2\"", &["line 4", "whole number"]);
     refuse("repetitions = 2", "repetitions = [1, 2", &["line 5"]);
     refuse("gap = 1e-3", "gap = -1e-3", &["line 5, column 16", "gap must be"]);
@@ -43,14 +43,14 @@ fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
     refuse("[\"torus:20x12\", \"torus:24x16\"]", "[[\"torus:20x12\"]]", &["list of lists"]);
     refuse("data = \"waves\"", "data = \"wave\"", &["line 9, column 8", "curvature"]);
     refuse("data = \"waves\"", "data = \"costs:S.npy\"", &["regions"]);
-    refuse("noise = 0.3", "noise = -0.3", &["line 10", "from 0"]);
+    refuse("noise = 0.3", "noise = -0.3", &["line 10", "0 or more"]);
     refuse("regions = 4", "regions = [4, 65]", &["line 11, column 15", "from 2 to 64"]);
     refuse("regions = 4", "regions = 2.5", &["whole number"]);
     refuse("regions = 4", "mass = \"lumped\"\nregions = 4", &["barycentric", "consistent"]);
     refuse("lambda = 0.01", "lambda = \"0.01\"", &["line 12, column 10", "number"]);
-    refuse("lambda = 0.01", "lambda = -0.01", &["line 12, column 10", "from 0"]);
+    refuse("lambda = 0.01", "lambda = -0.01", &["line 12, column 10", "0 or more"]);
     refuse("lambda = 0.01", "lambda = \"1.0.1 auto\"", &["line 12, column 10", "0.5 auto"]);
-    refuse("lambda = 0.01", "lambda = [0.01, \"-1 auto\"]", &["line 12, column 17", "from 0"]);
+    refuse("lambda = 0.01", "lambda = [0.01, \"-1 auto\"]", &["line 12, column 17", "0 or more"]);
     refuse(
         "data = \"waves\"\nnoise = 0.3\nregions = 4\nlambda = 0.01",
         "data = \"costs:S.npy\"\nlambda = \"auto\"",
@@ -77,7 +77,7 @@ fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
         "solver = \"fista\"\noptions = { rho = 1.5 }\n",
         &["line 22, column 1", "no cell has all of these values together"],
     );
-    refuse("solver = \"fista\"\n", "sover = \"fista\"\n", &["no cell has \"sover\""]);
+    refuse("solver = \"fista\"\n", "sover = \"fista\"\n", &["no cell has the key \"sover\""]);
     refuse("name = \"decay\"", "name = \"../decay\"", &["becomes a file"]);
     refuse("kind = \"decay\"", "kind = \"line\"", &["decay", "profile", "relation"]);
     refuse("x = \"options.rho\"", "x = \"rho\"", &["\"rho\"", "options.KEY"]);
@@ -90,7 +90,7 @@ fn what_is_unknown_or_impossible_is_refused_where_it_stands() {
 }
 
 #[test]
-fn files_that_are_none_are_refused() {
+fn files_that_cannot_be_read_are_refused() {
     let folder = Folder::new();
     folder.write("latin.toml", b"# caf\xe9\n");
     folder.write("empty.toml", "");
@@ -129,14 +129,14 @@ fn lists_are_swept_zipped_and_excluded() {
     assert!(!list.contains("torus:20x12, waves, 4 regions, lambda 0.02"), "{list}");
 }
 
-/// How many runs a list shows as missing.
+/// Number of runs that a list shows as missing.
 fn missing(list: &str) -> usize {
     list.lines().filter(|line| line.ends_with("  missing")).count()
 }
 
-/// What may not be redistributed is skipped by name, unless its folder is given.
+/// Instances whose data may not be redistributed are skipped by name, unless their folder is given.
 #[test]
-fn data_that_is_elsewhere_is_skipped_by_name() {
+fn instances_without_their_data_folder_are_skipped_by_name() {
     let folder = Folder::new();
     let text = SMALL.replace("\"torus:24x16\"]", "\"data:square.obj\"]");
     folder.write(

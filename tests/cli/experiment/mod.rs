@@ -1,4 +1,4 @@
-//! `meshseg experiment`: files that ask questions, runs that survive, figures with their sources.
+//! `meshseg experiment`: experiment files, runs that survive crashes, figures with their sources.
 
 mod cluster;
 mod files;
@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::support::{Folder, names};
 
-/// Two instances, two solvers, two repetitions, in a moment.
+/// Two instances, two solvers and two repetitions that take a moment.
 pub const SMALL: &str = r#"# Which of two solvers is faster
 # on two small tori?
 
@@ -63,7 +63,7 @@ kind = "cells"
 columns = ["options.rho", "excess", "status"]
 "#;
 
-/// How many runs it has.
+/// Number of its runs.
 pub const SMALL_RUNS: usize = 10;
 
 pub fn small() -> Folder {
@@ -72,7 +72,7 @@ pub fn small() -> Folder {
     folder
 }
 
-/// Everything in the runs of a folder of results that does not depend on time and machine.
+/// Everything in the runs of a results folder that does not depend on time and machine.
 pub fn outcomes(results: &Path) -> BTreeMap<String, (String, Vec<Vec<u8>>)> {
     let runs = results.join("runs");
     let run = |id: String| {

@@ -1,4 +1,4 @@
-//! Figures, tables and the page, all drawn from disk, and what they come from.
+//! Figures, tables and the page, all drawn from disk, and their sources.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ fn reported() -> Folder {
 }
 
 #[test]
-fn a_report_has_every_form_of_every_figure_and_table() {
+fn a_report_has_every_format_of_every_figure_and_table() {
     let folder = reported();
     let results = folder.path("results/small");
     let figures = names(&results.join("figures"));
@@ -36,7 +36,7 @@ fn a_report_has_every_form_of_every_figure_and_table() {
     for row in &rows {
         let iterations = |i: usize| row[i].parse::<f64>();
         assert!(iterations(2).unwrap() <= iterations(3).unwrap(), "{row:?}");
-        // 1e-9 is out of reach of a run that stops at 1e-3, and so is what it costs.
+        // A run that stops at 1e-3 does not reach 1e-9, so its cost is unknown.
         assert!(row[4].starts_with("> "), "{row:?}");
     }
     let cells = text("tables/cells.csv");
@@ -46,7 +46,7 @@ fn a_report_has_every_form_of_every_figure_and_table() {
     assert!(numbers.contains("\\csname meshseg@\\detokenize{time-to-gap/torus:20x12"), "{numbers}");
 }
 
-/// From disk alone: the file and the folder of data may be gone, and again is the same.
+/// A report can be made without the experiment file and the data folder, and is the same again.
 #[test]
 fn a_report_needs_nothing_but_the_folder() {
     let folder = reported();
@@ -64,7 +64,7 @@ fn a_report_needs_nothing_but_the_folder() {
 }
 
 #[test]
-fn every_number_can_be_traced() {
+fn every_number_can_be_traced_to_its_runs() {
     let folder = reported();
     for file in ["figures/decay.svg", "figures/relation.pdf", "tables/cells.tex"] {
         let why = folder.done(&format!("experiment why results/small/{file}"));
@@ -72,19 +72,19 @@ fn every_number_can_be_traced() {
         for id in names(&folder.path("results/small/runs")) {
             let line = why.lines().find(|line| line.starts_with(&id)).unwrap();
             let (_, command) = line.split_once("meshseg ").unwrap();
-            // Repetitions have one specification.
+            // Repetitions share a specification.
             let done = folder.done(command);
-            let made = done.contains("made          1") || done.contains("there before  1");
+            let made = done.contains("made          1") || done.contains("already done  1");
             assert!(made, "{command}: {done}");
         }
         fs::remove_dir_all(folder.path("results/spec")).unwrap();
     }
     let output = folder.run("experiment why small.toml");
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("no figure or table"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("not a figure or table"), "{}", stderr(&output));
 }
 
-/// A run of another host counts for iterations, and is on no axis of time; a loaded machine is told.
+/// A run of another host counts for iterations but not for times; a note reports runs on a loaded machine.
 #[test]
 fn times_of_other_hosts_are_left_out() {
     let folder = small();
@@ -110,7 +110,7 @@ fn times_of_other_hosts_are_left_out() {
     for manifest in &manifests[..4] {
         change(manifest, "loaded", "false");
     }
-    // The last repetitions of all solvers but one are of elsewhere.
+    // The last repetitions of all solvers but one are from another host.
     for manifest in &manifests[8..] {
         change(manifest, "host", "\"another\"");
     }

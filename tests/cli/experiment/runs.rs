@@ -1,4 +1,4 @@
-//! Runs are made once, appear whole, and survive whatever happens to the program.
+//! Runs are made once, are written completely or not at all, and survive the death of the program.
 
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -20,10 +20,10 @@ fn runs_are_made_once() {
     assert_eq!(made.len(), SMALL_RUNS);
     let before = folder.listing();
     let second = folder.done("experiment run small.toml");
-    assert!(second.contains("made          0") && second.contains("there before  10"), "{second}");
+    assert!(second.contains("made          0") && second.contains("already done  10"), "{second}");
     assert_eq!(folder.listing(), before);
 
-    // A change makes the runs it concerns, and no others.
+    // After a change, only the affected runs are made.
     folder.write("small.toml", SMALL.replace("rho = [1.9, 1.5]", "rho = [1.9, 1.4]"));
     let third = folder.done("experiment run small.toml");
     assert!(third.contains("made          4"), "{third}");
@@ -37,7 +37,7 @@ fn runs_are_made_once() {
 }
 
 #[test]
-fn a_run_tells_everything_about_itself() {
+fn a_run_stores_everything_needed_to_repeat_it() {
     let folder = small();
     folder.done("experiment run small.toml");
     let runs = folder.path("results/small/runs");
@@ -54,7 +54,7 @@ fn a_run_tells_everything_about_itself() {
         let keys =
             ["load_average", "loaded", "seed", "generator", "start", "end", "exit", "threads"];
         assert!(keys.iter().all(|key| !manifest[key].is_null()), "{manifest}");
-        // The run can be made alone, from its own specification.
+        // The run can be made separately from its own specification.
         folder.write("alone.toml", read("spec.toml"));
         let alone = folder.done(&format!("experiment run alone.toml --results alone-{id}"));
         assert!(alone.contains("made          1"), "{alone}");
@@ -64,9 +64,10 @@ fn a_run_tells_everything_about_itself() {
     }
 }
 
-/// "auto" is the lambda that `segment` takes for the same data, and a factor multiplies it; synthetic data have a truth.
+/// "auto" is the lambda that `segment` chooses for the same data, optionally times a factor; synthetic data have true
+/// labels.
 #[test]
-fn lambda_may_be_left_to_the_program() {
+fn lambda_can_be_chosen_automatically() {
     let folder = Folder::new();
     let file = |data: &str, lambda: &str| {
         format!(
@@ -100,7 +101,7 @@ fn lambda_may_be_left_to_the_program() {
     assert_eq!([found[0][1], found[1][1]], [2.0, 1.0]);
     assert!(found[0][2] < 0.02 && found[1][2] > 0.3, "{found:?}");
 
-    // Instances on one mesh have it once on the page.
+    // The page contains a shared mesh only once.
     let page = std::fs::read_to_string(folder.path("results/a/report.html")).unwrap();
     assert_eq!(page.matches("\"positions\":\"").count(), 1);
     assert_eq!(page.matches("\"mesh\":\"g0\"").count(), 2);
@@ -108,7 +109,7 @@ fn lambda_may_be_left_to_the_program() {
 
 /// Shards, and processes that run at the same time, make the same runs as one process.
 #[test]
-fn shards_and_rivals_make_the_same_runs() {
+fn shards_and_concurrent_processes_make_the_same_runs() {
     let folder = small();
     folder.done("experiment run small.toml");
     let expected = outcomes(&folder.path("results/small"));
@@ -131,7 +132,7 @@ fn shards_and_rivals_make_the_same_runs() {
     assert_eq!(outcomes(&folder.path("rivals/small")), expected);
 }
 
-/// Killed at random moments, the program leaves whole runs only, and in the end the same as if nothing had been.
+/// Killed at random moments, the program leaves only complete runs, and the final results are the same.
 #[test]
 fn killing_the_program_harms_nothing() {
     let expected = {
@@ -171,7 +172,7 @@ fn killing_the_program_harms_nothing() {
             break;
         }
         if killed < 20 && round % 3 == 2 {
-            // All runs may be there by now: begin again, so that there is something to kill.
+            // All runs may be done by now; starts over, so that there is something to kill.
             std::fs::remove_dir_all(folder.path("results")).unwrap_or_default();
         }
     }
@@ -202,7 +203,7 @@ fn damaged_runs_are_named() {
     }
 }
 
-/// Copying and cleaning lose single files; what is left is no run.
+/// Copying and cleaning may lose single files; an incomplete run does not count.
 #[test]
 fn runs_that_lost_a_file_are_made_again() {
     let folder = small();

@@ -1,4 +1,4 @@
-//! Values of arguments that make no sense.
+//! Invalid values of arguments.
 
 use super::{folder, misuse, refuse};
 
@@ -6,7 +6,7 @@ const SEGMENT: &str = "segment square.obj --data D.npy --regions 2 --out out";
 const SOLVE: &str = "solve square.obj --costs S.npy --lambda 1 --out out";
 
 #[test]
-fn numbers_out_of_range() {
+fn numbers_out_of_range_are_refused() {
     let folder = folder();
     for (arguments, part) in [
         ("--gap -1", "--gap -1"),
@@ -61,7 +61,7 @@ fn numbers_out_of_range() {
 }
 
 #[test]
-fn command_lines_that_cannot_be_understood() {
+fn malformed_command_lines_exit_with_code_2() {
     let folder = folder();
     for regions in ["1", "0", "65", "256", "-2", "abc", "2.5", ""] {
         let line = format!("segment square.obj --data D.npy --out out --regions={regions}");

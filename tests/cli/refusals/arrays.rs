@@ -1,4 +1,4 @@
-//! Arrays that are no costs, no U, or no data.
+//! Arrays that are invalid as costs, U or data.
 
 use std::fs;
 
@@ -22,7 +22,7 @@ fn with_header(header: &str) -> Vec<u8> {
     bytes
 }
 
-/// What no array of numbers per vertex is, whatever it is to be used for.
+/// Files that are not arrays of numbers per vertex, for any purpose.
 fn malformed() -> Vec<(Vec<u8>, &'static str)> {
     let good = npy(Array2::<f64>::zeros((4, 2)));
     let header = |descr: &str, shape: &str| {
@@ -67,16 +67,16 @@ fn malformed() -> Vec<(Vec<u8>, &'static str)> {
     ]
 }
 
-/// Zeros but for one entry.
+/// Zeros except for one entry.
 fn with(row: usize, column: usize, entry: f64) -> Array2<f64> {
     let mut array = Array2::zeros((4, 2));
     array[[row, column]] = entry;
     array
 }
 
-/// Labels and fields have no place for what is no number, data none for what is infinite.
+/// Labels and fields must not contain NaN, and data must be finite.
 #[test]
-fn entries_that_are_no_numbers() {
+fn entries_that_are_not_finite_are_refused() {
     let folder = folder();
     for (entry, name) in [(f64::NAN, "NaN"), (f64::NEG_INFINITY, "-inf"), (f64::INFINITY, "inf")] {
         folder.write("a.npy", npy(with(2, 1, entry)));
@@ -95,7 +95,7 @@ fn entries_that_are_no_numbers() {
 }
 
 #[test]
-fn malformed_arrays_wherever_one_is_read() {
+fn malformed_arrays_are_refused_wherever_one_is_read() {
     let folder = folder();
     for (bytes, part) in malformed() {
         folder.write("a.npy", bytes);
@@ -111,7 +111,7 @@ fn malformed_arrays_wherever_one_is_read() {
 }
 
 #[test]
-fn costs_that_do_not_fit() {
+fn costs_that_do_not_fit_are_refused() {
     let folder = folder();
     for (bytes, part) in [
         (npy(Array1::<f64>::zeros(4)), "1 axes, not 2"),
@@ -136,7 +136,7 @@ fn costs_that_do_not_fit() {
 }
 
 #[test]
-fn u_that_does_not_fit() {
+fn a_u_that_does_not_fit_is_refused() {
     let folder = folder();
     let start = "solve square.obj --costs S.npy --init a.npy --lambda 1 --out out";
     for u in [Array2::<f64>::zeros((4, 3)), Array2::zeros((3, 2)), Array2::zeros((4, 0))] {
@@ -159,7 +159,7 @@ fn u_that_does_not_fit() {
 }
 
 #[test]
-fn data_that_does_not_fit() {
+fn data_that_do_not_fit_are_refused() {
     let folder = folder();
     let line = "segment square.obj --data a.npy --regions 2 --out out";
     for (bytes, part) in [
@@ -175,7 +175,7 @@ fn data_that_does_not_fit() {
 }
 
 #[test]
-fn arrays_that_are_no_files() {
+fn paths_that_are_not_array_files_are_refused() {
     let folder = folder();
     fs::create_dir(folder.path("folder.npy")).unwrap();
     for (name, part) in [("missing.npy", "No such file"), ("folder.npy", "is a folder")] {

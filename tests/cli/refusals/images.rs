@@ -1,4 +1,4 @@
-//! Textures that are none, and meshes that take none.
+//! Invalid textures, and meshes that cannot have one.
 
 use std::fs;
 use std::io::Cursor;
@@ -16,7 +16,7 @@ fn encode(format: ImageFormat) -> Vec<u8> {
 }
 
 #[test]
-fn malformed_images() {
+fn malformed_images_are_refused() {
     let folder = folder();
     folder.write("textured.obj", TEXTURED);
     let png = encode(ImageFormat::Png);
@@ -41,7 +41,7 @@ fn malformed_images() {
 }
 
 #[test]
-fn images_that_are_no_files() {
+fn paths_that_are_not_image_files_are_refused() {
     let folder = folder();
     folder.write("textured.obj", TEXTURED);
     fs::create_dir(folder.path("folder.png")).unwrap();
@@ -52,7 +52,7 @@ fn images_that_are_no_files() {
 }
 
 #[test]
-fn meshes_that_take_no_texture_and_have_no_colors() {
+fn meshes_without_texture_coordinates_and_colors_are_refused() {
     let folder = folder();
     folder.write("a.png", encode(ImageFormat::Png));
     for (line, part, what) in [

@@ -1,11 +1,11 @@
-//! Meshes that are none.
+//! Invalid meshes.
 
 use std::fs;
 
 use super::{VERBS, folder, refuse};
 use crate::support::SQUARE_OBJ;
 
-/// The least PLY file.
+/// A minimal PLY file.
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
@@ -15,7 +15,7 @@ const STL: &str = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1
 const OFF: &str = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
 #[test]
-fn text_that_is_no_mesh() {
+fn malformed_text_is_refused() {
     let folder = folder();
     let ply = |from: &str, to: &str| PLY.replacen(from, to, 1);
     let stl = |from: &str, to: &str| STL.replacen(from, to, 1);
@@ -76,7 +76,7 @@ fn text_that_is_no_mesh() {
 }
 
 #[test]
-fn bytes_that_are_no_mesh() {
+fn malformed_binary_files_are_refused() {
     let folder = folder();
     let header = "ply\nformat binary_little_endian 1.0\n";
     let xyz = "property double x\nproperty double y\nproperty double z\n";
@@ -114,7 +114,7 @@ fn bytes_that_are_no_mesh() {
 }
 
 #[test]
-fn every_verb_refuses_what_is_no_mesh() {
+fn every_verb_refuses_an_invalid_mesh() {
     let folder = folder();
     folder.write("empty.obj", "");
     folder.write("wrong.obj", "v 0 0 0\nf 1 1 2\n");
@@ -137,7 +137,7 @@ fn every_verb_refuses_what_is_no_mesh() {
 }
 
 #[test]
-fn meshes_without_area() {
+fn meshes_without_area_are_refused_where_an_area_is_needed() {
     let folder = folder();
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3\nf 2 3 4\nf 1 1 1\n");
     folder.write("tiny.obj", SQUARE_OBJ.replace(" 1", " 1e-170").replace("f 1e-170", "f 1"));
@@ -145,13 +145,13 @@ fn meshes_without_area() {
         refuse(&folder, &format!("{verb} flat.obj {rest}"), &["flat.obj", "no face with an area"]);
         refuse(&folder, &format!("{verb} tiny.obj {rest}"), &["tiny.obj", "area"]);
     }
-    // They are meshes all the same.
+    // They are valid meshes nevertheless.
     folder.done("mesh info flat.obj");
 }
 
 #[cfg(unix)]
 #[test]
-fn pipes_and_devices_are_no_files() {
+fn pipes_and_devices_are_refused() {
     let folder = folder();
     let made = std::process::Command::new("mkfifo").arg(folder.path("pipe.obj")).status();
     assert!(made.unwrap().success());
@@ -171,7 +171,7 @@ fn pipes_and_devices_are_no_files() {
 }
 
 #[test]
-fn a_line_end_in_a_name_is_shown_as_text() {
+fn a_line_break_in_a_name_is_escaped() {
     let output = assert_cmd::Command::new(crate::support::PROGRAM)
         .args(["mesh", "info", "no\nsuch.ply"])
         .output()

@@ -1,5 +1,5 @@
-//! Bad input: each case ends with exit code 1 and one line that names the culprit, or with 2 for a command line
-//! that cannot be understood; and nothing is left behind.
+//! Bad input: each case ends with exit code 1 and one line that names the cause, or with 2 for a malformed command
+//! line, and no files are written.
 
 mod arguments;
 mod arrays;
@@ -39,7 +39,7 @@ fn refuse(folder: &Folder, line: &str, parts: &[&str]) {
     assert_eq!(folder.listing(), before, "{line}");
 }
 
-/// Runs a command line that cannot be understood.
+/// Runs a malformed command line.
 fn misuse(folder: &Folder, line: &str, part: &str) {
     let before = folder.listing();
     let output = folder.run(line);
@@ -51,7 +51,7 @@ fn misuse(folder: &Folder, line: &str, part: &str) {
     assert_eq!(folder.listing(), before, "{line}");
 }
 
-/// The verbs that read a mesh, with all they need but that.
+/// The verbs that read a mesh, with all other arguments.
 const VERBS: [(&str, &str); 6] = [
     ("segment", "--data D.npy --regions 2 --out out"),
     ("solve", "--costs S.npy --lambda 0.1 --out out"),

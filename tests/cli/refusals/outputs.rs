@@ -1,13 +1,13 @@
-//! Places where nothing can be written.
+//! Output paths that cannot be written.
 
 use std::fs;
 
 use super::{VERBS, folder, refuse};
 use crate::support::stderr;
 
-/// The verbs that write a folder refuse before they work.
+/// The verbs that write a folder fail before they compute anything.
 #[test]
-fn folders_that_cannot_be_made() {
+fn folders_that_cannot_be_created_are_refused() {
     let folder = folder();
     folder.write("file", "mine");
     for (verb, rest) in VERBS.iter().filter(|(_, rest)| rest.ends_with("--out out")) {
@@ -25,16 +25,16 @@ fn folders_that_cannot_be_made() {
 
 #[cfg(unix)]
 #[test]
-fn links_to_nothing_are_no_folders() {
+fn dangling_links_are_refused() {
     let folder = folder();
     std::os::unix::fs::symlink("nowhere", folder.path("link")).unwrap();
     refuse(&folder, "operators square.obj --out link", &["link", "is a dangling link"]);
 }
 
-/// Where not even the superuser can write.
+/// Not even the superuser can write there.
 #[cfg(target_os = "linux")]
 #[test]
-fn places_that_take_no_files() {
+fn folders_that_cannot_be_written_to_are_refused() {
     let folder = folder();
     for out in ["/proc", "/proc/meshseg", "/proc/mesh/seg"] {
         refuse(&folder, &format!("operators square.obj --out {out}"), &[out, "cannot be written"]);
@@ -42,7 +42,7 @@ fn places_that_take_no_files() {
 }
 
 #[test]
-fn files_that_cannot_be_written() {
+fn files_that_cannot_be_written_are_refused() {
     let folder = folder();
     folder.write("file", "mine");
     fs::create_dir(folder.path("folder.ply")).unwrap();

@@ -1,4 +1,4 @@
-//! What figures and tables say of runs, by hand: four solvers' worth of runs with round numbers.
+//! The numbers of figures and tables, computed by hand for runs with round numbers.
 //!
 //! B = 10 and, of all runs, E* = 12 and D* = 11.9, so that E* - B = 2.
 
@@ -57,7 +57,7 @@ fn manifest(repetition: u64, host: &str, start: &str) -> Value {
     })
 }
 
-/// A run whose samples are (iteration, energy, bound), with what is known of the last one.
+/// A run whose samples are (iteration, energy, bound), with further results of the last one.
 fn done(
     spec: &Spec,
     solver: usize,
@@ -95,7 +95,7 @@ fn done(
     }
 }
 
-/// In the order in which they were made. The first is of the past: the same run was made again.
+/// Runs in the order in which they were made. The first one is outdated: the same run was made again.
 fn runs(spec: &Spec) -> Vec<Done> {
     let exact =
         |later: u64| [(10 + later, 14.0, 11.0), (20 + later, 12.5, 11.5), (40 + later, 12.0, 11.9)];
@@ -123,7 +123,7 @@ fn near(a: f64, b: f64) {
 }
 
 #[test]
-fn the_best_of_all_solvers_measure_each() {
+fn every_run_is_measured_by_the_best_of_all_solvers() {
     let spec = spec();
     let done = runs(&spec);
     let pool = Pool::of(&spec, &done);
@@ -135,7 +135,7 @@ fn the_best_of_all_solvers_measure_each() {
     assert_eq!(pool.share(0, 0.0), 0.0);
 }
 
-/// The first sample at a gap, or below; medians over the repetitions, of times those of one host.
+/// The first sample at or below a gap; medians over the repetitions, for times only those of one host.
 #[test]
 fn times_to_a_gap_are_those_of_the_first_sample() {
     let spec = spec();
@@ -160,13 +160,13 @@ fn times_to_a_gap_are_those_of_the_first_sample() {
         "{:?}",
         rows[0][4]
     );
-    // How near to the optimum it came, not how near it is known to be.
+    // The distance to the optimum, not the certified gap.
     assert_eq!(rows[1][3], TableEntry::Censored("> 9 (3e-1)".into()));
 }
 
-/// Of energies: E_eps is compared with that of the same eps alone.
+/// E_eps is only compared with that of the same eps.
 #[test]
-fn quantities_are_what_they_are_called() {
+fn quantities_agree_with_their_definitions() {
     let spec = spec();
     let done = runs(&spec);
     let pool = Pool::of(&spec, &done);
@@ -190,7 +190,7 @@ fn quantities_are_what_they_are_called() {
     near(value(1, "rounded-gap"), 0.5);
     near(value(1, "regions-used"), 1.0);
     near(value(1, "mislabeled"), 0.125);
-    // What the run was made with, whatever its file says.
+    // The lambda that the run used, not the one in its file.
     near(value(1, "lambda"), 0.0125);
     assert_eq!(of_cell(2, "labels-changed"), CellValue::Nothing);
 }
