@@ -2,8 +2,8 @@
 //! the labels of such components are arbitrary, and a warning reports them.
 
 use crate::mesh::Mesh;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::mesh::geometry::barycentric_areas;
-use crate::mesh::partition::Partition;
 
 /// The clause of a warning about what happens to unknown vertices.
 pub(crate) const INHERIT: &str =
@@ -15,7 +15,7 @@ pub(crate) fn warning(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<Stri
     if (0..vertices).all(&known) {
         return None;
     }
-    let mut joined = Partition::new(vertices);
+    let mut joined = DisjointSets::new(vertices);
     for &[a, b, c] in &mesh.faces {
         joined.join(a, b);
         joined.join(a, c);

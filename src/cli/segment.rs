@@ -40,18 +40,19 @@ pub struct Arguments {
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
 
-    /// How image:IMAGE is laid on the surface: xy, xz, yz; two axes such as x,-z (along its width, upwards);
+    /// How image:IMAGE is projected onto the surface: xy, xz, yz; two axes such as x,-z (along its width, upwards);
     /// cylinder or sphere (around z; around another axis as cylinder:y) [default: at the texture coordinates of the
     /// mesh; xy for a grid]
     #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
     project: Option<Projection>,
 
-    /// cover: an image laid along two axes keeps its aspect, and what is too long is cut off at both ends; stretch:
-    /// it loses its aspect
+    /// cover: an image projected along two axes keeps its aspect ratio and is cropped at both ends of its longer side;
+    /// stretch: it fills the bounding box
     #[arg(long, value_parser = named::<Fit>(), default_value = "cover")]
     fit: Fit,
 
-    /// What a vertex takes of an image. mean: the mean over its third of its faces; vertex: the color at its place
+    /// What a vertex takes from an image. mean: the mean over its third of each of its faces; vertex: the color at its
+    /// position
     #[arg(long, value_parser = named::<Texel>(), default_value = "mean")]
     texel: Texel,
 
@@ -239,7 +240,7 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
         mean: region.color,
-        text: preview::legend(p, region.share, found.told, &region.told, &number),
+        text: preview::legend(p, region.share, found.value_name, &region.value, &number),
     };
     let colors = || match &surface.weld {
         Some(weld) => weld.spread(&input.colors),
@@ -265,7 +266,7 @@ fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
     lines.push(("written to", arguments.solving.out.display().to_string()));
-    let table = regions_table(found.told, &found.regions);
+    let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, lambda)
 }
 
@@ -273,8 +274,8 @@ fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
 struct Found {
     solution: Solution,
     regions: Vec<Region>,
-    /// What the numbers of the regions are called.
-    told: &'static str,
+    /// [`DataModel::VALUE_NAME`] of the model.
+    value_name: &'static str,
     estimates: usize,
 }
 
@@ -318,7 +319,7 @@ fn segmented_by<D: DataModel>(
     progress.finish();
     let regions = describe_regions::<D>(&segmentation, input, &barycentric_areas(mesh));
     let Segmentation { solution, estimates, .. } = segmentation;
-    Ok(Found { solution, regions, told: D::TOLD, estimates })
+    Ok(Found { solution, regions, value_name: D::VALUE_NAME, estimates })
 }
 
 /// What to look at, and what to try then.
@@ -333,15 +334,15 @@ fn next_step(arguments: &Arguments, lambda: f64) -> String {
     format!("look at {}; {try_next}, --regions as well\n", picture.display())
 }
 
-/// What is told of one region.
+/// What tables and `summary.json` report of one region.
 #[derive(Serialize)]
 struct Region {
     /// mu_p, under names of the model.
     #[serde(flatten)]
     parameters: serde_json::Value,
-    /// What is told of them in a few numbers.
+    /// Their numbers, see [`DataModel::value`].
     #[serde(skip)]
-    told: Vec<f64>,
+    value: Vec<f64>,
     /// As which it is drawn.
     palette: [f64; 3],
     /// Mean of the shown colors over its vertices, if it has any.
@@ -392,7 +393,7 @@ fn describe_regions<D: DataModel>(
         .enumerate()
         .map(|(p, ((parameters, area), color))| Region {
             parameters: serde_json::to_value(parameters).expect("a map of numbers"),
-            told: D::told(parameters).to_vec(),
+            value: D::value(parameters).to_vec(),
             palette: categorical(p),
             color,
             area,
@@ -403,16 +404,16 @@ fn describe_regions<D: DataModel>(
 
 /// How the numbers of the regions are written.
 fn number_format(regions: &[Region]) -> impl Fn(f64) -> String {
-    table::together(table::largest(regions.iter().flat_map(|region| &region.told)), 3)
+    table::together(table::largest(regions.iter().flat_map(|region| &region.value)), 3)
 }
 
-fn regions_table(told: &str, regions: &[Region]) -> String {
+fn regions_table(value_name: &str, regions: &[Region]) -> String {
     let mut rows: Vec<Vec<String>> =
-        vec![["region", "drawn", "color", told, "area", "share"].map(String::from).to_vec()];
+        vec![["region", "drawn", "color", value_name, "area", "share"].map(String::from).to_vec()];
     let number = number_format(regions);
     let area = table::together(table::largest(regions.iter().map(|region| &region.area)), 4);
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
-        let told: Vec<String> = region.told.iter().map(|&mu| number(mu)).collect();
+        let value: Vec<String> = region.value.iter().map(|&mu| number(mu)).collect();
         let hex = |color: [f64; 3]| {
             let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
             format!("#{r:02x}{g:02x}{b:02x}")
@@ -421,7 +422,7 @@ fn regions_table(told: &str, regions: &[Region]) -> String {
             p.to_string(),
             hex(region.palette),
             region.color.map_or_else(String::new, hex),
-            told.join(" "),
+            value.join(" "),
             area(region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use super::Mesh;
-use super::partition::Partition;
+use super::disjoint_sets::DisjointSets;
 
 /// An axis-parallel box, in units of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -32,7 +32,7 @@ pub(super) fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
 
 /// How many components the faces with three different corners have, connected through shared vertices.
 pub fn components(mesh: &Mesh) -> usize {
-    let mut joined = Partition::new(mesh.vertices.len());
+    let mut joined = DisjointSets::new(mesh.vertices.len());
     let mut in_face = vec![false; mesh.vertices.len()];
     for &[a, b, c] in mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a) {
         joined.join(a, b);
@@ -41,5 +41,5 @@ pub fn components(mesh: &Mesh) -> usize {
             in_face[v as usize] = true;
         }
     }
-    joined.classes(&in_face)
+    joined.count(&in_face)
 }

@@ -6,6 +6,7 @@
 pub mod charts;
 pub mod coarsen;
 pub mod curvature;
+pub(crate) mod disjoint_sets;
 mod extent;
 pub mod geometry;
 mod incidence;
@@ -14,7 +15,7 @@ mod materials;
 mod normalize;
 pub mod order;
 pub mod orient;
-pub(crate) mod partition;
+
 mod resolution;
 pub mod shapes;
 mod source;

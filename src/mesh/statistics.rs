@@ -6,8 +6,8 @@
 use serde::Serialize;
 
 use super::Mesh;
+use super::disjoint_sets::DisjointSets;
 use super::extent::{BoundingBox, bounding_box, components};
-use super::partition::Partition;
 use super::weld::{coincident, nearly_coincident};
 
 /// What `meshseg mesh info` prints of a mesh. Sides, edges and components are those of proper faces, see above.
@@ -116,7 +116,7 @@ impl Edges {
         sides.sort_unstable();
 
         let mut edges = Edges::default();
-        let mut boundary_joined = Partition::new(mesh.vertices.len());
+        let mut boundary_joined = DisjointSets::new(mesh.vertices.len());
         let mut on_boundary = vec![false; mesh.vertices.len()];
         for edge in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
             let (a, b, downwards) = edge[0];
@@ -132,7 +132,7 @@ impl Edges {
                 _ => edges.non_manifold += 1,
             }
         }
-        edges.boundary_loops = boundary_joined.classes(&on_boundary);
+        edges.boundary_loops = boundary_joined.count(&on_boundary);
         edges
     }
 }

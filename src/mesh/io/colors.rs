@@ -15,7 +15,7 @@
 
 use std::path::Path;
 
-use super::places::{Places, warn};
+use super::occurrences::{Occurrences, warn};
 
 /// Programs that write components in [0, 1] round them.
 const COMPONENT_ROUNDING: f64 = 1e-6;
@@ -34,11 +34,11 @@ pub struct Colors {
     fractions: bool,
     /// Whether there are any in colors above 1, and the colors up to 1 that have some.
     bright_fractions: bool,
-    dim_fractions: Places,
+    dim_fractions: Occurrences,
     /// How many are up to 1 and not black.
     dim: usize,
-    bright: Places,
-    outside: Places,
+    bright: Occurrences,
+    outside: Occurrences,
 }
 
 impl Colors {
@@ -49,10 +49,10 @@ impl Colors {
             largest: 0.0,
             fractions: false,
             bright_fractions: false,
-            dim_fractions: Places::default(),
+            dim_fractions: Occurrences::default(),
             dim: 0,
-            bright: Places::default(),
-            outside: Places::default(),
+            bright: Occurrences::default(),
+            outside: Occurrences::default(),
         }
     }
 

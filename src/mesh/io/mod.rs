@@ -17,9 +17,10 @@
 
 mod colors;
 mod obj;
+mod occurrences;
 mod off;
 mod paths;
-mod places;
+
 mod ply;
 mod polygon;
 mod rules;
@@ -38,7 +39,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, Placement};
 
-use self::places::warn;
+use self::occurrences::warn;
 use self::rules::{
     INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
     place_in_image, uv_of_vertices, warn_untextured,

@@ -20,7 +20,7 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::colors::Colors;
-use super::places::Places;
+use super::occurrences::Occurrences;
 use super::polygon::Polygons;
 use super::text::{Text, parse_float, quote};
 use super::{
@@ -122,8 +122,8 @@ struct Vertices {
     colors: Colors,
     uv: Vec<[f64; 2]>,
     /// Vertices with other values than they should have, and with texture coordinates that are no places.
-    odd: Places,
-    no_numbers: Places,
+    odd: Occurrences,
+    no_numbers: Occurrences,
 }
 
 impl Vertices {
@@ -132,8 +132,8 @@ impl Vertices {
             positions: Vec::with_capacity(room(text, count)),
             colors: Colors::new(None),
             uv: Vec::new(),
-            odd: Places::default(),
-            no_numbers: Places::default(),
+            odd: Occurrences::default(),
+            no_numbers: Occurrences::default(),
         };
         let mut values = Vec::new();
         for k in 0..count {
@@ -193,10 +193,10 @@ struct Faces {
     corners: Vec<[u32; 3]>,
     polygons: Polygons,
     colors: Colors,
-    too_few: Places,
+    too_few: Occurrences,
     /// Faces whose color is a place in a color map, and those with something else behind their corners.
-    indexed: Places,
-    odd: Places,
+    indexed: Occurrences,
+    odd: Occurrences,
 }
 
 impl Faces {
@@ -205,9 +205,9 @@ impl Faces {
             corners: Vec::with_capacity(room(text, count)),
             polygons: Polygons::default(),
             colors: Colors::new(None),
-            too_few: Places::default(),
-            indexed: Places::default(),
-            odd: Places::default(),
+            too_few: Occurrences::default(),
+            indexed: Occurrences::default(),
+            odd: Occurrences::default(),
         };
         let mut polygon = Vec::new();
         for j in 0..count {

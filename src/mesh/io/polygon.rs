@@ -21,7 +21,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use super::places::Places;
+use super::occurrences::Occurrences;
 
 /// A triangle whose doubled area is at most this fraction of its longest side squared is flat up to rounding.
 const FLAT_FATNESS: f64 = 1e-12;
@@ -59,7 +59,7 @@ impl Polygons {
         faces: &mut [[u32; 3]],
         mut of_corners: Option<&mut [[T; 3]]>,
     ) {
-        let mut crossed = Places::default();
+        let mut crossed = Occurrences::default();
         let mut work = MAX_POINTS_TESTED;
         let mut polygon = Vec::new();
         for (i, fan) in self.fans.iter().enumerate() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::places::{Places, warn};
+use super::occurrences::{Occurrences, warn};
 use crate::error::{Error, Result};
 use crate::mesh::is_place;
 
@@ -29,7 +29,7 @@ pub(super) const INVALID_TEXTURE: &str =
 /// Texture coordinates, both NaN if they are not a position in an image.
 pub(super) fn place_in_image(
     t: [f64; 2],
-    odd: &mut Places,
+    odd: &mut Occurrences,
     place: impl FnOnce() -> String,
 ) -> [f64; 2] {
     if is_place(t) {

@@ -9,12 +9,12 @@ use nalgebra::Point3;
 use super::referenced;
 use super::table::{Table, hash};
 use crate::mesh::Mesh;
-use crate::mesh::partition::Partition;
+use crate::mesh::disjoint_sets::DisjointSets;
 
 /// For each vertex the first one of its class within a tolerance.
 pub fn near(mesh: &Mesh, exact: Option<Vec<u32>>, tolerance: f64) -> Vec<u32> {
     let vertices = mesh.vertices.len() as u32;
-    let mut joined = Partition::new(mesh.vertices.len());
+    let mut joined = DisjointSets::new(mesh.vertices.len());
     for (v, &first) in (0..).zip(exact.iter().flatten()) {
         joined.join(v, first);
     }
@@ -93,7 +93,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Joins a vertex with those in its cell.
-    fn add(&mut self, v: u32, joined: &mut Partition) {
+    fn add(&mut self, v: u32, joined: &mut DisjointSets) {
         let x = self.points[v as usize];
         let index = [x.x, x.y, x.z].map(|x| (x / self.side).floor() as i64);
         let block = index.map(|i| i >> 2);
@@ -113,7 +113,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    fn add_to(&mut self, cell: u32, v: u32, joined: &mut Partition) {
+    fn add_to(&mut self, cell: u32, v: u32, joined: &mut DisjointSets) {
         let x = &self.points[v as usize];
         if self.side <= CELL_SIDE * self.tolerance {
             joined.join(v, self.cells[cell as usize].first);
@@ -132,7 +132,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Joins what lies within the tolerance in different cells.
-    fn join_neighbors(&self, joined: &mut Partition) {
+    fn join_neighbors(&self, joined: &mut DisjointSets) {
         for (cell, this) in (0..).zip(&self.cells) {
             // What is up to two cells away to either side lies in two blocks.
             let blocks = this.index.map(|i| [(i - 2) >> 2, (i + 2) >> 2]);

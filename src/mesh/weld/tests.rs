@@ -5,7 +5,7 @@ use rand::RngExt;
 
 use super::*;
 use crate::mesh::Statistics;
-use crate::mesh::partition::Partition;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::samples::{bumpy, disjoint, random_vector, rng, shape, shuffled, zoo};
 use crate::sweep::with_threads;
 
@@ -78,7 +78,7 @@ fn a_grid_finds_what_all_pairs_find() {
             let tolerance = tolerance * scale;
             let faces = (0..100).map(|j| [3 * j, 3 * j + 1, 3 * j + 2]).collect();
             let mesh = Mesh::new(points.clone(), faces);
-            let mut joined = Partition::new(points.len());
+            let mut joined = DisjointSets::new(points.len());
             for (a, x) in (0..).zip(&points) {
                 for (b, y) in (0..a).zip(&points) {
                     if (x - y).norm() <= tolerance {

@@ -63,11 +63,11 @@ fn each_face_takes_the_image_of_its_material() {
         let (given, said) = segment(&folder, &format!("{mesh} --data texture:{image} --regions 2"));
         assert_eq!(own.labels, given.labels);
         assert!(said.contains("one of 2 images"), "{said}");
-        // Another image is taken for all, which is said.
+        // Another image is used for all faces, and a note says so.
         fs::copy(folder.path(image), folder.path("other.png")).unwrap();
         let (one, said) = segment(&folder, &format!("{mesh} --data texture:other.png --regions 2"));
         assert!(shares(&one).contains(&1.0), "{}", one.summary);
-        assert!(said.contains("none of the 2 images"), "{said}");
+        assert!(said.contains("not one of the 2 images"), "{said}");
     }
 }
 
@@ -88,7 +88,7 @@ fn a_missing_image() {
 fn faces_without_coordinates_are_unknown() {
     let folder = case("10-obj-some-uv");
     let (answer, said) = segment(&folder, "model.obj --data texture:atlas.png --regions 2");
-    assert!(said.contains("without texture coordinates"), "{said}");
+    assert!(said.contains("no texture coordinates"), "{said}");
     assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
 }
 
@@ -172,7 +172,7 @@ fn an_atlas_of_16k() {
     drop(writer);
     let (answer, said) = segment(&folder, "terrain.obj --data texture:atlas.png --regions 2");
     half_and_half(&answer);
-    assert!(said.contains("16384 x 16384 pixels were shrunk by 2"), "{said}");
+    assert!(said.contains("16384 x 16384 pixels was shrunk by a factor of 2"), "{said}");
 }
 
 /// What an image hides is taken as it is stored, and that is said.
@@ -189,7 +189,7 @@ fn transparent_pixels_are_counted() {
     for (name, share) in [("clear", true), ("glass", true), ("opaque", false)] {
         let line = format!("grid:30x20 --data image:{name}.png --regions 2");
         let (answer, said) = segment(&folder, &line);
-        let expected = format!("{name}.png: 600 of 2400 pixels are transparent");
+        let expected = format!("{name}.png: 600 of 2400 pixels are fully or partly transparent");
         assert_eq!(said.contains(&expected), share, "{said}");
         assert_eq!(said.contains("transparent"), share, "{said}");
         let quarter = agreement(&answer, "grid:30x20", |x| x[0] < 0.25);
@@ -228,17 +228,17 @@ fn an_image_lies_on_a_surface() {
     two_halves(&folder);
     type Dark = fn([f64; 3]) -> bool;
     for (mesh, project, dark, said) in [
-        ("grid:61x41", "", (|[x, ..]| x < 0.5) as Dark, "laid over xy"),
-        ("grid:61x41", "--project -x,y", |[x, ..]| x > 0.5, "laid over -x,y"),
+        ("grid:61x41", "", (|[x, ..]| x < 0.5) as Dark, "projected onto xy"),
+        ("grid:61x41", "--project -x,y", |[x, ..]| x > 0.5, "projected onto -x,y"),
         (
             "grid:41x61",
             "--project y,-x --fit stretch",
             |[_, y, _]| y < 0.5 * 61.0 / 41.0,
-            "laid over y,-x",
+            "projected onto y,-x",
         ),
         ("torus:60x30", "", |[_, y, _]| y > 0.0, "texture coordinates"),
         ("sphere:4", "", |[_, y, _]| y < 0.0, "texture coordinates"),
-        ("sphere:4", "--project xz", |[x, ..]| x < 0.0, "laid over xz"),
+        ("sphere:4", "--project xz", |[x, ..]| x < 0.0, "projected onto xz"),
         ("sphere:4", "--project cylinder", |[_, y, _]| y < 0.0, "cylinder"),
         ("sphere:4", "--project sphere:x", |[_, _, z]| z < 0.0, "sphere"),
     ] {
@@ -249,7 +249,10 @@ fn an_image_lies_on_a_surface() {
         assert!(right > 0.95, "{line}: {right}");
     }
     let (_, said) = segment(&folder, "grid:40x40 --data image:halves.png --regions 2");
-    assert!(said.contains("image 60 x 40 laid over xy, 33.3 % of its width cut off"), "{said}");
+    assert!(
+        said.contains("image 60 x 40 projected onto xy, 33.3 % of its width cropped"),
+        "{said}"
+    );
 }
 
 /// The file that `generate` writes takes the image as the shape does.
@@ -301,10 +304,7 @@ fn refusals_name_what_there_is_to_choose() {
             ["bare.off: has no extent along z", "--project"],
         ),
         ("bare.off --data image:none.png --project xy", ["none.png: No such file", "error"]),
-        (
-            "grid:4x4 --data texture",
-            ["has no materials that name an image", "--data texture:IMAGE"],
-        ),
+        ("grid:4x4 --data texture", ["has no material with an image", "--data texture:IMAGE"]),
         (
             "grid:4x4 --data colors",
             ["has no colors of vertices, faces or materials", "--data image:IMAGE"],
@@ -410,11 +410,11 @@ fn photos_are_turned_as_they_say() {
         turned_photo(&folder, "photo.jpg", orientation);
         let (answer, said) =
             segment(&folder, &format!("{mesh} --data image:photo.jpg --regions 2"));
-        assert!(!said.contains("EXIF") && !said.contains("cut off"), "{said}");
+        assert!(!said.contains("EXIF") && !said.contains("cropped"), "{said}");
         let right = agreement(&answer, mesh, dark);
         assert!(right > 0.97, "{orientation}: {right}");
         let (answer, said) = segment(&folder, "grid:64x48 --data texture:photo.jpg --regions 2");
-        assert_eq!(said.contains("EXIF orientation is left out"), orientation != 1, "{said}");
+        assert_eq!(said.contains("EXIF orientation is ignored"), orientation != 1, "{said}");
         assert!(agreement(&answer, "grid:64x48", |[x, ..]| x < 0.5) > 0.97, "{orientation}");
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use crate::error::{Error, Result};
-use crate::mesh::io::places::{Places, warn};
+use crate::mesh::io::occurrences::{Occurrences, warn};
 use crate::mesh::io::polygon::Polygons;
 use crate::mesh::io::text::{Text, parse_integer, quote};
 use crate::mesh::io::{TOO_FEW_CORNERS, check_faces, fan, warn_untextured};
@@ -21,8 +21,8 @@ pub struct Faces {
     textures: Vec<[u32; 3]>,
     polygons: Polygons,
     vertex_references: References,
-    wrong_textures: Places,
-    too_few: Places,
+    wrong_textures: Occurrences,
+    too_few: Occurrences,
     /// The polygon that is being read.
     polygon: Vec<u32>,
     polygon_textures: Vec<u32>,

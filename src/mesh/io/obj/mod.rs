@@ -30,7 +30,7 @@ use self::faces::Faces;
 use self::mrgb::Sculpted;
 use self::painting::Painting;
 use super::colors::Colors;
-use super::places::Places;
+use super::occurrences::Occurrences;
 use super::text::{Text, parse_float, quote};
 use super::{INVALID_TEXTURE, place_in_image};
 use crate::error::Result;
@@ -52,10 +52,10 @@ pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
         Text::new(path, bytes).with_comments().with_continued_lines().with_remarks(mrgb::KEYWORD);
     let mut vertices = Vec::new();
     let mut colors = Colors::new(None);
-    let mut odd = Places::default();
+    let mut odd = Occurrences::default();
     let mut sculpted = Sculpted::default();
     let mut textures = Vec::new();
-    let mut no_numbers = Places::default();
+    let mut no_numbers = Occurrences::default();
     let mut faces = Faces::default();
     let mut painting = Painting::default();
     while text.next_line() {

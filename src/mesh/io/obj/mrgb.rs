@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
-use crate::mesh::io::places::{Places, warn};
+use crate::mesh::io::occurrences::{Occurrences, warn};
 
 pub const KEYWORD: &[u8] = b"#MRGB";
 
 #[derive(Default)]
 pub struct Sculpted {
     colors: Vec<[f64; 3]>,
-    wrong: Places,
+    wrong: Occurrences,
 }
 
 impl Sculpted {

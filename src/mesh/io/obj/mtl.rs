@@ -25,8 +25,8 @@ use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::paths::relative;
-use crate::mesh::io::places::Places;
 use crate::mesh::io::text::{Text, decode, file_name, parse_float, without_comment};
 use crate::mesh::{Material, Materials, Placement};
 
@@ -36,7 +36,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
     let mut text = Text::new(path, bytes).with_comments();
     let mut all = HashMap::new();
     let mut current = None;
-    let mut skipped = Places::default();
+    let mut skipped = Occurrences::default();
     while text.next_line() {
         let keyword = text.token().unwrap_or_default().to_ascii_lowercase();
         if keyword == b"newmtl" {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::mtl;
 use crate::file;
-use crate::mesh::io::places::{Places, warn};
+use crate::mesh::io::occurrences::{Occurrences, warn};
 use crate::mesh::io::text::{decode, quote, without_comment};
 use crate::mesh::{Material, Materials};
 
@@ -44,7 +44,7 @@ impl Painting {
         }
         self.of_faces.resize(faces, self.current);
         let mut described = HashMap::new();
-        let mut unreadable = Places::default();
+        let mut unreadable = Occurrences::default();
         if let Some(folder) = folder {
             for path in self.libraries.iter().flat_map(|names| mtl::libraries(folder, names)) {
                 match file::read(&path) {

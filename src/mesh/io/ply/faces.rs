@@ -9,7 +9,7 @@ use super::values::Values;
 use super::{colors_of, list_length, skip_property, vertex_index, wrong};
 use crate::error::Result;
 use crate::mesh::io::colors::Colors;
-use crate::mesh::io::places::Places;
+use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::polygon::Polygons;
 use crate::mesh::io::{INVALID_TEXTURE, TOO_FEW_CORNERS, fan, place_in_image};
 
@@ -26,10 +26,10 @@ pub struct Faces {
     pub images: Option<Vec<Option<u32>>>,
     /// Of the faces as they are in the file: with too few corners, texture coordinates that are not a pair for each
     /// corner or no numbers, images that are not there.
-    too_few: Places,
-    odd: Places,
-    no_numbers: Places,
-    no_image: Places,
+    too_few: Occurrences,
+    odd: Occurrences,
+    no_numbers: Occurrences,
+    no_image: Occurrences,
 }
 
 /// What the file says of one face.

@@ -37,7 +37,7 @@ use self::header::{Element, Encoding, Header, Kind};
 use self::items::{colors_of, list_length, skip_property, vertex_index, wrong};
 use self::values::{Ascii, Binary, Values};
 use super::colors::Colors;
-use super::places::{Places, warn};
+use super::occurrences::{Occurrences, warn};
 use super::{
     INVALID_TEXTURE, check_coordinate, check_faces, place_in_image, uv_of_vertices, warn_untextured,
 };
@@ -185,7 +185,7 @@ struct Vertices {
     positions: Vec<Point3<f64>>,
     colors: Option<Colors>,
     uv: Option<Vec<[f64; 2]>>,
-    no_numbers: Places,
+    no_numbers: Occurrences,
 }
 
 /// What a property of a vertex is good for.
@@ -219,7 +219,7 @@ impl Vertices {
         });
 
         let mut positions = Vec::with_capacity(capacity);
-        let mut no_numbers = Places::default();
+        let mut no_numbers = Occurrences::default();
         for k in 0..element.count {
             values.begin()?;
             let mut x = [0.0; 3];

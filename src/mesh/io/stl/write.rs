@@ -13,7 +13,7 @@ use super::{COUNT_SIZE, HEADER_SIZE};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::io::coordinates;
-use crate::mesh::io::places::warn;
+use crate::mesh::io::occurrences::warn;
 
 /// Losses up to this fraction of the shortest edge need no warning.
 const TOLERATED_LOSS: f64 = 1e-4;

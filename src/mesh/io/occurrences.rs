@@ -6,12 +6,12 @@ use crate::error::Error;
 
 /// How often something happened, and where first.
 #[derive(Default)]
-pub struct Places {
+pub struct Occurrences {
     count: usize,
     first: String,
 }
 
-impl Places {
+impl Occurrences {
     /// One more, at that place ("line 7").
     #[inline]
     pub fn add(&mut self, place: impl FnOnce() -> String) {
