@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meshseg::certificate::DUAL_STEPS;
+use meshseg::counted::counted;
 use meshseg::evaluate::{Evaluation, Question, evaluate};
 use meshseg::mesh::{Mesh, Weld};
 use meshseg::operator::Mass;
@@ -157,6 +158,9 @@ fn apart(u: &Array2<f64>, means: &Array2<f64>, of: &[u32]) -> Option<String> {
     let differs = |(v, &k): (usize, &u32)| u.row(v) != means.row(k as usize);
     let count = of.iter().enumerate().filter(|&it| differs(it)).count();
     (count > 0).then(|| {
-        format!("{count} rows of U differ from those of vertices that they are merged with: the means are evaluated")
+        format!(
+            "{} from those of vertices that they are merged with, so the means are evaluated",
+            counted(count, "row of U differs", "rows of U differ")
+        )
     })
 }

@@ -38,7 +38,7 @@ const CURVATURE_ROUNDING: f64 = 1e-6;
 ///
 /// Fails if no vertex has a curvature.
 pub fn curved(mesh: &Mesh) -> Result<Curved> {
-    let Oriented { mesh: oriented, turned, inconsistent_edges, open_patches } = orient(mesh);
+    let Oriented { mesh: oriented, flipped, inconsistent_edges, open_patches } = orient(mesh);
     let curvature = mean_curvature(&oriented);
     if curvature.iter().all(|h| h.is_nan()) {
         return Err(Error::unsuitable(
@@ -47,9 +47,9 @@ pub fn curved(mesh: &Mesh) -> Result<Curved> {
         ));
     }
     let mut warnings = Vec::new();
-    if turned > 0 {
+    if flipped > 0 {
         warnings.push(format!(
-            "{turned} of {} were flipped to compute the curvature, so that neighbors agree and closed surfaces face \
+            "{flipped} of {} were flipped to compute the curvature, so that neighbors agree and closed surfaces face \
              outwards; written meshes keep the faces of the file",
             counted(oriented.faces.len(), "face", "faces")
         ));
@@ -127,18 +127,18 @@ mod tests {
         let digits = |digits: usize| move |x: f64| format!("{x:.digits$}").parse().unwrap();
         for (name, mesh) in [("plane", shape("grid:40x30")), ("tube", tube("grid:30x20"))] {
             let turn = random_rotation(&mut rng);
-            let turned = |scale: f64| {
+            let flipped = |scale: f64| {
                 let mut mesh = mesh.clone();
                 mesh.vertices.iter_mut().for_each(|x| *x = turn * (*x * scale));
                 mesh
             };
             for (kept, mesh) in [
                 ("as it is", mesh.clone()),
-                ("64 bits", turned(1.0)),
-                ("32 bits", rounded(turned(1.0), |x| f64::from(x as f32))),
-                ("6 decimals", rounded(turned(1.0), digits(6))),
-                ("small", rounded(turned(1e-3), |x| f64::from(x as f32))),
-                ("4 decimals of 1e4", rounded(turned(1e4), digits(4))),
+                ("64 bits", flipped(1.0)),
+                ("32 bits", rounded(flipped(1.0), |x| f64::from(x as f32))),
+                ("6 decimals", rounded(flipped(1.0), digits(6))),
+                ("small", rounded(flipped(1e-3), |x| f64::from(x as f32))),
+                ("4 decimals of 1e4", rounded(flipped(1e4), digits(4))),
             ] {
                 let curved = curved(&mesh).unwrap();
                 assert!(

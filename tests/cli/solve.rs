@@ -266,7 +266,7 @@ fn labels_that_mean_nothing_are_counted() {
         let export = "problem export two.obj --costs S.npy --lambda 0.01 --out problem.npz";
         let said = stderr(&folder.run(export));
         assert_eq!(said.contains("which marks them as unknown"), !unknown.is_empty(), "{said}");
-        assert!(said.contains("1 faces without area were left out"), "{said}");
+        assert!(said.contains("1 face without area was left out"), "{said}");
         folder.done("experiment run e.toml");
         let runs = folder.path("results/e/runs");
         let told = crate::support::names(&runs).iter().any(|id| {

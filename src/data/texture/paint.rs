@@ -150,7 +150,7 @@ impl<'a> Paints<'a> {
             match material.and_then(|m| of_materials[m as usize]) {
                 Some(picture) => {
                     let placement = paints.pictures[picture].placement;
-                    if !placement.moves_nothing() {
+                    if !placement.is_identity() {
                         paints.uv.to_mut()[j] = placement.of(&uv[j]);
                     }
                     paints.place(j, picture);

@@ -3,7 +3,7 @@
 
 use super::pyramid::Texture;
 use super::sample::{self, Footprint, Texel};
-use crate::mesh::{Mesh, is_place};
+use crate::mesh::{Mesh, is_position};
 use crate::sweep;
 
 /// The color of vertices without area.
@@ -17,7 +17,7 @@ const FACES_AT_ONCE: usize = 1 << 16;
 
 /// Whether a face has a position in a texture.
 pub fn is_placed(uv: &[[f64; 2]; 3]) -> bool {
-    uv.iter().all(|&t| is_place(t))
+    uv.iter().all(|&t| is_position(t))
 }
 
 /// Area-weighted colors and areas, summed at V vertices.

@@ -189,7 +189,7 @@ fn nearly_equal_corners_are_counted_and_welded_when_asked() {
     assert!(stderr(&output).contains(said), "{}", stderr(&output));
     let output = folder.run(&format!("{segment} --weld 5.3e-5"));
     // Two corners of the grid are in one face only.
-    let said = "welded 1959 vertices onto 439 others within 5.3e-5 of them";
+    let said = "welded 1959 vertices onto 439 others within a distance of 5.3e-5";
     assert!(
         stderr(&output).contains(said) && !stderr(&output).contains("hardly"),
         "{}",
@@ -239,11 +239,11 @@ fn tolerances_are_lengths_that_leave_faces() {
     // What collapses is left out: a sliver whose short side is below the tolerance.
     folder.write("sliver.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1 0.99999 0\nf 1 2 4\nf 1 4 3\n");
     let output = folder.run("mesh convert sliver.obj --weld 1e-4 --out one.ply");
-    assert!(stderr(&output).contains("1 faces collapsed"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("1 face collapsed"), "{}", stderr(&output));
     assert_eq!(io::read(&folder.path("one.ply")).unwrap().faces.len(), 1);
     folder.array("d.npy", &costs(4, 1));
     let output = folder.run("segment sliver.obj --weld 1e-4 --data d.npy --regions 2 --out sliver");
-    assert!(stderr(&output).contains("1 faces without area were left out"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("1 face without area was left out"), "{}", stderr(&output));
     assert_eq!(folder.answer("sliver").u.nrows(), 4);
 }
 
