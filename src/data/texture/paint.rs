@@ -115,7 +115,7 @@ impl<'a> Paints<'a> {
         let picture = Picture { content, material: None, placement, faces: Vec::new() };
         let mut paints = Paints::new(uv, vec![picture]);
         for j in 0..uv.len() {
-            paints.place(j, 0);
+            paints.assign(j, 0);
         }
         paints.tiles();
         paints
@@ -153,7 +153,7 @@ impl<'a> Paints<'a> {
                     if !placement.is_identity() {
                         paints.uv.to_mut()[j] = placement.of(&uv[j]);
                     }
-                    paints.place(j, picture);
+                    paints.assign(j, picture);
                 }
                 None => match color_of_face(mesh, j) {
                     Some(color) => paints.colored.push((j as u32, color)),
@@ -176,7 +176,7 @@ impl<'a> Paints<'a> {
         files
     }
 
-    fn place(&mut self, j: usize, picture: usize) {
+    fn assign(&mut self, j: usize, picture: usize) {
         if is_placed(&self.uv[j]) {
             self.pictures[picture].faces.push(j as u32);
         } else {

@@ -37,9 +37,9 @@ fn ramp(n: u32) -> RgbImage {
 }
 
 fn corners(texture: &mut Texture, uv: [[f64; 2]; 3], texel: Texel) -> [[f64; 3]; 3] {
-    let place = Footprint::new(&uv, texture.extent(), texture.clamp, 64);
-    texture.reach(place.level);
-    texture.of_corners(&place, texel)
+    let footprint = Footprint::new(&uv, texture.extent(), texture.clamp, 64);
+    texture.reach(footprint.level);
+    texture.of_corners(&footprint, texel)
 }
 
 /// The color at a point: that of a tiny face around it.
@@ -181,9 +181,9 @@ fn means_of_fine_stripes_are_gray() {
     let mut texture = texture(stripes);
     let uv = [[0.02, 0.02], [0.95, 0.02], [0.02, 0.95]];
     for most in [4, 16, 200] {
-        let place = Footprint::new(&uv, texture.extent(), texture.clamp, most);
-        texture.reach(place.level);
-        for color in texture.of_corners(&place, Texel::Mean) {
+        let footprint = Footprint::new(&uv, texture.extent(), texture.clamp, most);
+        texture.reach(footprint.level);
+        for color in texture.of_corners(&footprint, Texel::Mean) {
             assert_near(color, [0.5; 3], 0.02);
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! [ST][C][N]OFF                                    # what each vertex has besides its position
-//! V F [E]                                          # may stand on the line of the keyword, even without a blank
+//! V F [E]                                          # may follow on the line of the keyword, even without a blank
 //! x y z [nx ny nz] [r g b [a]] [s t]               # V vertices
 //! n i_1 ... i_n [r g b [a]]                        # F polygons; indices from 0
 //! ```

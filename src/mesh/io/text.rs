@@ -24,7 +24,7 @@ const ENDS_TOKEN: [bool; 256] = {
     ends
 };
 
-/// A position in a text. Before the first [`Text::next_line`] it stands before the first line.
+/// A position in a text. Before the first call of [`Text::next_line`], it is before the first line.
 pub struct Text<'a> {
     path: &'a Path,
     bytes: &'a [u8],

@@ -407,7 +407,7 @@ fn a_welded_solution_is_evaluated_as_it_was_certified() {
         let output = folder.run(&format!("evaluate {problem} --u {mass}/u.npy --q {mass}/q.npy"));
         let said = stderr(&output);
         assert!(output.status.success() && said.contains("welded "), "{said}");
-        assert!(!said.contains("rows of U differ"), "{said}");
+        assert!(!said.contains("of U differ"), "{said}");
         let evaluation: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         for key in ["energy", "dual_bound", "rounded_energy", "area", "vertices", "faces"] {
             let (x, y) = (evaluation[key].as_f64().unwrap(), answer.number(key));

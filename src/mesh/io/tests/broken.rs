@@ -28,8 +28,8 @@ fn assert_consistent(mesh: &Mesh) {
     }
     if let Some(materials) = &mesh.materials {
         assert_eq!(materials.of_faces.len(), mesh.faces.len());
-        let mut places = materials.of_faces.iter().flatten();
-        assert!(places.all(|&place| (place as usize) < materials.all.len()));
+        let mut indices = materials.of_faces.iter().flatten();
+        assert!(indices.all(|&index| (index as usize) < materials.all.len()));
     }
     // The mesh can be written.
     for format in FORMATS {

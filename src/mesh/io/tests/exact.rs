@@ -210,19 +210,19 @@ fn materials_survive() {
     let library = fs::read_to_string(path("out/b.mtl")).unwrap();
     assert!(library.contains("map_Kd -clamp on ../in/img/roof 1.png"), "{library}");
     let second = io::read(&path("out/b.obj")).unwrap().materials.unwrap();
-    let place = |image: &Option<std::path::PathBuf>| {
+    let canonical = |image: &Option<std::path::PathBuf>| {
         image.as_ref().map(|image| image.to_string_lossy().replace("out/../", ""))
     };
     assert_eq!(second.of_faces, materials.of_faces);
     for (a, b) in second.all.iter().zip(&materials.all) {
         assert_eq!((&a.name, a.color, a.placement), (&b.name, b.color, b.placement));
-        assert_eq!(place(&a.image), place(&b.image));
+        assert_eq!(canonical(&a.image), canonical(&b.image));
     }
 
     io::write(&path("out/c.ply"), &first).unwrap();
     let third = io::read(&path("out/c.ply")).unwrap().materials.unwrap();
     assert_eq!(third.of_faces, [None, Some(0), Some(0), None]);
-    assert_eq!(place(&third.all[0].image), place(&materials.all[0].image));
+    assert_eq!(canonical(&third.all[0].image), canonical(&materials.all[0].image));
     assert_eq!(third.all.len(), 1);
 }
 
