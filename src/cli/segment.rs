@@ -32,11 +32,10 @@ pub struct Arguments {
     mesh: PathBuf,
 
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
-    /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as it is stored), image:IMAGE (laid on the surface, see
-    /// --project; a JPEG photo upright, as its EXIF orientation says),
-    /// curvature (mean curvature, positive where the surface is convex as seen from outside, its middle 96 % mapped to
-    /// [0,1]), or FILE.npy (V or V x d numbers; uint8 is divided
-    /// by 255) [default: the textures or colors that come with the mesh]
+    /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as it is stored), image:IMAGE (projected onto the
+    /// surface, see --project; a JPEG photo upright, as its EXIF orientation says), curvature (mean curvature, positive
+    /// where the surface is convex as seen from outside, its middle 96 % mapped to [0,1]), or FILE.npy (V or V x d
+    /// numbers; uint8 is divided by 255) [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
 

@@ -25,8 +25,8 @@ pub enum Initial {
 /// The units in which the numbers of a model are measured. They should not depend on a few outliers.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// The unit of costs: if half of the data have one value and half another, a quarter of the cost of confusing the two. For
-    /// piecewise constant data the variance.
+    /// The unit of costs: if half of the data have one value and half another, a quarter of the cost of confusing the
+    /// two. For piecewise constant data the variance.
     pub cost: f64,
     /// The unit of [`DataModel::distance`]: the typical distance between values.
     pub distance: f64,

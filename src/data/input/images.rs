@@ -154,7 +154,8 @@ impl Reader<'_> {
         let paints = Paints::of_image(Content::File(image.to_owned(), Turn::Upright), &uv);
         let painted = paints.colors(self.mesh, texel, true);
         let painted = painted.map_err(|error| error.of_file(&self.name()))?;
-        let note = "the image follows the texture coordinates of the mesh; --project xy projects it onto the front instead";
+        let note = "the image follows the texture coordinates of the mesh; --project xy projects it onto the \
+                    front instead";
         self.painted(painted, name, vec![note.into()])
     }
 
@@ -189,7 +190,8 @@ impl Reader<'_> {
             )
         });
         Some(format!(
-            "the image is finer than the mesh, with about {texels_per_face:.0} texels per face: each vertex takes {}{finer}",
+            "the image is finer than the mesh, with about {texels_per_face:.0} texels per face: each vertex takes \
+             {}{finer}",
             match self.mapping.texel {
                 Texel::Mean => "the mean around it",
                 Texel::Vertex => "the color at one point",

@@ -144,8 +144,8 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
         (orientation, Turn::Upright) => orientation,
         (_, Turn::AsStored) => {
             tracing::warn!(
-                "{}: its EXIF orientation is ignored, because textures are used as stored; --data image:FILE turns photos \
-                 upright",
+                "{}: its EXIF orientation is ignored, because textures are used as stored; --data image:FILE turns \
+                 photos upright",
                 name.display()
             );
             Orientation::NoTransforms

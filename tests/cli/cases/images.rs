@@ -312,7 +312,7 @@ fn refusals_name_what_there_is_to_choose() {
         ("builtin:spot --data colors", ["has no colors", "--data texture, "]),
         (
             "grid:4x4 --data curvature --project xy",
-            ["--project lays an image", "--data image:IMAGE"],
+            ["--project needs an image", "--data image:IMAGE"],
         ),
     ] {
         let said = refused(&folder, &format!("{line} --regions 2"));
@@ -395,7 +395,7 @@ fn turned_photo(folder: &Folder, name: &str, orientation: u8) {
     folder.write(name, jpeg);
 }
 
-/// Photos that are laid on a surface are upright; textures are made for the pixels as they are stored.
+/// Photos that are projected onto a surface are upright; textures are used as stored.
 #[test]
 fn photos_are_turned_as_they_say() {
     let folder = Folder::new();

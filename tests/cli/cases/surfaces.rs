@@ -35,7 +35,7 @@ fn curvature_does_not_depend_on_the_winding() {
     };
     io::write(&folder.path("torus.obj"), &torus).unwrap();
     let (exact, message) = segment("torus");
-    assert!(!message.contains("turned"), "{message}");
+    assert!(!message.contains("flipped"), "{message}");
     let counts: BTreeSet<i32> = exact.labels.iter().copied().collect();
     assert_eq!(counts.len(), 2);
     for (name, mesh, turned) in

@@ -125,7 +125,7 @@ fn every_verb_refuses_what_is_no_mesh() {
             ("folder.ply", "is a folder"),
             ("empty.obj", "is empty"),
             ("wrong.obj", "line 2"),
-            ("builtin:cow", "there is builtin:spot"),
+            ("builtin:cow", "use builtin:spot"),
             ("cube:3", "neither a file nor a shape"),
             ("torus:2x2", "at least 3x3"),
             ("sphere:99", "level 0 to 10"),

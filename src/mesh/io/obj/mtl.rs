@@ -61,7 +61,8 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
     }
     skipped.warn(
         path,
-        "options of map_Kd that distort the image or change its colors (-t, -mm, -cc), or lack their numbers, are ignored",
+        "options of map_Kd that distort the image or change its colors (-t, -mm, -cc), or lack their numbers, are \
+         ignored",
     );
     all
 }

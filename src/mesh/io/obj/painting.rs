@@ -69,7 +69,8 @@ impl Painting {
                 warn(
                     path,
                     &format!(
-                        "materials without a description in a library have no color and no image ({}, the first: {first})",
+                        "materials without a description in a library have no color and no image ({}, the first: \
+                         {first})",
                         unknown.len()
                     ),
                 );

@@ -97,7 +97,8 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
         warn(
             path,
             &format!(
-                "the 32 bits of STL change coordinates by up to {error:.1e}, while the shortest edge is {shortest:.1e}; PLY and OBJ keep them"
+                "the 32 bits of STL change coordinates by up to {error:.1e}, while the shortest edge is \
+                 {shortest:.1e}; PLY and OBJ keep them"
             ),
         );
     }
