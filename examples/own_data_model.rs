@@ -44,9 +44,9 @@ impl DataModel for Directions {
 
     type Datum = Vector3<f64>;
 
-    const TOLD: &'static str = "direction";
+    const VALUE_NAME: &'static str = "direction";
 
-    fn told(mu: &Direction) -> &[f64] {
+    fn value(mu: &Direction) -> &[f64] {
         &mu.direction
     }
 

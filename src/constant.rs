@@ -15,7 +15,7 @@
 //! especially on long thin surfaces; here it takes one Poisson problem.
 
 use crate::field::{Row, Tangent};
-use crate::mesh::partition::Partition;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::operator::{Adjoint, Cholesky, Operator, normal_matrix};
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::prox::project_ball;
@@ -35,13 +35,13 @@ pub struct ConstantLabels<const M: usize> {
 impl<const M: usize> ConstantLabels<M> {
     pub fn new<K: Operator>(problem: &Problem<K, M>) -> Self {
         let n = problem.k.vertices();
-        let mut partition = Partition::new(n);
+        let mut joined = DisjointSets::new(n);
         for j in 0..problem.k.faces() {
             let [a, b, c] = problem.k.face(j).corners.map(|v| v as u32);
-            partition.join(a, b);
-            partition.join(a, c);
+            joined.join(a, b);
+            joined.join(a, c);
         }
-        let component: Vec<u32> = (0..n as u32).map(|v| partition.root(v)).collect();
+        let component: Vec<u32> = (0..n as u32).map(|v| joined.root(v)).collect();
         let mut total = vec![Row::ZERO; n];
         for (f, &c) in problem.f.iter().zip(&component) {
             total[c as usize] +=

@@ -9,6 +9,7 @@ use std::borrow::Cow;
 
 use ndarray::{Array2, ArrayView1};
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::operator::Mass;
 use crate::sweep;
@@ -48,12 +49,19 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     let mut warnings = Vec::new();
     if unknown > 0 {
         warnings.push(format!(
-            "the costs of {unknown} vertices are NaN, which marks them as unknown; {INHERIT}"
+            "the costs of {}; {INHERIT}",
+            counted(
+                unknown,
+                "vertex are NaN, which marks it as unknown",
+                "vertices are NaN, which marks them as unknown"
+            )
         ));
     }
     if forbidden > 0 {
-        warnings.push(format!(
-            "{forbidden} costs are +inf: these labels are forbidden at their vertices"
+        warnings.push(counted(
+            forbidden,
+            "cost is +inf: this label is forbidden at its vertex",
+            "costs are +inf: these labels are forbidden at their vertices",
         ));
     }
     let known = s.mapv(|x| if x.is_nan() { 0.0 } else { x });
@@ -99,9 +107,7 @@ mod tests {
         let s = array![[1.0, INF], [NAN, NAN], [-3.0, 4.0]];
         let (known, warnings) = checked(&s, Mass::Barycentric).unwrap();
         assert_eq!(*known, array![[1.0, INF], [0.0, 0.0], [-3.0, 4.0]]);
-        assert!(
-            warnings[0].contains("1 vertices are NaN") && warnings[1].contains("1 costs are +inf")
-        );
+        assert!(warnings[0].contains("1 vertex are NaN") && warnings[1].contains("1 cost is +inf"));
     }
 
     #[test]

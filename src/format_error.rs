@@ -1,4 +1,4 @@
-//! An error of format and its position in the file, so that it can be shown beside the text.
+//! A format error and its position in the file, so that it can be shown next to the text.
 
 use std::fmt;
 use std::ops::Range;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::one_line::one_line;
 
-/// An error of format in an experiment file.
+/// A format error in an experiment file.
 #[derive(Debug)]
 pub struct FormatError {
     /// The file.

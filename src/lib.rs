@@ -31,6 +31,8 @@ pub mod coarse;
 pub mod colormap;
 mod constant;
 pub mod costs;
+#[doc(hidden)]
+pub mod counted;
 pub mod data;
 pub mod empty_regions;
 pub mod error;

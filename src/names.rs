@@ -1,4 +1,4 @@
-//! Enumerations whose variants have names, which command line, files and settings use.
+//! Enumerations whose variants have names for the command line, files and settings.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ pub trait Named: Copy + FromStr + Into<&'static str> + VariantNames {
         self.into()
     }
 
-    /// The variant of that name, if there is one.
+    /// The variant with the given name, if there is one.
     fn named(name: &str) -> Option<Self> {
         name.parse().ok()
     }

@@ -1,45 +1,46 @@
-//! NumPy's `.npy` files at the edge of the program: V x m arrays in, arrays out.
+//! Reading and writing of NumPy's `.npy` files.
 //!
-//! Format: NEP 1, <https://numpy.org/neps/nep-0001-npy-format.html>. The header is checked against the size
-//! of the file before any of its numbers is believed.
+//! Format: NEP 1, <https://numpy.org/neps/nep-0001-npy-format.html>. The header is checked against the size of the file
+//! before any of its numbers is trusted.
 
 use std::path::Path;
 
 use ndarray::{Array2, ArrayBase, Axis, Data, Dimension, Ix1, Ix2, OwnedRepr};
 use ndarray_npy::{ReadNpyExt, ReadableElement, WritableElement, WriteNpyExt};
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::file;
 
-/// A well-formed header has a handful; a parser need not recurse further.
+/// A well-formed header has few brackets; this limits the recursion of the parser.
 const MAX_BRACKETS: usize = 16;
 
 /// A V x m array of numbers of any kind (floats of 16 to 64 bits, integers, bool; either endianness), in C or Fortran
 /// order, every entry finite.
 ///
 /// # Errors
-/// The file cannot be read, is cut off, has another type or shape, or an entry that is not finite.
+/// The file cannot be read, is truncated, has another type or shape, or an entry that is not finite.
 pub fn read_matrix(path: &Path) -> Result<Array2<f64>> {
     finite(path, read_rows(path)?)
 }
 
-/// The same, but entries may be any numbers or none.
+/// The same, but entries may be infinite or NaN.
 ///
 /// # Errors
-/// The file cannot be read, is cut off, has another type or shape.
+/// The file cannot be read, is truncated, or has another type or shape.
 pub fn read_rows(path: &Path) -> Result<Array2<f64>> {
     numbers(path, &file::read(path)?)
 }
 
-/// The array of a file, or of an entry of an `.npz` file, that was read already; `path` is for the messages. Fails if
-/// it is cut off, has not the number of axes of D, or holds anything but numbers.
+/// The array in the content of a `.npy` file or of an entry of an `.npz` file; `path` is for error messages. Fails if
+/// it is truncated, does not have the number of axes of D, or holds anything but numbers.
 pub fn numbers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<f64>, D>> {
     let header = Header::of(path, bytes)?;
     header.check_axes::<D>(path)?;
     header.numbers(path, bytes)
 }
 
-/// The same for integers of any width; uint64 beyond the range of i64 becomes its largest number. Fails, too, if the
+/// The same for integers of any width; uint64 values beyond the range of i64 become its maximum. Also fails if the
 /// entries are not integers.
 pub fn integers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<i64>, D>> {
     let header = Header::of(path, bytes)?;
@@ -47,8 +48,8 @@ pub fn integers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<Own
     header.integers(path, bytes)
 }
 
-/// The text in an array of one byte string, without the zeros at its end. Fails if the array is cut off or holds
-/// anything else.
+/// The text in an array of one byte string, without trailing zeros. Fails if the array is truncated or holds anything
+/// else.
 pub fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
     let header = Header::of(path, bytes)?;
     if !header.element.starts_with("|S") || !header.shape.is_empty() {
@@ -59,10 +60,10 @@ pub fn byte_string(path: &Path, bytes: &[u8]) -> Result<String> {
     Ok(String::from_utf8_lossy(text).trim_end_matches('\0').to_owned())
 }
 
-/// Data at vertices: V or V x d, numbers of any kind as they are, but uint8 divided by 255; NaN where nothing is known.
+/// Data at vertices: V or V x d, numbers of any kind, where uint8 is divided by 255; NaN where unknown.
 ///
-/// Fails if the file cannot be read, is cut off, has another type, other than 1 or 2 axes or no column, or if an entry
-/// is infinite.
+/// Fails if the file cannot be read or is truncated, if it has another type, no column, or not 1 or 2 axes, or if an
+/// entry is infinite.
 pub fn read_data(path: &Path) -> Result<Array2<f64>> {
     let bytes = file::read(path)?;
     let header = Header::of(path, &bytes)?;
@@ -74,7 +75,10 @@ pub fn read_data(path: &Path) -> Result<Array2<f64>> {
         (1, _) => header.numbers::<Ix1>(path, &bytes)?.insert_axis(Axis(1)),
         (2, _) => header.numbers::<Ix2>(path, &bytes)?,
         (axes, _) => {
-            return Err(Error::malformed(path, format!("has {axes} axes, not 1 or 2")));
+            return Err(Error::malformed(
+                path,
+                format!("has {}; it must have 1 or 2", counted(axes, "axis", "axes")),
+            ));
         }
     };
     if data.ncols() == 0 {
@@ -85,18 +89,18 @@ pub fn read_data(path: &Path) -> Result<Array2<f64>> {
         Some(((row, column), x)) => Err(Error::malformed(
             path,
             format!(
-                "the entry in row {row}, column {column} is {x}: data are finite numbers, or NaN where nothing is known"
+                "the entry in row {row}, column {column} is {x}; data must be finite, or NaN where unknown"
             ),
         )),
     }
 }
 
-/// One uint8 per vertex. Fails if the file cannot be read, is cut off, or has another type or shape.
+/// One uint8 per vertex. Fails if the file cannot be read, is truncated, or has another type or shape.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     Ok(parse::<u8, Ix1>(path, &file::read(path)?)?.to_vec())
 }
 
-/// Writes one array; the file appears whole or not at all. Fails if it cannot be written.
+/// Writes one array. The file is written completely or not at all. Fails if it cannot be written.
 pub fn write<A: WritableElement, D: Dimension>(
     path: &Path,
     array: &ArrayBase<impl Data<Elem = A>, D>,
@@ -109,12 +113,12 @@ fn finite(path: &Path, array: Array2<f64>) -> Result<Array2<f64>> {
         None => Ok(array),
         Some(((row, column), x)) => Err(Error::malformed(
             path,
-            format!("the entry in row {row}, column {column} is {x}, not a finite number"),
+            format!("the entry in row {row}, column {column} is {x}; it must be a finite number"),
         )),
     }
 }
 
-/// What a header promises.
+/// The element type and the shape that a header declares.
 struct Header {
     /// NumPy's type string, such as `<f8`.
     element: String,
@@ -122,7 +126,7 @@ struct Header {
 }
 
 impl Header {
-    /// Reads the header far enough to know that the file is as long as it says.
+    /// Parses the header and checks that the file has the declared length.
     fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
         let malformed = |message: &str| Error::malformed(path, message);
         let rest = bytes
@@ -140,7 +144,7 @@ impl Header {
             .filter(|&end| end <= bytes.len())
             .ok_or_else(|| malformed("ends inside its header"))?;
         let text = std::str::from_utf8(&bytes[start..end])
-            .map_err(|_| malformed("has a header that is no text"))?;
+            .map_err(|_| malformed("has a header that is not text"))?;
         if text.matches(['(', '[', '{']).count() > MAX_BRACKETS {
             return Err(malformed(
                 "does not hold plain numbers; convert it with numpy's astype(float)",
@@ -168,7 +172,10 @@ impl Header {
     fn check_axes<D: Dimension>(&self, path: &Path) -> Result<()> {
         match D::NDIM {
             Some(axes) if axes != self.shape.len() => {
-                let message = format!("has {} axes, not {axes}", self.shape.len());
+                let message = format!(
+                    "has {}; it must have {axes}",
+                    counted(self.shape.len(), "axis", "axes")
+                );
                 Err(Error::malformed(path, message))
             }
             _ => Ok(()),
@@ -176,14 +183,14 @@ impl Header {
     }
 
     fn check_size(&self, path: &Path, available: usize) -> Result<()> {
-        // The digits count bytes, but characters of four bytes in texts.
+        // The digits count bytes, or characters of four bytes in Unicode strings.
         let unit = if self.element.get(1..2) == Some("U") { 4 } else { 1 };
         let digits = self.element.get(2..).and_then(|digits| digits.parse::<usize>().ok());
         let Some(width) = digits.and_then(|digits| digits.checked_mul(unit)) else {
             return Err(self.wrong_type(path));
         };
         let promised = self.shape.iter().try_fold(width, |size, &n| size.checked_mul(n));
-        // An axis without length makes any other length promise nothing, yet strides are products of them.
+        // An axis of length 0 makes the size 0 whatever the others are, but strides are products of these.
         let strides = self.shape.iter().try_fold(width, |size, &n| size.checked_mul(n.max(1)));
         match promised {
             Some(promised)
@@ -195,7 +202,8 @@ impl Header {
             _ => Err(Error::malformed(
                 path,
                 format!(
-                    "has {available} bytes of data, which its shape {:?} does not fit",
+                    "has {} of data, which does not match its shape {:?}",
+                    counted(available, "byte", "bytes"),
                     self.shape
                 ),
             )),
@@ -250,7 +258,7 @@ impl Header {
             "u1" => parse::<u8, D>(path, bytes)?.mapv(i64::from),
             "u2" => parse::<u16, D>(path, bytes)?.mapv(i64::from),
             "u4" => parse::<u32, D>(path, bytes)?.mapv(i64::from),
-            // What is too large stays too large for any index.
+            // A value that is too large remains too large for any index.
             "u8" => parse::<u64, D>(path, bytes)?.mapv(|x| i64::try_from(x).unwrap_or(i64::MAX)),
             _ => {
                 let message = format!(
@@ -263,7 +271,7 @@ impl Header {
     }
 }
 
-/// What stands behind a quoted key and its colon.
+/// The text after a quoted key and its colon.
 fn after<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     let (_, rest) = header.split_once(&format!("'{key}'"))?;
     rest.trim_start().strip_prefix(':')
@@ -283,8 +291,11 @@ pub fn check_rows(path: &Path, array: &Array2<f64>, vertices: usize) -> Result<(
     if rows == vertices {
         return Ok(());
     }
-    let message =
-        format!("has {rows} rows, the mesh {vertices} vertices; one row per vertex is needed");
+    let message = format!(
+        "has {}, but the mesh has {}; supply one row per vertex",
+        counted(rows, "row", "rows"),
+        counted(vertices, "vertex", "vertices")
+    );
     Err(Error::malformed(path, message))
 }
 
@@ -308,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn both_orders_and_both_types_read_equal() {
+    fn memory_order_and_width_do_not_change_values() {
         let c = array![[1.0, 2.0, 3.5], [4.0, -5.0, 6.0]];
         let mut fortran = Array2::<f64>::zeros((2, 3).f());
         fortran.assign(&c);
@@ -319,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_all_kinds_are_numbers() {
+    fn all_numeric_types_are_read() {
         fn read<A: WritableElement>(numbers: [A; 2]) -> [f64; 2] {
             let (_folder, path) =
                 written("s.npy", &npy(&Array::from(Vec::from(numbers)).insert_axis(Axis(0))));
@@ -345,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn big_endian_numbers_read_equal() {
+    fn big_endian_numbers_are_read() {
         let mut bytes = npy(&array![[1.5f64, -2.0]]);
         let at = bytes.windows(3).position(|three| three == b"<f8").unwrap();
         bytes[at] = b'>';
@@ -398,7 +409,7 @@ mod tests {
             let message = read_matrix(&path).unwrap_err().to_string();
             assert!(!message.contains('\n') && message.contains("s.npy"), "{message}");
         }
-        // Texts of five characters of four bytes: complete, but not numbers.
+        // Strings of five characters of four bytes: complete, but not numbers.
         let texts = [&replaced(b"<f8", b"<U5")[..], &[0; 4 * 20 - 4 * 8]].concat();
         let (_folder, path) = written("s.npy", &texts);
         let message = read_matrix(&path).unwrap_err().to_string();

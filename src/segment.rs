@@ -189,7 +189,7 @@ fn empty_warning<D: DataModel, const M: usize>(
     };
     let merged = active.iter().any(|active| !active);
     let cause = match merged {
-        true => format!(", since regions with the same {} were merged", D::TOLD),
+        true => format!(", since regions with the same {} were merged", D::VALUE_NAME),
         false => String::new(),
     };
     Ok(Some(format!("{}{cause}: {advice}", empty_regions::sentence(empty))))

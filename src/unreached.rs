@@ -1,9 +1,10 @@
 //! Vertices that no data reach: components of the surface without any known vertex. All labels cost the same there, so
 //! the labels of such components are arbitrary, and a warning reports them.
 
+use crate::counted::counted;
 use crate::mesh::Mesh;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::mesh::geometry::barycentric_areas;
-use crate::mesh::partition::Partition;
 
 /// The clause of a warning about what happens to unknown vertices.
 pub(crate) const INHERIT: &str =
@@ -15,7 +16,7 @@ pub(crate) fn warning(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<Stri
     if (0..vertices).all(&known) {
         return None;
     }
-    let mut joined = Partition::new(vertices);
+    let mut joined = DisjointSets::new(vertices);
     for &[a, b, c] in &mesh.faces {
         joined.join(a, b);
         joined.join(a, c);
@@ -31,9 +32,14 @@ pub(crate) fn warning(mesh: &Mesh, known: impl Fn(usize) -> bool) -> Option<Stri
         area += areas[v];
     }
     (count > 0).then(|| {
+        let [are, labels, them] = match count {
+            1 => ["is", "its label means nothing", "it"],
+            _ => ["are", "their labels mean nothing", "them"],
+        };
         format!(
-            "{count} vertices ({:.2} % of the area) are unknown and not connected to any known vertex: their labels \
-             mean nothing; give them data, connect them to the rest, or remove them",
+            "{} ({:.2} % of the area) {are} unknown and not connected to any known vertex: {labels}; give {them} data, \
+             connect {them} to the rest, or remove {them}",
+            counted(count, "vertex", "vertices"),
             100.0 * area / mesh.area()
         )
     })
@@ -57,6 +63,6 @@ mod tests {
         // A vertex without faces is a component, too.
         two.vertices.push(two.vertices[0]);
         let message = warning(&two, |v| v < 2 * n).unwrap();
-        assert!(message.contains("1 vertices (0.00 % of the area)"), "{message}");
+        assert!(message.contains("1 vertex (0.00 % of the area) is unknown"), "{message}");
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meshseg::certificate::DUAL_STEPS;
+use meshseg::counted::counted;
 use meshseg::evaluate::{Evaluation, Question, evaluate};
 use meshseg::mesh::{Mesh, Weld};
 use meshseg::operator::Mass;
@@ -158,6 +159,9 @@ fn disagreement(u: &Array2<f64>, means: &Array2<f64>, of: &[u32]) -> Option<Stri
     let differs = |(v, &k): (usize, &u32)| u.row(v) != means.row(k as usize);
     let count = of.iter().enumerate().filter(|&it| differs(it)).count();
     (count > 0).then(|| {
-        format!("{count} rows of U differ from those of the vertices they are merged with; the means are evaluated")
+        format!(
+            "{} from those of the vertices they are merged with; the means are evaluated",
+            counted(count, "row of U differs", "rows of U differ")
+        )
     })
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use meshseg::counted::counted;
 use meshseg::mesh::shapes::MAX_FACES;
 use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, io};
 use meshseg::{Error, Result};
@@ -89,7 +90,11 @@ fn welded(mesh: Mesh, tolerance: f64) -> Result<Mesh> {
     let gone = keep.iter().filter(|&&kept| !kept).count();
     if gone > 0 {
         welded.retain_faces(&keep);
-        warn(&[format!("{gone} faces collapsed and were left out")]);
+        warn(&[counted(
+            gone,
+            "face collapsed and was left out",
+            "faces collapsed and were left out",
+        )]);
     }
     Ok(welded)
 }
@@ -97,7 +102,12 @@ fn welded(mesh: Mesh, tolerance: f64) -> Result<Mesh> {
 fn write(path: &Path, mesh: &Mesh) -> Outcome {
     io::write(path, mesh)?;
     let (vertices, faces) = (mesh.vertices.len(), mesh.faces.len());
-    note(&format!("{}: {vertices} vertices, {faces} faces", path.display()));
+    note(&format!(
+        "{}: {}, {}",
+        path.display(),
+        counted(vertices, "vertex", "vertices"),
+        counted(faces, "face", "faces")
+    ));
     Ok(())
 }
 

@@ -31,11 +31,11 @@ pub fn means(
     sums.into_iter().map(mean).collect()
 }
 
-/// A line of the legend. `name` is what the model calls its numbers, of which the first three are shown.
+/// A line of the legend, with the first three numbers of the value of a region.
 pub fn legend(
     p: usize,
     share: f64,
-    name: &str,
+    value_name: &str,
     numbers: &[f64],
     number: impl Fn(f64) -> String,
 ) -> String {
@@ -43,7 +43,7 @@ pub fn legend(
     if !numbers.is_empty() {
         let first: Vec<String> = numbers.iter().take(3).map(|&mu| number(mu)).collect();
         let more = if numbers.len() > 3 { " …" } else { "" };
-        text += &format!("   {name} {}{more}", first.join(" "));
+        text += &format!("   {value_name} {}{more}", first.join(" "));
     }
     text
 }

@@ -238,7 +238,7 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
         mean: region.color,
-        text: preview::legend(p, region.share, found.numbers_name, &region.numbers, &number),
+        text: preview::legend(p, region.share, found.value_name, &region.value, &number),
     };
     let colors = || match &surface.weld {
         Some(weld) => weld.spread(&input.colors),
@@ -264,7 +264,7 @@ fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
     lines.push(("written to", arguments.solving.out.display().to_string()));
-    let table = regions_table(found.numbers_name, &found.regions);
+    let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, lambda)
 }
 
@@ -272,8 +272,8 @@ fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
 struct Found {
     solution: Solution,
     regions: Vec<Region>,
-    /// What the numbers of the regions are called, such as "mean".
-    numbers_name: &'static str,
+    /// [`DataModel::VALUE_NAME`] of the model.
+    value_name: &'static str,
     estimates: usize,
 }
 
@@ -317,7 +317,7 @@ fn segmented_by<D: DataModel>(
     progress.finish();
     let regions = describe_regions::<D>(&segmentation, input, &barycentric_areas(mesh));
     let Segmentation { solution, estimates, .. } = segmentation;
-    Ok(Found { solution, regions, numbers_name: D::TOLD, estimates })
+    Ok(Found { solution, regions, value_name: D::VALUE_NAME, estimates })
 }
 
 /// Suggests what to inspect and what to try next.
@@ -338,10 +338,10 @@ struct Region {
     /// mu_p, under the names of the model.
     #[serde(flatten)]
     parameters: serde_json::Value,
-    /// mu_p as a few numbers, for the table and the legend.
+    /// Their numbers, see [`DataModel::value`].
     #[serde(skip)]
-    numbers: Vec<f64>,
-    /// The color in which it is drawn.
+    value: Vec<f64>,
+    /// As which it is drawn.
     palette: [f64; 3],
     /// Mean of the shown colors over its vertices, if it has any.
     color: Option<[f64; 3]>,
@@ -391,7 +391,7 @@ fn describe_regions<D: DataModel>(
         .enumerate()
         .map(|(p, ((parameters, area), color))| Region {
             parameters: serde_json::to_value(parameters).expect("a map of numbers"),
-            numbers: D::told(parameters).to_vec(),
+            value: D::value(parameters).to_vec(),
             palette: categorical(p),
             color,
             area,
@@ -402,17 +402,16 @@ fn describe_regions<D: DataModel>(
 
 /// The common format of the numbers of the regions.
 fn number_format(regions: &[Region]) -> impl Fn(f64) -> String {
-    table::common_format(table::largest(regions.iter().flat_map(|region| &region.numbers)), 3)
+    table::common_format(table::largest(regions.iter().flat_map(|region| &region.value)), 3)
 }
 
-fn regions_table(numbers_name: &str, regions: &[Region]) -> String {
-    let mut rows: Vec<Vec<String>> = vec![
-        ["region", "drawn", "color", numbers_name, "area", "share"].map(String::from).to_vec(),
-    ];
+fn regions_table(value_name: &str, regions: &[Region]) -> String {
+    let mut rows: Vec<Vec<String>> =
+        vec![["region", "drawn", "color", value_name, "area", "share"].map(String::from).to_vec()];
     let number = number_format(regions);
     let area = table::common_format(table::largest(regions.iter().map(|region| &region.area)), 4);
     rows.extend(regions.iter().enumerate().map(|(p, region)| {
-        let numbers: Vec<String> = region.numbers.iter().map(|&mu| number(mu)).collect();
+        let value: Vec<String> = region.value.iter().map(|&mu| number(mu)).collect();
         let hex = |color: [f64; 3]| {
             let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
             format!("#{r:02x}{g:02x}{b:02x}")
@@ -421,7 +420,7 @@ fn regions_table(numbers_name: &str, regions: &[Region]) -> String {
             p.to_string(),
             hex(region.palette),
             region.color.map_or_else(String::new, hex),
-            numbers.join(" "),
+            value.join(" "),
             area(region.area),
             format!("{:.1} %", 100.0 * region.share),
         ]

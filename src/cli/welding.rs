@@ -1,5 +1,6 @@
 //! Coincident vertices: merges them on request, and warns about those that are not merged.
 
+use meshseg::counted::counted;
 use meshseg::mesh::Mesh;
 use meshseg::mesh::weld::{
     Weld, coincident, free_cuts, is_shattered, mending_tolerance, nearly_coincident,
@@ -62,10 +63,18 @@ pub fn costs(weld: &Weld, costs: &Array2<f64>, weights: &[f64]) -> Result<Array2
 pub fn note(weld: Option<&Weld>, tolerance: f64) -> String {
     match (weld, tolerance) {
         (Some(Weld { merged, onto, .. }), 0.0) => {
-            format!("welded {merged} vertices onto {onto} others at the same positions")
+            format!(
+                "welded {} onto {} at the same positions",
+                counted(*merged, "vertex", "vertices"),
+                counted(*onto, "other", "others")
+            )
         }
         (Some(Weld { merged, onto, .. }), _) => {
-            format!("welded {merged} vertices onto {onto} others within {tolerance:?} of them")
+            format!(
+                "welded {} onto {} within a distance of {tolerance:?}",
+                counted(*merged, "vertex", "vertices"),
+                counted(*onto, "other", "others")
+            )
         }
         (None, 0.0) => {
             "welded 0 vertices: no two vertices of faces lie at the same position".to_owned()
@@ -90,8 +99,9 @@ pub fn unmended(welded: &Mesh) -> Option<String> {
         let (near, tolerance) = nearly_coincident(welded);
         (near > 0).then(|| {
             format!(
-                "{near} vertices lie near others, but not within the tolerance of --weld, so cuts along such seams are \
-                 free; weld them with --weld {tolerance:.1e}"
+                "{} others, but not within the tolerance of --weld, so cuts along such seams are free; weld them with \
+                 --weld {tolerance:.1e}",
+                counted(near, "vertex lies near", "vertices lie near")
             )
         })
     })
@@ -102,7 +112,8 @@ pub fn side_effect(weld: &Weld, remedy: &str) -> Option<String> {
     let edges = weld.new_non_manifold_edges;
     (edges > 0).then(|| {
         format!(
-            "welding created {edges} edges with more than two faces, where sheets overlap or touch; {remedy}"
+            "welding created {} with more than two faces, where sheets overlap or touch; {remedy}",
+            counted(edges, "edge", "edges")
         )
     })
 }

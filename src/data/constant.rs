@@ -4,7 +4,7 @@
 //! s_p(x) = |C(x) - mu_p|^2,     mu_p = int u_p C / int u_p
 //! ```
 //!
-//! Delaunoy et al., ICCV 2009, section 3.2; the Chan-Vese model for m = 2.
+//! Reference: Delaunoy et al., ICCV 2009, section 3.2; the Chan-Vese model for m = 2.
 
 use std::borrow::Cow;
 
@@ -35,12 +35,12 @@ pub struct Mean {
 }
 
 impl<'a> PiecewiseConstant<'a> {
-    /// The model of these data, which are borrowed.
+    /// The model of the given data, which are borrowed.
     pub fn new(data: &'a Data) -> Self {
         PiecewiseConstant { data: Cow::Borrowed(data) }
     }
 
-    /// |C(x_k) - mu_p|^2; NaN where nothing is known of C.
+    /// |C(x_k) - mu_p|^2; NaN where C is unknown.
     pub fn cost(&self, k: usize, mu: &[f64]) -> f64 {
         squared_distance(self.data.at(k), mu)
     }
@@ -56,9 +56,9 @@ impl DataModel for PiecewiseConstant<'_> {
 
     type Datum = [f64];
 
-    const TOLD: &'static str = "mean";
+    const VALUE_NAME: &'static str = "mean";
 
-    fn told(mu: &Mean) -> &[f64] {
+    fn value(mu: &Mean) -> &[f64] {
         &mu.mean
     }
 
@@ -82,7 +82,8 @@ impl DataModel for PiecewiseConstant<'_> {
     /// w_coarse |C_coarse - mu_p|^2 = ( P^T w |C - mu_p|^2 )_coarse - the variance that was averaged away
     /// ```
     ///
-    /// which is the same for every region: the restricted costs, up to a constant that no label changes.
+    /// The variance is the same for every region, so these are the restricted costs up to a constant that does not
+    /// depend on the labels.
     fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
         let Data { dimension: d, .. } = *self.data;
         let mut values = vec![0.0; coarse.len() * d];
@@ -119,7 +120,7 @@ impl DataModel for PiecewiseConstant<'_> {
         let area = data.known_area(weights);
         let means = match initial {
             Initial::KMeans => kmeans(&data.values, data.dimension, &area, m, rng),
-            Initial::Random => means_of_partition(data, &area, m, rng),
+            Initial::Random => means_of_random_partition(data, &area, m, rng),
         };
         Ok(means.into_iter().map(|mean| Mean { mean }).collect())
     }
@@ -152,8 +153,13 @@ impl DataModel for PiecewiseConstant<'_> {
     }
 }
 
-/// The means of m regions that vertices are drawn into; a region that drew none has the mean of all.
-fn means_of_partition(data: &Data, area: &[f64], m: usize, rng: &mut Pcg64) -> Vec<Vec<f64>> {
+/// The means of m regions to which the vertices are assigned at random; an empty region gets the mean of all data.
+fn means_of_random_partition(
+    data: &Data,
+    area: &[f64],
+    m: usize,
+    rng: &mut Pcg64,
+) -> Vec<Vec<f64>> {
     let mut mass = vec![0.0; m];
     let mut sums = vec![vec![0.0; data.dimension]; m];
     for (k, &a) in area.iter().enumerate() {
@@ -181,7 +187,7 @@ fn means_of_partition(data: &Data, area: &[f64], m: usize, rng: &mut Pcg64) -> V
 fn range(data: &Data) -> f64 {
     (0..data.dimension)
         .map(|i| {
-            // f64::min and max take no notice of NaN.
+            // f64::min and max ignore NaN.
             let column = data.values[i..].iter().step_by(data.dimension).copied();
             let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
                 (f64::min(low, x), f64::max(high, x))
@@ -210,8 +216,8 @@ mod tests {
         assert_eq!(costs, [Row([1.0, 9.0]), Row([34.0, 16.0])]);
     }
 
-    /// The fitted means minimize sum <u, M s>, for each quadrature: moving one coordinate of one mean by
-    /// d raises it by exactly d^2 times the mass of the region.
+    /// The fitted means minimize sum <u, M s>, for each quadrature: moving one coordinate of one mean by d increases it
+    /// by exactly d^2 times the mass of the region.
     #[test]
     fn the_fit_is_the_minimizer() {
         for (mesh, data, u, mass) in to_fit(121) {
@@ -221,14 +227,14 @@ mod tests {
             let before = energy(&mu);
             let weights = quadrature.integrate(&u);
             model.fit(&weights, &mut mu).unwrap();
-            let least = energy(&mu);
-            assert!(least < before);
+            let minimum = energy(&mu);
+            assert!(minimum < before);
             for p in 0..3 {
                 let region: f64 = weights.iter().map(|w| w.0[p]).sum();
                 for (i, d) in [(0, 1e-2), (1, -1e-2), (0, -0.3), (1, 0.3)] {
                     let mut moved = mu.clone();
                     moved[p].mean[i] += d;
-                    let rise = energy(&moved) - least;
+                    let rise = energy(&moved) - minimum;
                     assert!((rise - d * d * region).abs() <= 1e-12 * before, "{mass:?}, {d}");
                 }
             }
@@ -236,9 +242,9 @@ mod tests {
         }
     }
 
-    /// Of what is not known, neither costs nor means take notice.
+    /// Unknown vertices cost nothing and do not affect the means.
     #[test]
-    fn unknown_vertices_count_for_nothing() {
+    fn unknown_vertices_are_ignored() {
         let data = Data::new(2, vec![0.0, 1.0, f64::NAN, 7.0, 4.0, 3.0]).unwrap();
         let model = PiecewiseConstant::new(&data);
         let mut mu = means([&[0.0, 0.0], &[3.0, 1.0]]);
@@ -249,9 +255,9 @@ mod tests {
         assert_eq!(data.variance(&[1.0, 5.0, 1.0]), 5.0);
     }
 
-    /// A vertex of which nothing is known has no weight in any mean.
+    /// Unknown vertices have no weight in the data of a coarse mesh.
     #[test]
-    fn unknown_data_are_in_no_mean() {
+    fn unknown_data_do_not_affect_coarse_data() {
         let mesh = bumpy(12);
         let mut rng = rng(42);
         let values = mesh.vertices.iter().map(|_| match rng.random_range(0..3) {
@@ -268,7 +274,7 @@ mod tests {
         assert!(coarse.iter().zip(&means.data.values).all(mean));
     }
 
-    /// The costs of the means are the restricted costs, less what is the same for every region.
+    /// The costs of the coarse data are the restricted costs up to a constant per vertex.
     #[test]
     fn means_have_the_restricted_costs_up_to_a_constant() {
         let mesh = with_isolated_vertices(bumpy(12));

@@ -12,6 +12,7 @@ use std::path::Path;
 use super::curved::{CURVATURE_SIGN, Curved, curved};
 use super::{Data, palette};
 use crate::colormap::sequential;
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::{Mesh, Source, Weld};
@@ -26,13 +27,13 @@ use own::Own;
 use reader::Reader;
 use signal::flatten;
 
-/// The data of a mesh; without a choice the textures or the colors that come with it. If the mesh is what a weld made
-/// of that of the source, arrays have a row for every vertex of the source, and the merged ones take their means.
+/// Reads the data of a mesh; without a choice the textures or colors that belong to it. If the mesh was welded, arrays
+/// have one row per vertex of the source, and merged vertices take the means.
 ///
-/// Data that are the same everywhere to rounding become the same, with a warning: nothing is stretched.
+/// Data that are constant up to rounding are made constant, with a warning, so that rounding errors are not segmented.
 ///
 /// # Errors
-/// Data that the mesh does not have, files that cannot be read or do not fit it.
+/// The mesh does not have the requested data, or a file cannot be read or does not fit the mesh.
 pub fn read(
     source: &Source,
     mesh: &Mesh,
@@ -46,7 +47,7 @@ pub fn read(
         && let Some(found) = flatten(&mut input.data, what)
     {
         input.warnings.push(format!(
-            "{}: {found}: there is nothing to segment; choose other data",
+            "{}: {found}, so there is nothing to segment; choose other data",
             input.name
         ));
     }
@@ -62,7 +63,7 @@ fn read_choice(
 ) -> Result<InputData> {
     if mapping.project.is_some() && !matches!(choice, Some(DataSource::Image(_))) {
         return Err(Error::unsuitable(
-            "--project lays an image on the mesh; name it by --data image:IMAGE",
+            "--project needs an image to project onto the mesh; name it with --data image:IMAGE",
         ));
     }
     let reader = Reader { source, mesh, mapping };
@@ -93,7 +94,7 @@ fn read_choice(
     }
 }
 
-/// Data from a file.
+/// The data in an array file.
 fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<InputData> {
     let array = npy::read_data(path)?;
     npy::check_rows(path, &array, weld.map_or(mesh.vertices.len(), |weld| weld.of.len()))?;
@@ -108,7 +109,10 @@ fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<InputData> {
     let unknown = (0..data.len()).filter(|&k| !data.is_known(k)).count();
     let warnings = match unknown {
         0 => Vec::new(),
-        _ => vec![format!("{name}: nothing is known of {unknown} vertices; {INHERIT}")],
+        _ => vec![format!(
+            "{name}: {}; {INHERIT}",
+            counted(unknown, "vertex has no data", "vertices have no data")
+        )],
     };
     Ok(InputData { data, colors, name, unit_range: None, notes: Vec::new(), sign: None, warnings })
 }

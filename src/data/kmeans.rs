@@ -1,15 +1,15 @@
-//! Area-weighted k-means and k-medians in the space of the data: where the region parameters start.
+//! Area-weighted k-means and k-medians in the space of the data: the initial region parameters.
 //!
 //! ```text
 //! sum_k a_k min_p |y_k - c_p|^2      centers are means
 //! sum_k a_k min_p |y_k - c_p|_1      centers are medians, coordinate by coordinate
 //! ```
 //!
-//! is minimized over the centers c_p. Seeding: D. Arthur, S. Vassilvitskii,
-//! *k-means++: the advantages of careful seeding*, SODA 2007: each next center is a datum drawn with
-//! probability a_k times its cost, that of the nearest center so far. Then Lloyd's alternation of nearest
+//! is minimized over the centers c_p. Seeding is by k-means++: each center is a datum drawn with a probability
+//! proportional to a_k times its cost with the nearest center so far. Lloyd's iteration then alternates between nearest
 //! centers and weighted means or medians. Several seedings compete on a random subset of the data; the best one
-//! continues on all of them, if that is quick.
+//! continues on all data if that is fast. Reference: D. Arthur, S. Vassilvitskii, *k-means++: the advantages of careful
+//! seeding*, SODA 2007.
 
 use rand::{Rng, RngExt};
 
@@ -20,11 +20,11 @@ const SEEDINGS: usize = 8;
 const SUBSET_SIZE: usize = 4096;
 const LLOYD_STEPS: usize = 50;
 
-/// The centers c_p of `regions` clusters, as many rows of d values.
+/// The centers c_p of `regions` clusters, one row of d values each.
 ///
-/// `data` holds V rows of d values, `area` the V weights; rows without weight are ignored, all others finite, and some
-/// weight must be positive. Fewer distinct rows than regions give repeated centers. Deterministic for a
-/// given state of `rng`.
+/// `data` holds V rows of d values, `area` the V weights; rows without weight are ignored, all others must be finite,
+/// and some weight must be positive. Fewer distinct rows than regions give repeated centers. Deterministic for a given
+/// state of `rng`.
 pub fn kmeans(
     data: &[f64],
     d: usize,
@@ -35,7 +35,7 @@ pub fn kmeans(
     clusters::<Squares>(data, d, area, regions, rng)
 }
 
-/// The same with medians, of the random subset alone: those of all data take a sort per step and differ little.
+/// The same with medians, of the random subset only: medians of all data need a sort per step and differ little.
 pub fn kmedians(
     data: &[f64],
     d: usize,
@@ -46,22 +46,23 @@ pub fn kmedians(
     clusters::<Absolutes>(data, d, area, regions, rng)
 }
 
-/// What a center is.
+/// The kind of center: mean or median.
 trait Center {
-    /// Whether Lloyd's steps on all data are quick.
-    const QUICK: bool;
+    /// Whether Lloyd's steps on all data are fast.
+    const FAST_ON_ALL_DATA: bool;
 
-    /// Of a datum, with its center.
+    /// The cost of a datum with a center.
     fn cost(datum: &[f64], center: &[f64]) -> f64;
 
-    /// Moves the center of each cluster to where its data cost the least; an empty cluster keeps its own.
+    /// Moves the center of each cluster to where the cost of its data is smallest; the center of an empty cluster
+    /// stays.
     fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]);
 }
 
 struct Squares;
 
 impl Center for Squares {
-    const QUICK: bool = true;
+    const FAST_ON_ALL_DATA: bool = true;
 
     fn cost(datum: &[f64], center: &[f64]) -> f64 {
         datum.iter().zip(center).map(|(s, t)| (s - t) * (s - t)).sum()
@@ -87,7 +88,7 @@ impl Center for Squares {
 struct Absolutes;
 
 impl Center for Absolutes {
-    const QUICK: bool = false;
+    const FAST_ON_ALL_DATA: bool = false;
 
     fn cost(datum: &[f64], center: &[f64]) -> f64 {
         datum.iter().zip(center).map(|(s, t)| (s - t).abs()).sum()
@@ -129,7 +130,7 @@ fn clusters<C: Center>(
         }
     }
     let mut centers = best.1;
-    if C::QUICK && subset.weight.len() < all.weight.len() {
+    if C::FAST_ON_ALL_DATA && subset.weight.len() < all.weight.len() {
         all.lloyd::<C>(&mut centers);
     }
     centers.chunks(d).map(<[f64]>::to_vec).collect()
@@ -218,7 +219,7 @@ impl Weighted {
     }
 }
 
-/// The nearest center, the first of equals, and what it costs.
+/// The nearest center, the first of equals, and its cost.
 fn nearest<C: Center>(row: &[f64], centers: &[f64]) -> (usize, f64) {
     let mut best = (0, f64::INFINITY);
     for (p, center) in centers.chunks_exact(row.len()).enumerate() {
@@ -310,9 +311,9 @@ mod tests {
         lloyd_lowers_the_cost_of::<Absolutes>();
     }
 
-    /// A tenth of the data anywhere moves the means, and the medians by next to nothing.
+    /// Moving a tenth of the data far away moves the means, but hardly the medians.
     #[test]
-    fn medians_stay_where_the_data_are() {
+    fn outliers_move_means_more_than_medians() {
         let truth = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
         let mut data = blobs(&truth, 2000, 0.1);
         let mut rng = rng(8);
@@ -340,9 +341,9 @@ mod tests {
         assert_eq!(found, vec![vec![0.0], vec![1.0]]);
     }
 
-    /// A datum far away with next to no area is drawn in next to no seeding: a_k D_k^2, not D_k^2.
+    /// A distant datum with almost no area is almost never a seed: the probability is a_k D_k^2, not D_k^2.
     #[test]
-    fn a_speck_far_away_is_no_center() {
+    fn a_distant_datum_of_tiny_area_is_no_center() {
         let mut data = blobs(&[[0.0, 0.0], [1.0, 0.0]], 100, 0.1);
         data.extend([1e3, 0.0]);
         let area: Vec<f64> = (0..201).map(|k| if k < 200 { 1.0 } else { 1e-9 }).collect();

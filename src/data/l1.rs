@@ -1,11 +1,11 @@
-//! Data that are constant in a region but for errors of any size.
+//! Piecewise constant data with outliers: every region has one value, up to errors of any size.
 //!
 //! ```text
 //! s_p(x) = |C(x) - mu_p|_1 = sum_i |C_i(x) - mu_pi|,     mu_pi = the median of C_i with the weights u_p
 //! ```
 //!
-//! A datum pulls at mu_p by its weight, however far away it is: half of a region may be anything before its median is.
-//! That the sum of absolute deviations is least at the median: P. J. Huber, *Robust Statistics*, Wiley 1981. As a data
+//! A datum affects mu_p only by its weight, however far away it is: the median withstands outliers in up to half of a
+//! region. The median minimizes the sum of absolute deviations: P. J. Huber, *Robust Statistics*, Wiley 1981. As a data
 //! term: T. F. Chan, S. Esedoglu, *Aspects of total variation regularized L1 function approximation*, SIAM J. Appl.
 //! Math. 65, 2005.
 
@@ -23,17 +23,17 @@ use crate::field::Row;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
 
-/// Quantiles of a coordinate that a coarse vertex has: an odd number, so that one of them is the median.
+/// Number of quantiles that a coarse vertex has of each coordinate: odd, so that one of them is the median.
 const QUANTILES: usize = 5;
 
 /// The likelihood of data in R^d with outliers: distances in the 1-norm to one median per region.
 #[derive(Clone)]
 pub struct L1<'a> {
-    /// C; on a coarse mesh n values of each coordinate side by side, each of which counts as an n-th of the vertex.
+    /// C; on a coarse mesh n adjacent values of each coordinate, each of which stands for an n-th of the vertex.
     data: Cow<'a, Data>,
     /// n, odd.
     copies: usize,
-    /// For each coordinate the indices of its values that are known, in increasing order of the values.
+    /// For each coordinate the indices of its known values, sorted by value.
     sorted: Vec<Vec<usize>>,
 }
 
@@ -45,7 +45,7 @@ pub struct Median {
 }
 
 impl<'a> L1<'a> {
-    /// The model of these data, which are borrowed; each coordinate is sorted once.
+    /// The model of the given data, which are borrowed; each coordinate is sorted once.
     pub fn new(data: &'a Data) -> Self {
         L1::of(Cow::Borrowed(data), 1)
     }
@@ -69,7 +69,7 @@ impl<'a> L1<'a> {
         self.sorted.len()
     }
 
-    /// What a vertex has of coordinate i.
+    /// The values of coordinate i at vertex k.
     fn values(&self, k: usize, i: usize) -> &[f64] {
         &self.data.at(k)[i * self.copies..][..self.copies]
     }
@@ -85,9 +85,9 @@ impl DataModel for L1<'_> {
 
     type Datum = [f64];
 
-    const TOLD: &'static str = "median";
+    const VALUE_NAME: &'static str = "median";
 
-    fn told(mu: &Median) -> &[f64] {
+    fn value(mu: &Median) -> &[f64] {
         &mu.median
     }
 
@@ -104,9 +104,9 @@ impl DataModel for L1<'_> {
         data.map_or(Cow::Borrowed(self), |data| Cow::Owned(L1::of(data, self.copies)))
     }
 
-    /// The quantiles of each coordinate at (c + 1/2) / n with the weights P_kc w_k, c from 0 to n - 1: the mean of
-    /// |C_i - mu_pi| over what a coarse vertex stands for is nearly that over these. A mean would spread every outlier;
-    /// the median alone, which has less noise than the data, makes regions differ by more than they do.
+    /// The quantiles of each coordinate at (c + 1/2) / n with the weights P_kc w_k, c from 0 to n - 1: their
+    /// mean of |C_i - mu_pi| approximates that over the fine vertices of the coarse vertex. A mean would spread every
+    /// outlier; the median alone has less noise than the data and would exaggerate the differences between regions.
     fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
         let mut shares: Vec<Vec<(usize, f64)>> = vec![Vec::new(); coarse.len()];
         for (v, parents) in level.parents.iter().enumerate().filter(|&(v, _)| self.is_known(v)) {
@@ -129,9 +129,8 @@ impl DataModel for L1<'_> {
         L1::of(Cow::Owned(Data { dimension, values }), QUANTILES)
     }
 
-    /// The mean deviation from the median, of the data whose extreme 2 % are cut off at both ends if they still differ
-    /// then. If half of the data have one value and half another, it is half of what it costs to take one for the
-    /// other.
+    /// The mean deviation from the median, without the extreme 2 % of the data at both ends if the rest still varies.
+    /// If half of the data have one value and half another, it is half the cost of confusing the two.
     fn scale(&self, weights: &[f64]) -> Scale {
         let area = self.data.known_area(weights).repeat(self.copies);
         let column = |i: usize| -> Vec<f64> {
@@ -158,7 +157,7 @@ impl DataModel for L1<'_> {
         let area = self.data.known_area(weights);
         let columns: Vec<Vec<f64>> = (0..self.dimension()).map(|i| self.middle(i)).collect();
         if initial == Initial::KMeans {
-            // Values far away, which a start would take for regions, are moved to the ends of the others.
+            // Distant values, which would otherwise become initial regions, are clipped to the range of the others.
             let near = |column: &Vec<f64>| -> Vec<f64> {
                 let [low, high] = robust_range(column, &area);
                 let near = |&x: &f64| if low < high { x.clamp(low, high) } else { x };
@@ -174,7 +173,7 @@ impl DataModel for L1<'_> {
         let of = |p: usize| {
             let own = area.iter().zip(&drawn).map(|(&a, &q)| if q == p { a } else { 0.0 });
             let own: Vec<f64> = own.collect();
-            // A region that drew no vertex starts at the median of all.
+            // A region without vertices starts at the median of all data.
             let area = if own.iter().any(|&a| a > 0.0) { &own } else { &area };
             Median { median: columns.iter().map(|column| median(column, area)).collect() }
         };
@@ -190,18 +189,18 @@ impl DataModel for L1<'_> {
         })
     }
 
-    /// Where half of a region lies on either side of a gap, all of the gap is a median: the nearest to the one before
-    /// is taken, so that what is best already stays.
+    /// If half of a region lies on either side of a gap, every value in the gap is a median: the nearest to the
+    /// previous one is taken, so that an optimal value stays.
     fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Median]) -> Result<f64> {
         let masses = self.data.masses(weights, mu.len());
-        // Each vertex comes n times.
+        // Each vertex appears n times.
         let half = 0.5 * self.copies as f64;
         let halves: Vec<f64> =
             masses.iter().map(|mass| mass.map_or(f64::INFINITY, |mass| half * mass)).collect();
         let mut change = 0.0;
         for (i, sorted) in self.sorted.iter().enumerate() {
             let mut passed = vec![0.0; mu.len()];
-            // The least and the largest of all medians of a region.
+            // The smallest and the largest median of a region.
             let mut ends: Vec<[Option<f64>; 2]> = vec![[None; 2]; mu.len()];
             let mut open = masses.iter().flatten().count();
             for &index in sorted {
@@ -250,7 +249,7 @@ fn quantiles(values: &[(f64, f64)]) -> [f64; QUANTILES] {
     })
 }
 
-/// int |x - median of x| / area, over what is known.
+/// int |x - median of x| / area, over the known values.
 fn deviation(values: &[f64], area: &[f64]) -> f64 {
     let middle = median(values, area);
     let known = || values.iter().zip(area).filter(|(x, _)| !x.is_nan());

@@ -1,5 +1,5 @@
-//! Data models: which pointwise costs s_p(x) the data suggest for region p, and which region parameters mu_p
-//! suit given labels. One likelihood a file; what all of them have to answer is [`DataModel`].
+//! Data models: the pointwise costs s_p(x) of the data for region p, and the region parameters mu_p that fit given
+//! labels. One likelihood per file; all implement [`DataModel`].
 
 pub mod constant;
 pub mod curved;

@@ -1,8 +1,9 @@
-//! How data of any number of columns look: a color per vertex, and the words for it.
+//! Colors of data with any number of columns: a color per vertex, and a caption that explains it.
 //!
-//! Three columns within [0, 1] are colors. Other three are red, green and blue over one range. One column goes from
-//! dark to bright. Two, and more than three, are shown by their first principal components, all in the scale of the
-//! first one, so that what varies little looks even. Ranges are those without the extreme 2 % at each end.
+//! Three columns within [0, 1] are colors. Any other three columns are shown as red, green and blue over a common
+//! range, one column from dark to bright. Two columns, or more than three, are shown by their first principal
+//! components, all on the scale of the first one, so that components that vary little look uniform. Ranges exclude the
+//! extreme 2 % at each end.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,7 +15,7 @@ use crate::sweep;
 /// Principal components are estimated from at most this many vertices.
 const MAX_SAMPLED_VERTICES: usize = 20_000;
 
-/// A color per vertex, RGB in [0, 1], NaN where the data are not known. `area` has the V areas of the vertices.
+/// A color per vertex, RGB in [0, 1], NaN where the data are unknown. `area` has the V areas of the vertices.
 pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     match data.dimension {
         1 => scaled(data.values.clone(), area).0.into_iter().map(one).collect(),
@@ -23,7 +24,7 @@ pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
         }
         3 => {
             let [low, high] = common_range(data, area);
-            // The middle of nothing; NaN stays.
+            // The middle of the range in two unused channels; NaN stays.
             let unit = |x: f64| {
                 if high > low || x.is_nan() { (x - low) / (high - low) } else { 0.5 }
             };
@@ -33,7 +34,8 @@ pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     }
 }
 
-/// What [`colors`] shows of data of that name; `range` is what 0 and 1 stand for, if they were mapped before.
+/// The caption of [`colors`] for data with the given name; `range` has the values that were mapped to 0 and 1, if any
+/// were.
 pub fn words(data: &Data, name: &str, range: Option<[f64; 2]>, area: &[f64]) -> String {
     let from_to = |[low, high]: [f64; 2], dark: &str, bright: &str| {
         format!("{name}, from {} ({dark}) to {} ({bright})", short(low), short(high))
@@ -59,7 +61,7 @@ fn one(t: f64) -> [f64; 3] {
     if t.is_nan() { [f64::NAN; 3] } else { sequential(t) }
 }
 
-/// Keeps NaN.
+/// Clamps to [0, 1]; NaN stays.
 fn clamped(t: f64) -> f64 {
     t.clamp(0.0, 1.0)
 }
@@ -76,7 +78,7 @@ fn short(x: f64) -> String {
     }
 }
 
-/// [`robust_unit_range`] of what is known.
+/// [`robust_unit_range`] of the known values.
 fn scaled(values: Vec<f64>, area: &[f64]) -> (Vec<f64>, [f64; 2]) {
     let known: Vec<usize> = (0..values.len()).filter(|&k| !values[k].is_nan()).collect();
     let pick = |from: &[f64]| -> Vec<f64> { known.iter().map(|&k| from[k]).collect() };
@@ -101,7 +103,7 @@ fn common_range(data: &Data, area: &[f64]) -> [f64; 2] {
     ]
 }
 
-/// The first principal components, around the middle and in the scale of the first one.
+/// The first principal components, centered and on the scale of the first one.
 fn principal(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     let d = data.dimension;
     let known = |k: usize| data.at(k).iter().all(|x| !x.is_nan());
@@ -109,7 +111,7 @@ fn principal(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     let sample: Vec<usize> =
         (0..data.len()).step_by(step).filter(|&k| known(k) && area[k] > 0.0).collect();
     let total: f64 = sample.iter().map(|&k| area[k]).sum();
-    // Products of columns stay in range.
+    // Scaled, so that products of columns do not overflow.
     let largest = sample.iter().flat_map(|&k| data.at(k)).fold(0.0_f64, |a, x| a.max(x.abs()));
     let unit = if largest > 0.0 { 1.0 / largest } else { 1.0 };
     let row = |k: usize| DVector::from_iterator(d, data.at(k).iter().map(|x| x * unit));
@@ -130,7 +132,7 @@ fn principal(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
         .iter()
         .map(|&i| {
             let direction = eigen.eigenvectors.column(i);
-            // One of the two directions, so that the same data always look the same.
+            // A fixed choice of the sign, so that the same data always look the same.
             let sign = direction.iter().find(|x| x.abs() > 1e-6).map_or(1.0, |x| x.signum());
             let at = |k: usize| sign * (row(k) - &mean).dot(&direction);
             (0..data.len()).map(|k| if known(k) { at(k) } else { f64::NAN }).collect()
@@ -169,7 +171,7 @@ mod tests {
         assert_eq!(words(&colored, "colors", None, &[1.0; 2]), "colors");
     }
 
-    /// What differs in the second or third column only looks different.
+    /// Data that differ only in the second or third column look different.
     #[test]
     fn every_column_counts() {
         for dimension in [2, 3, 4, 7] {

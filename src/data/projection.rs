@@ -1,10 +1,10 @@
-//! An image laid on a surface: texture coordinates from positions.
+//! Images projected onto a surface: texture coordinates from positions.
 //!
-//! **Plane.** One axis runs along the width of the image, one upwards, and it covers the bounding box of the
-//! surface: with its own aspect, cut off at both ends of what is too long, or stretched. What lies behind gets
-//! the same colors. **Cylinder, sphere.** Around an axis through the middle of the box, the image goes once
-//! around, u = 1/2 + angle / 2 pi, and is stretched from one end to the other: v runs over the height, or is
-//! 1/2 + latitude / pi.
+//! **Plane.** One axis runs along the width of the image, one along its height, and the image covers the bounding box
+//! of the surface: either it keeps its aspect ratio and is cropped at both ends of the longer side, or it is stretched.
+//! Parts of the surface behind others get the same colors. **Cylinder, sphere.** The image goes once around an axis
+//! through the center of the box, u = 1/2 + angle / 2 pi, and is stretched from one end to the other: v runs over the
+//! height, or is 1/2 + latitude / pi.
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,46 +16,46 @@ use crate::mesh::Mesh;
 use crate::mesh::charts::{around, latitude};
 use crate::sweep;
 
-/// x, y or z, or its opposite.
+/// The x, y or z axis, or its opposite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Axis {
     index: usize,
     reversed: bool,
 }
 
-/// How an image comes onto a surface.
+/// How an image is projected onto a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
-    /// Along the third axis: what lies behind gets the same colors.
+    /// Along the third axis; parts of the surface behind others get the same colors.
     Plane {
         /// The axis along which u grows, the width of the image.
         across: Axis,
-        /// The axis along which v grows, the height of the image; another one than `across`.
+        /// The axis along which v grows, the height of the image; not parallel to `across`.
         up: Axis,
     },
     /// Once around this axis; v runs from 0 to 1 along it, over the bounding box.
     Cylinder(Axis),
-    /// Once around this axis; v runs from 0 to 1 with the latitude, seen from the middle of the bounding box.
+    /// Once around this axis; v runs from 0 to 1 with the latitude, seen from the center of the bounding box.
     Sphere(Axis),
 }
 
-/// How an image fills a box of another aspect. Cylinder and sphere always stretch it.
+/// How an image fills a box of another aspect ratio. Cylinder and sphere always stretch it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Fit {
-    /// The image keeps its aspect and is cut off at both ends of what is too long. The default.
+    /// The image keeps its aspect ratio and is cropped at both ends of its longer side. The default.
     #[default]
     Cover,
-    /// All of the image is seen, with the aspect of the box.
+    /// The whole image is visible, with the aspect ratio of the box.
     Stretch,
 }
 
-/// Texture coordinates, and what was done in words.
-pub struct Laid {
+/// The texture coordinates of a projected image, and a description.
+pub struct Projected {
     /// The texture coordinates of the corners of each face, F triples; v upwards.
     pub uv: Vec<[[f64; 2]; 3]>,
-    /// What was done, in words: the size of the image, the projection, and what was cut off or distorted.
-    pub how: String,
+    /// A description: the size of the image, the projection, and what was cropped or distorted.
+    pub description: String,
 }
 
 impl Projection {
@@ -63,13 +63,13 @@ impl Projection {
     pub const SYNTAX: &str = "xy, xz, yz, two axes such as x,-z (along the width, up), cylinder or sphere (around z; \
                               around another axis as cylinder:y)";
 
-    /// For what lies in the plane z = 0.
+    /// The projection for surfaces in the plane z = 0.
     pub const XY: Projection = Projection::Plane { across: X, up: Y };
 
-    /// Lays an image of `size` pixels (width, height) on a mesh.
+    /// Projects an image of `size` pixels (width, height) onto a mesh.
     ///
-    /// Fails if the mesh has no extent along an axis that the image runs along.
-    pub fn lay(self, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Result<Laid> {
+    /// Fails if the mesh has no extent along an axis of the image.
+    pub fn project(self, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Result<Projected> {
         let bounds = Bounds::of(mesh);
         let [width, height] = size;
         let (uv, how) = match self {
@@ -80,7 +80,7 @@ impl Projection {
                 let loss = fit.loss(ratio, shown);
                 (
                     plane(mesh, &bounds, [across, up], extent, shown),
-                    format!("laid over {self}{loss}"),
+                    format!("projected onto {self}{loss}"),
                 )
             }
             Projection::Cylinder(axis) => {
@@ -92,13 +92,13 @@ impl Projection {
                 (sphere(mesh, &bounds, axis), format!("wrapped around {axis} as a sphere"))
             }
         };
-        Ok(Laid { uv, how: format!("image {width} x {height} {how}") })
+        Ok(Projected { uv, description: format!("image {width} x {height} {how}") })
     }
 }
 
 impl Fit {
-    /// The part of the image's width and height that is in the box; `ratio` is the aspect of the image by that of the
-    /// box.
+    /// The fractions of the image's width and height that are inside the box; `ratio` is the aspect ratio of the image
+    /// divided by that of the box.
     fn shown(self, ratio: f64) -> [f64; 2] {
         match self {
             Fit::Cover => [1.0_f64.min(1.0 / ratio), 1.0_f64.min(ratio)],
@@ -106,18 +106,18 @@ impl Fit {
         }
     }
 
-    /// What the image loses, in words.
+    /// A description of how the image is cropped or distorted.
     fn loss(self, ratio: f64, shown: [f64; 2]) -> String {
         let hidden = |side: &str, shown: f64| {
-            // Enough digits to differ from 100 %.
+            // Enough digits to tell it from 100 %.
             let digits = (-(100.0 * shown).log10()).ceil().max(1.0) as usize;
-            format!(", {:.digits$} % of its {side} cut off", 100.0 * (1.0 - shown))
+            format!(", {:.digits$} % of its {side} cropped", 100.0 * (1.0 - shown))
         };
         match self {
             Fit::Stretch if ratio > 1.0 => {
-                format!(", {ratio:.2} times as high for its width as it was")
+                format!(", stretched by a factor of {ratio:.2} in height")
             }
-            Fit::Stretch => format!(", {:.2} times as wide for its height as it was", 1.0 / ratio),
+            Fit::Stretch => format!(", stretched by a factor of {:.2} in width", 1.0 / ratio),
             Fit::Cover if shown[0] < 0.9995 => hidden("width", shown[0]),
             Fit::Cover if shown[1] < 0.9995 => hidden("height", shown[1]),
             Fit::Cover => String::new(),
@@ -150,7 +150,7 @@ fn cylinder(mesh: &Mesh, bounds: &Bounds, axis: Axis, extent: f64) -> Vec<[[f64;
     sweep::collect(mesh.faces.len(), |j| {
         let corners = corners(mesh, j);
         let turns = around(corners.map(|x| {
-            let [x, y, _] = bounds.relative_to_middle(frame, x);
+            let [x, y, _] = bounds.relative_to_center(frame, x);
             [x, y]
         }));
         std::array::from_fn(|i| [turns[i], bounds.along(axis, extent, corners[i])])
@@ -160,7 +160,7 @@ fn cylinder(mesh: &Mesh, bounds: &Bounds, axis: Axis, extent: f64) -> Vec<[[f64;
 fn sphere(mesh: &Mesh, bounds: &Bounds, axis: Axis) -> Vec<[[f64; 2]; 3]> {
     let frame = axis.frame();
     sweep::collect(mesh.faces.len(), |j| {
-        let corners = corners(mesh, j).map(|x| bounds.relative_to_middle(frame, x));
+        let corners = corners(mesh, j).map(|x| bounds.relative_to_center(frame, x));
         let turns = around(corners.map(|[x, y, _]| [x, y]));
         std::array::from_fn(|i| [turns[i], latitude(corners[i])])
     })
@@ -208,8 +208,8 @@ impl Bounds {
         if axis.reversed { 1.0 - t } else { t }
     }
 
-    /// A point relative to the middle of the box, along three axes.
-    fn relative_to_middle(&self, frame: [Axis; 3], x: [f64; 3]) -> [f64; 3] {
+    /// A point relative to the center of the box, along three axes.
+    fn relative_to_center(&self, frame: [Axis; 3], x: [f64; 3]) -> [f64; 3] {
         frame.map(|Axis { index, reversed }| {
             let t = x[index] - 0.5 * (self.low[index] + self.high[index]);
             if reversed { -t } else { t }
@@ -291,8 +291,8 @@ mod tests {
         "grid:4x2".parse::<crate::mesh::Shape>().unwrap().mesh()
     }
 
-    fn lay(text: &str, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Laid {
-        text.parse::<Projection>().unwrap().lay(mesh, size, fit).unwrap()
+    fn project(text: &str, mesh: &Mesh, size: [u32; 2], fit: Fit) -> Projected {
+        text.parse::<Projection>().unwrap().project(mesh, size, fit).unwrap()
     }
 
     #[test]
@@ -308,26 +308,34 @@ mod tests {
         }
     }
 
-    /// The box is 1 x 1/2; the image twice as wide fits, a square one loses half of its height at both ends.
+    /// The box is 1 x 1/2; an image twice as wide as high fits, a square one loses half of its height at the two ends.
     #[test]
     fn the_image_covers_the_box_in_its_own_aspect() {
         let mesh = grid();
-        let point = |laid: &Laid, j: usize| laid.uv[j][0];
-        let fits = lay("xy", &mesh, [8, 4], Fit::Cover);
+        let point = |projected: &Projected, j: usize| projected.uv[j][0];
+        let fits = project("xy", &mesh, [8, 4], Fit::Cover);
         assert_eq!((point(&fits, 0), fits.uv[15][1]), ([0.0, 0.0], [1.0, 1.0]));
-        assert_eq!(fits.how, "image 8 x 4 laid over xy");
-        let square = lay("xy", &mesh, [4, 4], Fit::Cover);
+        assert_eq!(fits.description, "image 8 x 4 projected onto xy");
+        let square = project("xy", &mesh, [4, 4], Fit::Cover);
         assert_eq!((point(&square, 0), square.uv[15][1]), ([0.0, 0.25], [1.0, 0.75]));
-        assert!(square.how.ends_with("50.0 % of its height cut off"), "{}", square.how);
-        let wide = lay("xy", &mesh, [16, 4], Fit::Cover);
+        assert!(
+            square.description.ends_with("50.0 % of its height cropped"),
+            "{}",
+            square.description
+        );
+        let wide = project("xy", &mesh, [16, 4], Fit::Cover);
         assert_eq!((point(&wide, 0), wide.uv[15][1]), ([0.25, 0.0], [0.75, 1.0]));
-        assert!(wide.how.ends_with("50.0 % of its width cut off"), "{}", wide.how);
-        let sliver = lay("xy", &mesh, [50_000, 2], Fit::Cover);
-        assert!(sliver.how.ends_with("99.992 % of its width cut off"), "{}", sliver.how);
-        let stretched = lay("xy", &mesh, [4, 4], Fit::Stretch);
+        assert!(wide.description.ends_with("50.0 % of its width cropped"), "{}", wide.description);
+        let sliver = project("xy", &mesh, [50_000, 2], Fit::Cover);
+        assert!(
+            sliver.description.ends_with("99.992 % of its width cropped"),
+            "{}",
+            sliver.description
+        );
+        let stretched = project("xy", &mesh, [4, 4], Fit::Stretch);
         assert_eq!(point(&stretched, 0), [0.0, 0.0]);
-        assert!(stretched.how.ends_with("2.00 times as wide for its height as it was"));
-        let flipped = lay("-x,y", &mesh, [8, 4], Fit::Cover);
+        assert!(stretched.description.ends_with("stretched by a factor of 2.00 in width"));
+        let flipped = project("-x,y", &mesh, [8, 4], Fit::Cover);
         assert_eq!(point(&flipped, 0), [1.0, 0.0]);
     }
 
@@ -336,7 +344,7 @@ mod tests {
         let mesh = grid();
         for (text, axis) in [("xz", "along z"), ("zy", "along z"), ("cylinder", "along z")] {
             let projection: Projection = text.parse().unwrap();
-            let error = projection.lay(&mesh, [1, 1], Fit::Cover).err().unwrap().to_string();
+            let error = projection.project(&mesh, [1, 1], Fit::Cover).err().unwrap().to_string();
             assert!(error.contains(axis) && error.contains("--project"), "{error}");
         }
     }
@@ -346,13 +354,13 @@ mod tests {
     fn around_a_sphere_it_is_the_chart() {
         let shape: crate::mesh::Shape = "sphere:3".parse().unwrap();
         let (expected, mesh) = (shape.textured().uv.unwrap(), shape.mesh().scaled(1e4));
-        let laid = lay("sphere", &mesh, [2, 1], Fit::Cover);
-        for (a, b) in expected.iter().zip(&laid.uv) {
+        let around_sphere = project("sphere", &mesh, [2, 1], Fit::Cover);
+        for (a, b) in expected.iter().zip(&around_sphere.uv) {
             for (a, b) in a.as_flattened().iter().zip(b.as_flattened()) {
                 assert!((a - b).abs() < 1e-12);
             }
         }
-        let cylinder = lay("cylinder", &mesh, [2, 1], Fit::Cover);
+        let cylinder = project("cylinder", &mesh, [2, 1], Fit::Cover);
         for (j, uv) in cylinder.uv.iter().enumerate() {
             for (x, [u, v]) in mesh.corners(j).iter().zip(uv) {
                 assert!((v - (0.5 + 0.5 * x.z / 1e4)).abs() < 1e-12);
@@ -362,7 +370,7 @@ mod tests {
                 }
             }
         }
-        // Seen from its side, right is right whichever end of the axis is up.
+        // Seen from the side, left and right are not swapped whichever end of the axis is up.
         assert_eq!(Axis { index: 2, reversed: true }.frame().map(|axis| axis.index), [1, 0, 2]);
     }
 }

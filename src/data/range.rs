@@ -1,12 +1,12 @@
-//! Scalar measurements as data in [0, 1], robust against the few extreme values that noise and bad
-//! triangles leave, in curvature above all.
+//! Scalar measurements as data in [0, 1], robust against a few extreme values due to noise and bad triangles, as in
+//! curvature.
 
-/// The share of the area clipped at each end.
+/// The fraction of the area that is clipped at each end.
 const CLIPPED_SHARE: f64 = 0.02;
 
-/// Values clipped at their area-weighted 2 % and 98 % quantiles, then mapped affinely to [0, 1]; and the
-/// two quantiles, so that the map can be undone. Values that are constant after clipping become 0.5; NaN, for
-/// unknown, stays NaN. Both slices have V entries.
+/// Values clipped at their area-weighted 2 % and 98 % quantiles, then mapped affinely to [0, 1]; and the two quantiles,
+/// so that the map can be inverted. Values that are constant after clipping become 0.5; NaN (unknown) stays NaN. Both
+/// slices have V entries.
 pub fn robust_unit_range(values: &[f64], area: &[f64]) -> (Vec<f64>, [f64; 2]) {
     let range = robust_range(values, area);
     (unit(values, range), range)
@@ -28,7 +28,7 @@ pub fn median(values: &[f64], area: &[f64]) -> f64 {
     if order.is_empty() { 0.0 } else { quantile(area, order.iter(), 0.5) }
 }
 
-/// Values clipped at a range, which becomes [0, 1]; 0.5 if it has no width. NaN stays.
+/// Clips values to a range and maps it to [0, 1]; 0.5 if its width is zero. NaN stays.
 pub fn unit(values: &[f64], [low, high]: [f64; 2]) -> Vec<f64> {
     let mapped = |value: &f64| match low < high {
         _ if value.is_nan() => f64::NAN,
@@ -47,7 +47,7 @@ fn ordered(values: &[f64], area: &[f64]) -> Vec<(f64, usize)> {
     order
 }
 
-/// The first value of the ordered vertices by which more than a share of the area has passed.
+/// The first of the ordered values up to which the area exceeds a fraction of the total.
 fn quantile<'a>(
     area: &[f64],
     order: impl Iterator<Item = &'a (f64, usize)> + Clone,
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unknown_stays_so_and_changes_nothing() {
+    fn unknown_values_stay_unknown_and_change_nothing() {
         let (unit, range) = robust_unit_range(&[1.0, f64::NAN, 3.0, 2.0], &[1.0; 4]);
         assert_eq!((unit[0], unit[2], unit[3], range), (0.0, 1.0, 0.5, [1.0, 3.0]));
         assert!(unit[1].is_nan());

@@ -29,12 +29,12 @@ pub struct Waves {
     pub data: Data,
 }
 
-/// Four colors that lie far apart.
+/// Four well-separated colors.
 const PALETTE: [[f64; 3]; 4] =
     [[0.85, 0.2, 0.2], [0.2, 0.7, 0.3], [0.2, 0.3, 0.85], [0.9, 0.85, 0.2]];
 
-/// Waves of m regions with Gaussian noise of that standard deviation, drawn by [`Pcg64`]. Panics if it is
-/// negative or not finite.
+/// Waves of m regions with Gaussian noise of the given standard deviation, drawn by [`Pcg64`]. Panics if it is negative
+/// or not finite.
 pub fn waves(mesh: &Mesh, m: usize, noise: f64, seed: u64) -> Waves {
     let n = mesh.vertices.len() as f64;
     let center = mesh.vertices.iter().map(|x| x.coords).sum::<nalgebra::Vector3<f64>>() / n;
@@ -79,7 +79,7 @@ mod tests {
             let (u, v) = (TAU * (k / 40) as f64 / 60.0, TAU * (k % 40) as f64 / 40.0);
             let a = (3.0 * u + (2.0 * v).sin()).sin();
             let b = (2.0 * v + (3.0 * u).cos()).sin();
-            // Where a or b is next to zero, rounding decides.
+            // Where a or b is almost zero, rounding decides.
             let close = a.abs().min(b.abs()) < 1e-9;
             agree += usize::from(close || label == 2 * usize::from(a > 0.0) + usize::from(b > 0.0));
         }

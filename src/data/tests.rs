@@ -1,4 +1,4 @@
-//! What holds for every model of numbers at vertices.
+//! Properties of every data model.
 
 use super::constant::Mean;
 use super::l1::Median;
@@ -6,7 +6,7 @@ use super::{DataModel, L1, PiecewiseConstant};
 use crate::field::Row;
 use crate::samples::{random_data, random_labels, rng};
 
-/// Regions beyond those of the model are padding; their costs are the business of `regions.rs`.
+/// Regions beyond those of the model are padding, whose costs `regions.rs` sets.
 #[test]
 fn padded_regions_have_no_parameters() {
     fn check<D: DataModel>(model: &D, mu: D::Parameters, seed: u64) {
@@ -24,7 +24,7 @@ fn an_empty_region_keeps_its_parameters() {
     fn check<D: DataModel>(model: &D, parameters: impl Fn(Vec<f64>) -> D::Parameters) {
         let mut mu = [parameters(vec![0.1; 2]), parameters(vec![7.0, -3.0])];
         let change = model.fit(&[Row([0.2, 0.0]); 5], &mut mu).unwrap();
-        let [moved, kept] = mu.each_ref().map(D::told);
+        let [moved, kept] = mu.each_ref().map(D::value);
         assert_eq!(kept, [7.0, -3.0]);
         assert_eq!(change, f64::max((moved[0] - 0.1).abs(), (moved[1] - 0.1).abs()));
         assert!(change > 0.0);

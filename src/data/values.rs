@@ -1,4 +1,4 @@
-//! What is segmented: numbers at the vertices of a mesh, of some of which nothing may be known.
+//! The data that are segmented: numbers at the vertices of a mesh, some of which may be unknown.
 
 use super::range::robust_unit_range;
 use crate::error::{Error, Result};
@@ -6,8 +6,8 @@ use crate::field::Row;
 use crate::mesh::order::Order;
 use crate::sweep::{collect, sum};
 
-/// A value in R^d at every vertex. Where nothing is known, d times NaN: such a vertex costs nothing,
-/// counts for no region parameter, and takes the label of its neighbors.
+/// A value in R^d at every vertex. An unknown vertex has d times NaN: it costs nothing, does not affect the region
+/// parameters, and takes the label of its neighbors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Data {
     /// d.
@@ -20,12 +20,12 @@ impl Data {
     /// Data of d columns, V x d values row by row. A row with any NaN becomes unknown as a whole. Panics if d is 0 or
     /// does not divide the number of values.
     ///
-    /// Fails if a value is infinite, naming the first one, or if nothing is known of any vertex.
+    /// Fails if a value is infinite, naming the first one, or if every vertex is unknown.
     pub fn new(dimension: usize, mut values: Vec<f64>) -> Result<Self> {
         assert!(dimension > 0 && values.len().is_multiple_of(dimension));
         if let Some(i) = values.iter().position(|x| x.is_infinite()) {
             return Err(Error::unsuitable(format!(
-                "the data at vertex {} are {}, not a finite number",
+                "the data at vertex {} are {}; they must be finite, or NaN where unknown",
                 i / dimension,
                 values[i]
             )));
@@ -34,23 +34,25 @@ impl Data {
             row.fill(f64::NAN);
         }
         if !values.is_empty() && values.iter().all(|x| x.is_nan()) {
-            return Err(Error::unsuitable("nothing is known of any vertex: all data are NaN"));
+            return Err(Error::unsuitable(
+                "the data are NaN at every vertex: at least one vertex needs known data",
+            ));
         }
         Ok(Data { dimension, values })
     }
 
-    /// Whether anything is known of vertex k.
+    /// Whether the data of vertex k are known.
     #[inline(always)]
     pub fn is_known(&self, k: usize) -> bool {
         !self.values[k * self.dimension].is_nan()
     }
 
-    /// `area` (V entries) where something is known, 0 elsewhere.
+    /// `area` (V entries) at known vertices, 0 elsewhere.
     pub fn known_area(&self, area: &[f64]) -> Vec<f64> {
         (area.iter().enumerate()).map(|(k, &a)| if self.is_known(k) { a } else { 0.0 }).collect()
     }
 
-    /// The same data with the vertices in that order, if it is another one.
+    /// The same data with the vertices in the given order, if it differs.
     pub fn in_order(&self, order: &Order) -> Option<Self> {
         let values = order.vertices()?.iter().flat_map(|&k| self.at(k as usize)).copied().collect();
         Some(Data { dimension: self.dimension, values })
@@ -66,8 +68,8 @@ impl Data {
         self.values.is_empty()
     }
 
-    /// int |C - mean C|^2 / area, over what is known: the sum of the variances of the coordinates, in squared units of
-    /// the data. `area` has V entries.
+    /// int |C - mean C|^2 / area over the known vertices: the sum of the variances of the coordinates, in squared units
+    /// of the data. `area` has V entries.
     pub fn variance(&self, area: &[f64]) -> f64 {
         let total: f64 = self.known_area(area).iter().sum();
         (0..self.dimension)
@@ -82,8 +84,8 @@ impl Data {
             .sum()
     }
 
-    /// The variance, but no more than four times that of the data whose extreme 2 % are cut off at both ends: a few values
-    /// far away, such as those that stand for missing ones, say nothing about how far regions lie apart.
+    /// The variance, but at most four times that without the extreme 2 % of the data at both ends: a few distant
+    /// values, such as placeholders for missing ones, say nothing about the distance between regions.
     pub fn robust_variance(&self, area_of_all: &[f64]) -> f64 {
         let known: Vec<usize> = (0..self.len()).filter(|&k| self.is_known(k)).collect();
         let area: Vec<f64> = known.iter().map(|&k| area_of_all[k]).collect();
@@ -101,8 +103,8 @@ impl Data {
         if most > 0.0 { all.min(4.0 * most) } else { all }
     }
 
-    /// int u_p over what is known for each of the first m regions; none for a region whose integral is zero to
-    /// rounding. `weights` = M U, V rows.
+    /// int u_p over the known vertices for each of the first m regions; `None` if the integral is zero up to rounding.
+    /// `weights` = M U, V rows.
     pub fn masses<const M: usize>(&self, weights: &[Row<M>], m: usize) -> Vec<Option<f64>> {
         let n = weights.len();
         let total = sum(n, |k| weights[k].0.iter().sum());
@@ -115,8 +117,7 @@ impl Data {
         self.values[i..].iter().step_by(self.dimension).copied().collect()
     }
 
-    /// Costs of regions with the parameters mu, one row per vertex; 0 where nothing is known, and for the regions that
-    /// fill a row up.
+    /// Costs of regions with the parameters mu, one row per vertex; 0 at unknown vertices and for padding regions.
     pub fn costs<P: Sync, const M: usize>(
         &self,
         mu: &[P],
@@ -126,7 +127,7 @@ impl Data {
         collect(self.len(), |k| if self.is_known(k) { row(k) } else { Row::ZERO })
     }
 
-    /// C(x_k), if anything is known of it.
+    /// C(x_k), if it is known.
     pub fn known(&self, k: usize) -> Option<&[f64]> {
         self.is_known(k).then(|| self.at(k))
     }

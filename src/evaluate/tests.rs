@@ -141,7 +141,7 @@ fn forbidden_labels_are_rounded_away_or_refused() {
     s[[17, 1]] = f64::INFINITY;
     let mut u = Array2::from_shape_fn(s.dim(), |(_, p)| f64::from(u8::from(p == 0)));
     let clean = found(&mesh, &s, &u, question());
-    assert!(clean.warnings[0].contains("1 costs are +inf"), "{:?}", clean.warnings);
+    assert!(clean.warnings[0].contains("1 cost is +inf"), "{:?}", clean.warnings);
     for off in [1e-10, -1e-10] {
         u[[17, 1]] = off;
         let found = found(&mesh, &s, &u, question());

@@ -6,7 +6,7 @@
 //! | sphere | 1/2 + longitude / 2 pi | 1/2 + latitude / pi |
 //! | grid | i / max(nx, ny) | j / max(nx, ny): squares stay squares |
 //!
-//! Corners belong to faces, so the coordinates of a face at a seam go on beyond 1 and do not run back.
+//! Coordinates belong to corners of faces, so those of a face at a seam continue beyond 1 instead of running back.
 
 use std::f64::consts::{PI, TAU};
 
@@ -52,8 +52,8 @@ fn corners_of_cell(face: usize) -> [[u32; 2]; 3] {
     if face.is_multiple_of(2) { [[0, 0], [1, 0], [1, 1]] } else { [[0, 0], [1, 1], [0, 1]] }
 }
 
-/// 1/2 + angle / 2 pi of the corners of a face around the origin, none more than half a turn from the first. A
-/// corner on the axis has no angle and takes the mean of the others.
+/// 1/2 + angle / 2 pi around the origin for each corner of a face, at most half a turn from the first. A corner on the
+/// axis has no angle and takes the mean of the others.
 pub fn around(corners: [[f64; 2]; 3]) -> [f64; 3] {
     let size = corners.as_flattened().iter().fold(0.0, |size, x| f64::max(size, x.abs()));
     let angle = |[x, y]: [f64; 2]| (x.hypot(y) > 1e-12 * size).then(|| 0.5 + y.atan2(x) / TAU);
@@ -80,7 +80,7 @@ mod tests {
 
     /// No face runs back over the image at a seam, and corners at one vertex differ by whole tiles.
     #[test]
-    fn coordinates_are_continuous_but_for_whole_turns() {
+    fn coordinates_are_continuous_up_to_whole_turns() {
         for shape in shapes() {
             let mesh = shape.textured();
             let uv = mesh.uv.as_ref().unwrap();
@@ -108,9 +108,9 @@ mod tests {
         }
     }
 
-    /// They say where a vertex is.
+    /// The coordinates determine the position of a vertex.
     #[test]
-    fn coordinates_are_those_of_the_points() {
+    fn coordinates_determine_the_positions() {
         for shape in shapes() {
             let mesh = shape.textured();
             for (face, uv) in mesh.faces.iter().zip(mesh.uv.as_ref().unwrap()) {
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn the_axis_has_no_angle() {
+    fn corners_on_the_axis_take_the_mean_angle() {
         assert_eq!(around([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), [0.625, 0.5, 0.75]);
         assert_eq!(around([[0.0; 2]; 3]), [0.5; 3]);
         assert_eq!(latitude([0.0, 0.0, -2.0]), 0.0);

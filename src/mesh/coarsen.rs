@@ -1,9 +1,9 @@
-//! A coarser mesh of the same surface, and the map from its vertices to the finer ones.
+//! A coarser mesh of the same surface, and the interpolation P from its vertices to the fine ones.
 //!
-//! The coarse vertices are a maximal independent set of the fine ones: no two are neighbors, and every other
-//! vertex has one of them for a neighbor, so that about a quarter is left. Each other vertex joins its nearest
-//! coarse neighbor; a face whose corners have joined three different ones becomes a face between those.
-//! Nothing is asked of the surface. What folds or collapses on it costs quality, not validity.
+//! The coarse vertices are a maximal independent set of the fine ones: no two are neighbors, and every other vertex has
+//! one of them as a neighbor, so that about a quarter remains. Each other vertex joins its nearest coarse neighbor; a
+//! face whose corners have joined three different coarse vertices becomes a face between these. The surface may be
+//! anything: faces that fold or collapse reduce the quality, not the validity.
 
 use nalgebra::Point3;
 
@@ -12,18 +12,18 @@ use crate::sweep::sweep;
 
 /// A coarse mesh, and P.
 pub struct Coarsening {
-    /// Its vertices are some of the fine ones; no face is degenerate, no two have the same corners.
+    /// Its vertices are a subset of the fine ones; no face is degenerate, and no two have the same corners.
     pub mesh: Mesh,
     /// The rows of P, one per fine vertex.
     pub parents: Vec<Parents>,
 }
 
-/// One row of P: the coarse vertices that a fine one lies between.
+/// One row of P: the coarse vertices between which a fine one is interpolated.
 #[derive(Clone, Copy, Debug)]
 pub struct Parents {
-    /// The vertices of a coarse face; three times the same one where the fine vertex lies at it.
+    /// The vertices of a coarse face; three times the same vertex if the fine one coincides with it.
     pub corners: [u32; 3],
-    /// Not negative, with sum 1.
+    /// Nonnegative, with sum 1.
     pub weights: [f64; 3],
 }
 
@@ -34,8 +34,8 @@ impl Parents {
 }
 
 impl Coarsening {
-    /// P^T w over the fine vertices v for which `counts(v)` holds: from one weight per fine vertex to one per coarse
-    /// vertex.
+    /// P^T w, one weight per coarse vertex, from one weight per fine vertex; only vertices v with `counts(v)`
+    /// contribute.
     pub fn restricted(&self, weights: &[f64], counts: impl Fn(usize) -> bool) -> Vec<f64> {
         let mut coarse = vec![0.0; self.mesh.vertices.len()];
         for (v, parents) in self.parents.iter().enumerate().filter(|&(v, _)| counts(v)) {
@@ -51,8 +51,8 @@ impl Coarsening {
 const MAX_FACES_SEARCHED: usize = 32;
 
 impl Mesh {
-    /// P interpolates linearly in the point of the coarse faces that is nearest to the fine vertex, of those
-    /// faces around the coarse vertex that it joined.
+    /// P interpolates linearly at the point nearest to the fine vertex on the coarse faces around the coarse vertex
+    /// that it joined.
     pub fn coarsened(&self) -> Coarsening {
         let around = Incidence::new(self);
         let (chosen, number) = independent_set(self, &around);
@@ -87,7 +87,7 @@ impl Mesh {
         Coarsening { mesh, parents }
     }
 
-    /// v if it was chosen, else its nearest neighbor that was.
+    /// v if it was chosen, else its nearest chosen neighbor.
     fn nearest_chosen(&self, v: usize, around: &Incidence, number: &[u32]) -> usize {
         if number[v] != NOT_CHOSEN {
             return v;
@@ -109,15 +109,15 @@ impl Mesh {
     /// The point nearest to x on the faces around vertex c.
     fn nearest_point(&self, x: Point3<f64>, c: u32, around: &Incidence) -> Parents {
         let mut nearest = Parents::one(c);
-        let mut least = (self.vertices[c as usize] - x).norm_squared();
+        let mut smallest = (self.vertices[c as usize] - x).norm_squared();
         for &j in around.faces(c as usize).iter().take(MAX_FACES_SEARCHED) {
             let corners = self.corners(j as usize);
             let weights = nearest_weights(x, corners);
             let [a, b, c] = corners.map(|corner| corner - x);
             let distance = (a * weights[0] + b * weights[1] + c * weights[2]).norm_squared();
-            // False, too, where coordinates are so large or small that their products are no numbers.
-            if distance < least {
-                least = distance;
+            // Also false if products of very large or small coordinates are NaN.
+            if distance < smallest {
+                smallest = distance;
                 nearest = Parents { corners: self.faces[j as usize], weights };
             }
         }
@@ -127,7 +127,7 @@ impl Mesh {
 
 const NOT_CHOSEN: u32 = u32::MAX;
 
-/// The chosen vertices in ascending order, and for each vertex its number among them.
+/// The chosen vertices in ascending order, and for each vertex its index among them.
 fn independent_set(mesh: &Mesh, around: &Incidence) -> (Vec<u32>, Vec<u32>) {
     let mut chosen = Vec::new();
     let mut number = vec![NOT_CHOSEN; mesh.vertices.len()];
@@ -144,7 +144,7 @@ fn independent_set(mesh: &Mesh, around: &Incidence) -> (Vec<u32>, Vec<u32>) {
     (chosen, number)
 }
 
-/// Barycentric coordinates of the point of a triangle nearest to x. C. Ericson, *Real-time collision
+/// Barycentric coordinates of the point of a triangle nearest to x. Reference: C. Ericson, *Real-time collision
 /// detection*, 2005, section 5.1.5.
 fn nearest_weights(x: Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
@@ -176,7 +176,7 @@ fn nearest_weights(x: Point3<f64>, [a, b, c]: [Point3<f64>; 3]) -> [f64; 3] {
         let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
         return [0.0, 1.0 - t, t];
     }
-    // Rounding may leave one a little below zero.
+    // Rounding may make one slightly negative.
     let weights = [va, vb, vc].map(|w| f64::max(w, 0.0));
     let sum: f64 = weights.iter().sum();
     weights.map(|w| w / sum)
@@ -220,7 +220,7 @@ mod tests {
     use crate::mesh::Shape;
     use crate::samples::{needles, shape, soup, zoo};
 
-    fn again(mesh: Mesh) -> Vec<Coarsening> {
+    fn levels(mesh: Mesh) -> Vec<Coarsening> {
         let mut levels = vec![mesh.coarsened()];
         while levels[levels.len() - 1].mesh.faces.len() > 1 && levels.len() < 12 {
             levels.push(levels[levels.len() - 1].mesh.coarsened());
@@ -228,7 +228,7 @@ mod tests {
         levels
     }
 
-    /// Down to nothing: rows of P are non-negative, sum to 1, and a coarse vertex is its own only parent.
+    /// On all levels, rows of P are nonnegative and sum to 1, and a coarse vertex is its own only parent.
     #[test]
     fn rows_are_partitions_of_unity_whatever_the_mesh() {
         let meshes = zoo().into_iter().map(|(_, mesh)| mesh);
@@ -236,7 +236,7 @@ mod tests {
         let extreme = [1e-80, 1e-60, 1e50].map(|c| shape("sphere:3").scaled(c));
         for mesh in meshes.chain(terrible).chain(extreme) {
             let mut fine = mesh.vertices.clone();
-            for level in again(mesh) {
+            for level in levels(mesh) {
                 assert_eq!(level.parents.len(), fine.len());
                 let mut own = vec![false; level.mesh.vertices.len()];
                 for (x, Parents { corners, weights }) in fine.iter().zip(&level.parents) {
@@ -252,7 +252,7 @@ mod tests {
         }
     }
 
-    /// On a flat grid the coarse faces cover all there is, and P reproduces linear functions.
+    /// On a flat grid the coarse faces cover the whole grid, and P reproduces linear functions.
     #[test]
     fn linear_functions_on_a_flat_grid_are_exact() {
         for text in ["grid:20x20", "grid:31x17"] {
@@ -262,7 +262,7 @@ mod tests {
             for (x, Parents { corners, weights }) in mesh.vertices.iter().zip(parents) {
                 let [a, b, c] = corners.map(|c| coarse.vertices[c as usize].coords);
                 let error = (a * weights[0] + b * weights[1] + c * weights[2] - x.coords).norm();
-                // Beyond the last row of an odd grid there is nothing to interpolate between.
+                // Beyond the last coarse row of an odd grid there is no interpolation.
                 let inside = x.x <= coarse_end(&coarse, 0) && x.y <= coarse_end(&coarse, 1);
                 assert!(!inside || error <= 1e-15, "{text}: {x} {error}");
             }
@@ -287,9 +287,9 @@ mod tests {
         }
     }
 
-    /// One vertex with more faces than are searched.
+    /// A vertex with more faces than are searched.
     #[test]
-    fn a_hub_takes_no_longer_than_its_faces() {
+    fn a_hub_takes_linear_time() {
         let rim = 20_000;
         let mut points = vec![Point3::origin()];
         points.extend((0..rim).map(|i| {
@@ -301,7 +301,7 @@ mod tests {
             points.swap(0, hub as usize);
             let at = |i: u32| if i == hub { 0 } else { i };
             let faces = (0..rim).map(|i| [hub, at(1 + i), at(1 + (i + 1) % rim)]).collect();
-            again(Mesh::new(points, faces));
+            levels(Mesh::new(points, faces));
         }
     }
 }

@@ -1,14 +1,14 @@
-//! Signed mean curvature at the vertices (M. Meyer, M. Desbrun, P. Schröder, A. Barr, *Discrete
-//! Differential-Geometry Operators for Triangulated 2-Manifolds*, 2003, equation 8):
+//! Signed mean curvature at the vertices (M. Meyer, M. Desbrun, P. Schröder, A. Barr, *Discrete Differential-Geometry
+//! Operators for Triangulated 2-Manifolds*, 2003, equation 8):
 //!
 //! ```text
 //! H_v = < n_v, sum over the edges vk of (cot alpha_vk + cot beta_vk) (x_v - x_k) > / (4 a_v)
 //! ```
 //!
-//! with the mixed Voronoi areas a_v and the area-weighted unit normals n_v. This is
-//! H n = -1/2 Laplace-Beltrami(x), projected on the normal, so that H passes smoothly through zero.
-//! On a sphere of radius r with outward normals H = 1/r: H is positive where the surface is convex as seen from the
-//! side that its faces show. Coordinates that are rounded by up to delta, as if at random, give it a deviation of
+//! with the mixed Voronoi areas a_v and the area-weighted unit normals n_v. This is H n = -1/2 Laplace-Beltrami(x),
+//! projected onto the normal, so that H passes smoothly through zero. On a sphere of radius r with outward normals, H =
+//! 1/r: H is positive where the surface is convex as seen from the side to which the normals point. Coordinates rounded
+//! by up to delta, modeled as random errors, cause a standard deviation of
 //!
 //! ```text
 //! delta / sqrt(3)  sqrt( (sum_k w_k)^2 + sum_k w_k^2 ) / (4 a_v),     w_k = cot alpha_vk + cot beta_vk
@@ -21,11 +21,11 @@ use super::geometry::{cotangents, mixed_voronoi_areas, opposite_edges};
 
 /// H at the V vertices, in 1/length.
 ///
-/// The formula means nothing on the boundary: a boundary vertex takes the mean of its interior neighbors. Where
-/// it has none, and at vertices without area or normal, H is NaN. Reversing every face changes the sign; where
-/// neighbors disagree in orientation the sign is that of the larger area, see [`super::orient`].
+/// The formula is not valid on the boundary: a boundary vertex takes the mean of its interior neighbors. H is NaN if
+/// there are none, and at vertices without area or normal. Reversing every face changes the sign; where neighbors
+/// disagree in orientation the sign is that of the larger area, see [`super::orient`].
 pub fn mean_curvature(mesh: &Mesh) -> Vec<f64> {
-    // Powers of areas are ordinary numbers at ordinary sizes only; powers of two round nothing.
+    // Scaled to an ordinary size, so that powers of areas do not overflow; powers of two cause no rounding.
     let largest = mesh.vertices.iter().map(|x| x.coords.amax()).fold(0.0, f64::max);
     let unit = if largest > 0.0 { 2.0_f64.powi(-(largest.log2() as i32)) } else { 1.0 };
     let mesh = Mesh::new(mesh.vertices.iter().map(|x| x * unit).collect(), mesh.faces.clone());
@@ -38,7 +38,7 @@ pub fn mean_curvature(mesh: &Mesh) -> Vec<f64> {
         let edges = opposite_edges(&mesh, j);
         for (i, &v) in face.iter().enumerate() {
             let (v, next, last) = (v as usize, (i + 1) % 3, (i + 2) % 3);
-            // The edges that leave corner i: x_v - x_next = -e_last and x_v - x_last = e_next.
+            // The edges from corner i: x_v - x_next = -e_last and x_v - x_last = e_next.
             gradient[v] += cotangents[next] * edges[next] - cotangents[last] * edges[last];
             normal[v] += mesh.area_vector(j);
         }
@@ -53,10 +53,10 @@ pub fn mean_curvature(mesh: &Mesh) -> Vec<f64> {
     curvature
 }
 
-/// The deviation of H at the V vertices, where coordinates are rounded by up to delta; 0 without area.
+/// The standard deviation of H at the V vertices if coordinates are rounded by up to delta; 0 at vertices without area.
 pub fn rounding_noise(mesh: &Mesh, delta: f64) -> Vec<f64> {
     let area = mixed_voronoi_areas(mesh);
-    // Of both cotangents of a w_k, which mostly are about the same: w_k^2 <= 2 cot^2 alpha + 2 cot^2 beta.
+    // The two cotangents of a w_k are mostly about equal: w_k^2 <= 2 cot^2 alpha + 2 cot^2 beta.
     let mut sums = vec![(0.0, 0.0); mesh.vertices.len()];
     for (j, face) in mesh.faces.iter().enumerate() {
         let cotangents = cotangents(mesh, j);
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn a_boundary_continues_its_interior_and_lone_faces_have_none() {
+    fn boundary_values_continue_the_interior_and_lone_faces_have_none() {
         let mut open = octahedron_sphere(1.0, 4);
         open.faces.retain(|face| face.iter().all(|&k| open.vertices[k as usize].z > -0.5));
         let curvature = mean_curvature(&open);
@@ -243,9 +243,9 @@ mod tests {
     }
 
     #[test]
-    fn only_vertices_without_area_have_none_on_flipped_nonmanifold_and_degenerate() {
+    fn flipped_nonmanifold_and_degenerate_meshes_have_curvature_wherever_there_is_area() {
         let mut mesh = octahedron_sphere(1.0, 2);
-        // Without symmetry no normals cancel.
+        // Without symmetry, normals do not cancel.
         mesh.vertices.iter_mut().enumerate().for_each(|(k, x)| x.x += 0.01 * (k as f64).sin());
         for j in (0..mesh.faces.len()).step_by(3) {
             mesh.faces[j].swap(0, 1);
@@ -258,9 +258,9 @@ mod tests {
         assert!(curvature.iter().rev().skip(1).all(|h| h.is_finite()));
     }
 
-    /// Displaced at random, H has the deviation that is foretold.
+    /// With random displacements, H has the predicted deviation.
     #[test]
-    fn noise_of_rounding_is_as_foretold() {
+    fn rounding_noise_is_as_predicted() {
         use rand::RngExt;
         let mut rng = crate::samples::rng(77);
         for (mesh, delta) in [(octahedron_sphere(1.0, 3), 1e-9), (torus(3.0, 1.0, 20).0, 1e-8)] {

@@ -1,28 +1,28 @@
-//! Where a mesh lies, and in how many pieces.
+//! The bounding box of a mesh, and the number of its components.
 
 use nalgebra::Point3;
 use serde::Serialize;
 
 use super::Mesh;
-use super::partition::Partition;
+use super::disjoint_sets::DisjointSets;
 
 /// An axis-parallel box, in units of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BoundingBox {
-    /// The least x, y and z.
+    /// The smallest x, y and z.
     pub min: [f64; 3],
     /// The largest x, y and z.
     pub max: [f64; 3],
 }
 
 impl BoundingBox {
-    /// From corner to corner.
+    /// The length of its diagonal.
     pub fn diagonal(&self) -> f64 {
         (Point3::from(self.max) - Point3::from(self.min)).norm()
     }
 }
 
-/// Of all vertices.
+/// The bounding box of all vertices.
 pub(super) fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
     let first = mesh.vertices.first()?;
     let (min, max) =
@@ -30,9 +30,9 @@ pub(super) fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
     Some(BoundingBox { min: min.into(), max: max.into() })
 }
 
-/// How many components the faces with three different corners have, connected through shared vertices.
+/// The number of components of the faces with three different corners, connected through shared vertices.
 pub fn components(mesh: &Mesh) -> usize {
-    let mut joined = Partition::new(mesh.vertices.len());
+    let mut joined = DisjointSets::new(mesh.vertices.len());
     let mut in_face = vec![false; mesh.vertices.len()];
     for &[a, b, c] in mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a) {
         joined.join(a, b);
@@ -41,5 +41,5 @@ pub fn components(mesh: &Mesh) -> usize {
             in_face[v as usize] = true;
         }
     }
-    joined.classes(&in_face)
+    joined.count(&in_face)
 }

@@ -47,8 +47,8 @@ pub fn mixed_voronoi_areas(mesh: &Mesh) -> Vec<f64> {
 
 /// The cotangents of the angles at the three corners of face j; zeros for a degenerate face.
 ///
-/// The area is the cross product of the two shorter edges, whose rounding error is the least of the
-/// three: a needle's long edges nearly cancel.
+/// The area is computed from the two shorter edges, whose cross product has the smallest rounding error: the long edges
+/// of a needle nearly cancel.
 pub fn cotangents(mesh: &Mesh, j: usize) -> [f64; 3] {
     if mesh.is_degenerate(j) {
         return [0.0; 3];
@@ -70,8 +70,8 @@ pub fn opposite_edges(mesh: &Mesh, j: usize) -> [Vector3<f64>; 3] {
     [x3 - x2, x1 - x3, x2 - x1]
 }
 
-/// The orthonormal frame of face j that `operator` writes its tangents in: e1 along the edge from corner 1
-/// to corner 2, e2 towards corner 3. Turning the face over, 1 and 2 in place, does not change it.
+/// The orthonormal frame of face j in which `operator` expresses tangents: e1 along the edge from corner 1 to corner 2,
+/// e2 towards corner 3. It does not depend on the side of the face.
 pub fn frame(mesh: &Mesh, j: usize) -> [Vector3<f64>; 2] {
     let [x1, x2, x3] = mesh.corners(j);
     let e1 = (x2 - x1).normalize();

@@ -1,24 +1,24 @@
-//! Which faces meet at a vertex.
+//! The faces around each vertex.
 
 use super::Mesh;
 use crate::sweep;
 
-/// Something about each face at each vertex, in the order of the faces.
+/// A value for each face around each vertex, in the order of the faces.
 pub struct Incidence<T> {
-    /// What is at vertex v is `values[start[v]..start[v + 1]]`.
+    /// The values at vertex v are `values[start[v]..start[v + 1]]`.
     start: Vec<u32>,
     values: Vec<T>,
 }
 
 impl<T: Copy + Default + Send> Incidence<T> {
-    /// By counting sort; `value(j, i)` is told to the vertex at corner i of face j. Panics if there are 2^32
-    /// corners or more.
+    /// Stores `value(j, i)` at the vertex at corner i of face j, by counting sort. Panics if there are 2^32 corners or
+    /// more.
     pub fn new(mesh: &Mesh, value: impl Fn(usize, usize) -> T + Sync) -> Self {
         Self::in_ranges(&sweep::ranges(mesh.vertices.len()), &mesh.faces, value)
     }
 
-    /// The same for faces with N corners and vertices from 0 to the last of `ranges`. Every range is a task that goes
-    /// through all faces and takes the corners at its vertices.
+    /// The same for faces with N corners and vertices from 0 to the last of `ranges`. Every range is a task that scans
+    /// all faces and takes the corners at its vertices.
     pub fn in_ranges<const N: usize>(
         ranges: &[usize],
         faces: &[[u32; N]],
@@ -69,7 +69,7 @@ impl<T> Incidence<T> {
         self.start.len() - 1
     }
 
-    /// One vertex after the other.
+    /// The values of all vertices, one vertex after the other.
     pub fn into_values(self) -> Vec<T> {
         self.values
     }

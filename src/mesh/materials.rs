@@ -1,46 +1,46 @@
-//! What faces are painted with: named materials, each with a color or an image.
+//! The materials of faces: named, each with a color or an image.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Beyond this a texture coordinate has no digits left for a place in an image.
+/// Beyond this, a texture coordinate has no digits left for a position in an image.
 const LARGEST_COORDINATE: f64 = 1e9;
 
-/// Whether texture coordinates are a place in an image.
-pub fn is_place(t: [f64; 2]) -> bool {
+/// Whether texture coordinates denote a position in an image.
+pub fn is_position(t: [f64; 2]) -> bool {
     t.iter().all(|t| t.abs() <= LARGEST_COORDINATE)
 }
 
-/// The materials of a mesh, and which face has which.
+/// The materials of a mesh, and the material of each face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Materials {
     /// In the order of the file.
     pub all: Vec<Material>,
-    /// F indices in `all`; none where a face has no material.
+    /// F indices into `all`; `None` if a face has no material.
     pub of_faces: Vec<Option<u32>>,
 }
 
-/// One material, by the name that its file gives it.
+/// One named material.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Material {
-    /// As in the file, for messages and for writing it.
+    /// As in the file; for messages and for writing.
     pub name: String,
     /// The diffuse color (`Kd` of an MTL file), RGB in [0, 1].
     pub color: Option<[f64; 3]>,
-    /// The image of its texture, as found from where the program runs.
+    /// The image of its texture, relative to the working directory.
     pub image: Option<PathBuf>,
-    /// How the image lies; without an image it means nothing.
+    /// How the image is placed; without meaning if there is no image.
     pub placement: Placement,
 }
 
-/// Where an image lies in the plane of texture coordinates: they are scaled, then moved.
+/// The placement of an image in the plane of texture coordinates, which are scaled, then translated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// The factors of u and v; 1 by default.
     pub scale: [f64; 2],
-    /// What is added to u and v once they are scaled; 0 by default.
+    /// The offsets added to u and v after scaling; 0 by default.
     pub offset: [f64; 2],
-    /// Whether there is one copy of the image, whose edges go on, instead of many.
+    /// Whether there is one copy of the image, whose edges extend beyond it, instead of many.
     pub clamp: bool,
 }
 
@@ -51,13 +51,13 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// Whether texture coordinates stay what they are.
-    pub fn moves_nothing(&self) -> bool {
+    /// Whether texture coordinates are unchanged.
+    pub fn is_identity(&self) -> bool {
         let Placement { scale, offset, .. } = Placement::default();
         self.scale == scale && self.offset == offset
     }
 
-    /// What tells it from others.
+    /// Its bits, as a key.
     pub fn bits(&self) -> [u64; 5] {
         let [[a, b], [c, d]] = [self.scale, self.offset];
         [a.to_bits(), b.to_bits(), c.to_bits(), d.to_bits(), u64::from(self.clamp)]
@@ -79,7 +79,7 @@ impl Materials {
         name
     }
 
-    /// The images, each once, and the index of each material's among them.
+    /// The images, each once, and for each material the index of its image.
     pub fn images(&self) -> (Vec<&Path>, Vec<Option<usize>>) {
         let mut images: Vec<&Path> = Vec::new();
         let mut index_of = HashMap::new();

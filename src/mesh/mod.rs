@@ -1,11 +1,12 @@
 //! Triangle meshes: a polyhedral surface X with vertices x_k and faces S_j.
 //!
-//! Anything made of triangles is legal: boundaries, several components, flipped faces, non-manifold
-//! edges, unreferenced vertices. Only faces without area are not, see [`Mesh::without_degenerate_faces`].
+//! All triangle meshes are legal: with boundaries, several components, flipped faces, non-manifold edges, unreferenced
+//! vertices. Operators only need every face to have an area, see [`Mesh::without_degenerate_faces`].
 
 pub mod charts;
 pub mod coarsen;
 pub mod curvature;
+pub(crate) mod disjoint_sets;
 mod extent;
 pub mod geometry;
 mod incidence;
@@ -14,7 +15,7 @@ mod materials;
 mod normalize;
 pub mod order;
 pub mod orient;
-pub(crate) mod partition;
+
 mod resolution;
 pub mod shapes;
 mod source;
@@ -30,7 +31,7 @@ use crate::sweep;
 
 pub use extent::BoundingBox;
 pub(crate) use incidence::Incidence;
-pub use materials::{Material, Materials, Placement, is_place};
+pub use materials::{Material, Materials, Placement, is_position};
 pub use normalize::Normalize;
 pub use resolution::resolution;
 pub use shapes::Shape;
@@ -38,9 +39,9 @@ pub use source::{Source, source};
 pub use statistics::Statistics;
 pub use weld::Weld;
 
-/// A triangle mesh, with what its file says about its vertices' looks.
+/// A triangle mesh, with the colors, texture coordinates and materials of its file.
 ///
-/// Vertex and face order are the file's.
+/// Vertices and faces are in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// x_k, V points, in the units of the file.
@@ -54,12 +55,13 @@ pub struct Mesh {
     /// Texture coordinates per face corner (so that seams split no vertex), v upwards, if the file has them; NaN
     /// at the corners that have none.
     pub uv: Option<Vec<[[f64; 2]; 3]>>,
-    /// What the faces are painted with, if the file says so.
+    /// The materials of the faces, if the file has any.
     pub materials: Option<Materials>,
 }
 
 impl Mesh {
-    /// A bare mesh. Panics if a face refers to a vertex that is not there.
+    /// A mesh without colors, texture coordinates and materials. Panics if a face refers to a vertex that does not
+    /// exist.
     pub fn new(vertices: Vec<Point3<f64>>, faces: Vec<[u32; 3]>) -> Self {
         assert!(faces.iter().flatten().all(|&k| (k as usize) < vertices.len()));
         Mesh { vertices, faces, ..Mesh::default() }
@@ -103,7 +105,7 @@ impl Mesh {
         !(area.is_normal() && area > 4.0 * f64::EPSILON * longest)
     }
 
-    /// The mesh without its degenerate faces, and how many those were. The vertices stay.
+    /// The mesh without its degenerate faces, and the number of these. The vertices are kept.
     pub fn without_degenerate_faces(&self) -> (Cow<'_, Self>, usize) {
         let keep = sweep::collect(
             self.faces.len(),
@@ -119,7 +121,7 @@ impl Mesh {
         (Cow::Owned(mesh), dropped)
     }
 
-    /// Keeps the faces that are marked, with all that belongs to them. The vertices stay.
+    /// Keeps the marked faces with their colors, texture coordinates and materials. The vertices are kept.
     pub fn retain_faces(&mut self, keep: &[bool]) {
         fn retain<T>(keep: &[bool], faces: &mut Vec<T>) {
             let mut kept = keep.iter();

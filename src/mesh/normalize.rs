@@ -1,4 +1,4 @@
-//! The size of a mesh in which lambda is given.
+//! The scale of the mesh to which lambda refers.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
@@ -8,12 +8,12 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 pub enum Normalize {
     /// Area 1.
     Area,
-    /// The mesh as it is.
+    /// The mesh keeps its size.
     None,
 }
 
 impl Normalize {
-    /// The factor for a mesh of that area; 1 if the area is zero or not finite.
+    /// The scale factor for a mesh of the given area; 1 if the area is zero or not finite.
     pub fn scale(self, area: f64) -> f64 {
         match self {
             Normalize::Area if area > 0.0 && area.is_finite() => 1.0 / area.sqrt(),

@@ -1,36 +1,36 @@
-//! A numbering in which neighbors lie close to each other in memory, for meshes whose own is scattered.
+//! A numbering that places neighbors close to each other in memory, for meshes whose own numbering is scattered.
 //!
-//! What was numbered around a closed surface, so that the first vertices touch the last ones, is folded: the first,
-//! the last, the second, the last but one. Otherwise vertices come by reverse Cuthill-McKee: breadth first from a far
-//! end of each component, at every vertex the neighbors with few faces first, and the whole backwards. Faces come by
-//! their last vertex.
-//! A. George, J. W. H. Liu, *Computer Solution of Large Sparse Positive Definite Systems*, 1981, chapter 4.
+//! A numbering around a closed surface, in which the first vertices touch the last ones, is folded: the first, the
+//! last, the second, the last but one. Otherwise vertices are ordered by reverse Cuthill-McKee: breadth-first search
+//! from a far end of each component, where the neighbors of a vertex are ordered by their number of faces, and then
+//! reversed. Faces are sorted by their last vertex. Reference: A. George, J. W. H. Liu, *Computer Solution of Large
+//! Sparse Positive Definite Systems*, 1981, chapter 4.
 
 use std::borrow::Cow;
 
 use super::{Incidence, Mesh};
 use crate::sweep::{collect, join, ranges, sum};
 
-/// An order counts as scattered if the vertices that a sweep has met, but not yet all neighbors of, are on average more
-/// than this many square roots of V, or if the last vertices of a face and the next are as far apart. A strip-wise
-/// numbered surface has about 1 or 2, a random order V / 2 in all.
+/// A numbering counts as scattered if the mean front of a sweep, the visited vertices with unvisited neighbors, exceeds
+/// this factor times sqrt(V), or if the last vertices of successive faces are that far apart on average. Strip-wise
+/// numbering has a factor of about 1 or 2; in a random order the front is V / 2.
 const SCATTERED_FRONT: f64 = 4.0;
 
-/// Where the vertices and faces of a mesh should be; `None` is where they are.
+/// A new order of the vertices and faces of a mesh; `None` keeps the present one.
 pub struct Order {
-    /// The present number of each vertex at its new index.
+    /// The present index of the vertex at each new index.
     vertices: Option<Vec<u32>>,
-    /// The same of the faces.
+    /// The same for the faces.
     faces: Option<Vec<u32>>,
 }
 
 impl Order {
-    /// Nothing moves.
+    /// The present order.
     pub fn as_it_is() -> Self {
         Order { vertices: None, faces: None }
     }
 
-    /// Nothing moves if the order is fine.
+    /// The order for a mesh; the present one if it is not scattered.
     pub fn of(mesh: &Mesh) -> Self {
         let count = mesh.vertices.len();
         let folded = |v| fold(v, count as u32);
@@ -57,7 +57,7 @@ impl Order {
         Order { vertices, faces }
     }
 
-    /// The vertices and faces in this order, bare.
+    /// The mesh in this order, without colors, texture coordinates and materials.
     pub fn mesh<'a>(&self, mesh: Cow<'a, Mesh>) -> Cow<'a, Mesh> {
         let Some(order) = &self.faces else { return mesh };
         let face = |j: usize| mesh.faces[order[j] as usize];
@@ -72,12 +72,12 @@ impl Order {
         Cow::Owned(Mesh { vertices, faces, ..Mesh::default() })
     }
 
-    /// The present number of each vertex at its new index, if any moves.
+    /// The present index of the vertex at each new index, if any vertex moves.
     pub fn vertices(&self) -> Option<&[u32]> {
         self.vertices.as_deref()
     }
 
-    /// The present number of each of `count` faces at its new index.
+    /// The present index of the face at each of `count` new indices.
     pub fn faces(&self, count: usize) -> Vec<usize> {
         match &self.faces {
             Some(order) => order.iter().map(|&j| j as usize).collect(),
@@ -85,7 +85,7 @@ impl Order {
         }
     }
 
-    /// Values at the vertices of the mesh as it is, in this order.
+    /// Reorders values at the vertices of the original mesh.
     pub fn applied<T: Copy + Send + Sync>(&self, values: Vec<T>) -> Vec<T> {
         match &self.vertices {
             Some(order) => collect(order.len(), |v| values[order[v] as usize]),
@@ -93,14 +93,14 @@ impl Order {
         }
     }
 
-    /// Where each vertex of the mesh as it is went, if any moved.
+    /// The new index of each vertex of the original mesh, if any vertex moves.
     pub fn indices(&self) -> Option<Vec<u32>> {
         self.vertices.as_ref().map(|order| inverse(order))
     }
 }
 
-/// The mean over the vertices of how far the last one at the faces of this one, or of one before it, is away, in new
-/// indices.
+/// The mean over the vertices of the distance, in new indices, to the last vertex of all faces at this vertex or at
+/// earlier ones.
 fn front(faces: &[[u32; 3]], vertices: usize, index: impl Fn(u32) -> u32) -> f64 {
     let mut last = vec![0; vertices];
     for &face in faces {
@@ -117,12 +117,12 @@ fn front(faces: &[[u32; 3]], vertices: usize, index: impl Fn(u32) -> u32) -> f64
     sum / vertices as f64
 }
 
-/// From both ends to the middle in turn.
+/// Alternately from both ends to the middle.
 fn fold(v: u32, vertices: u32) -> u32 {
     if v < vertices.div_ceil(2) { 2 * v } else { 2 * (vertices - 1 - v) + 1 }
 }
 
-/// The mean over the faces of how far their last vertex is from that of the face before.
+/// The mean distance of the last vertices of successive faces.
 fn jump(faces: &[[u32; 3]]) -> f64 {
     let far = |j: usize| f64::from(last(faces[j]).abs_diff(last(faces[j - 1])));
     sum(faces.len(), |j| if j > 0 { far(j) } else { 0.0 }) / faces.len() as f64
@@ -132,7 +132,7 @@ fn last([a, b, c]: [u32; 3]) -> u32 {
     a.max(b).max(c)
 }
 
-/// The new number of each present one.
+/// The inverse permutation.
 fn inverse(order: &[u32]) -> Vec<u32> {
     let mut index = vec![0; order.len()];
     for (new, &present) in order.iter().enumerate() {
@@ -141,7 +141,7 @@ fn inverse(order: &[u32]) -> Vec<u32> {
     index
 }
 
-/// The faces in the order of their last vertices, which have these indices.
+/// The faces sorted by their last vertex, where vertices have the given indices.
 fn by_last(faces: &[[u32; 3]], vertices: usize, index: impl Fn(u32) -> u32 + Sync) -> Vec<u32> {
     sorted_by(&collect(faces.len(), |j| last(faces[j].map(&index))), vertices)
 }
@@ -155,7 +155,8 @@ pub fn sorted_by(keys: &[u32], count: usize) -> Vec<u32> {
 }
 
 fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
-    // The neighbors side by side: the faces lie anywhere in memory, to look there takes several times as long.
+    // The neighbors of a vertex side by side: reading them from the faces, which are scattered in memory, takes several
+    // times as long.
     let around = Incidence::new(mesh, |j, i| {
         let face = mesh.faces[j];
         [face[(i + 1) % 3], face[(i + 2) % 3]]
@@ -168,7 +169,7 @@ fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
         }
         let component = order.len();
         breadth_first(&around, v, &mut order, &mut reached);
-        // What comes last is a far end to begin at.
+        // The last vertex of a first search is a far end to start from.
         let end = order[order.len() - 1];
         for v in order.drain(component..) {
             reached[v as usize] = false;
@@ -227,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn good_orders_stay() {
+    fn good_orders_are_kept() {
         for text in ["grid:100x100", "grid:30x200"] {
             let order = Order::of(&shape(text));
             assert!(order.vertices.is_none() && order.faces.is_none(), "{text}");
@@ -238,9 +239,9 @@ mod tests {
         front(&mesh.faces, mesh.vertices.len(), |v| v)
     }
 
-    /// Twice the circle of vertices that a sweep along the surface would cross.
+    /// The width is twice the circle of vertices that a sweep along the surface crosses.
     #[test]
-    fn what_is_closed_is_folded() {
+    fn numberings_of_closed_surfaces_are_folded() {
         for (text, around) in [("torus:400x250", 250.0), ("torus:60x90", 90.0)] {
             let mesh = shape(text);
             let order = Order::of(&mesh);
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn scattered_orders_become_narrow() {
+    fn scattered_orders_become_local() {
         let tidy = shape("torus:120x75");
         let pair = disjoint([tidy.clone(), tidy.clone()]);
         let isolated = with_isolated_vertices(tidy.clone());
@@ -268,7 +269,7 @@ mod tests {
         }
     }
 
-    /// The same triangles in space, and values that stay at their vertices.
+    /// The triangles in space stay the same, and values stay at their vertices.
     #[test]
     fn the_surface_is_the_same() {
         let (mesh, _) = shuffled(&with_isolated_vertices(shape("torus:50x40")), &mut rng(142));

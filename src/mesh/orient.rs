@@ -1,16 +1,16 @@
-//! One side out: a winding of the faces such that neighbors agree, and closed surfaces face outwards.
+//! Consistent orientation: flips faces such that neighbors agree and closed surfaces face outwards.
 //!
-//! Two faces agree along an edge if they run along it in opposite directions. Over the edges with exactly two
-//! faces a breadth-first search spreads the winding of the first face over a patch. With signs s_j for the faces
-//! that stay (1) or turn (-1), a patch is closed if the directions of its faces cancel along each of its edges;
-//! then its volume
+//! Two faces agree along an edge if they traverse it in opposite directions. A breadth-first search across the edges
+//! with exactly two faces spreads the orientation of the first face over a patch. With signs s_j for the faces that are
+//! kept (1) or flipped (-1), a patch is closed if the directions of its faces cancel along each of its edges; then its
+//! volume
 //!
 //! ```text
 //! V = sum_j s_j det(x_{j,1} - c, x_{j,2} - c, x_{j,3} - c) / 6
 //! ```
 //!
-//! depends on no c, and has to be positive. A patch that is open, or encloses nothing, keeps the winding that most
-//! of its area has. Of faces with the same three corners, whichever way around, the first stands for all.
+//! does not depend on c and must be positive. A patch that is open, or encloses no volume, keeps the orientation of
+//! most of its area. Faces with the same three corners in any order are represented by the first.
 
 use std::collections::VecDeque;
 
@@ -18,22 +18,23 @@ use nalgebra::Matrix3;
 
 use super::Mesh;
 
-/// What a mesh is with its faces turned.
+/// A consistently oriented mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Oriented {
-    /// The vertices, and the faces with three different corners, each once, bare.
+    /// The vertices, and the faces with three different corners, each once; without colors, texture coordinates and
+    /// materials.
     pub mesh: Mesh,
-    /// How many of these were turned.
-    pub turned: usize,
-    /// Edges along which the faces still do not agree, since the surface has one side only, or more than two faces
-    /// meet there: directions that do not cancel, but for one.
+    /// The number of flipped faces.
+    pub flipped: usize,
+    /// Edges along which the faces still disagree, because the surface is one-sided or more than two faces meet there:
+    /// more than one direction does not cancel.
     pub inconsistent_edges: usize,
-    /// Patches of more than a hundredth of the area that enclose nothing: which of their sides is outside is as in `mesh`
-    /// by itself.
+    /// Patches of more than a hundredth of the area that enclose no volume, so that their outside is that of most of
+    /// their faces in the file.
     pub open_patches: usize,
 }
 
-/// Smaller patches, as a fraction of the area, do not count.
+/// Smaller patches, as a fraction of the area, are not counted.
 const SMALLEST_PATCH: f64 = 0.01;
 
 /// Smaller volumes, relative to the sum of the absolute values of their terms, count as zero.
@@ -41,14 +42,14 @@ const NEGLIGIBLE_VOLUME: f64 = 1e-9;
 
 const NO_FACE: u32 = u32::MAX;
 
-/// A face along an edge.
+/// A face at an edge.
 #[derive(Clone, Copy)]
 struct Side {
     /// The ends, the smaller first.
     edge: [u32; 2],
     /// 3 j + i for the side of face j that begins at its corner i.
     corner: u32,
-    /// Whether it begins at the smaller end.
+    /// Whether the face traverses the edge from the smaller to the larger end.
     ascends: bool,
 }
 
@@ -57,7 +58,7 @@ impl Side {
         self.corner as usize / 3
     }
 
-    /// Which way it runs along the edge if its face has this sign.
+    /// The direction in which the face traverses the edge, with its sign.
     fn direction(&self, signs: &[i8]) -> i32 {
         i32::from(signs[self.face()]) * if self.ascends { 1 } else { -1 }
     }
@@ -69,7 +70,7 @@ pub fn orient(mesh: &Mesh) -> Oriented {
     let sides = sides(&mesh.faces);
     let edges = || sides.chunk_by(|a, b| a.edge == b.edge);
 
-    // Across each side: the other face, and whether it has to turn with respect to this one.
+    // Across each side: the other face, and whether it must be flipped relative to this one.
     let mut across = vec![(NO_FACE, false); 3 * mesh.faces.len()];
     for edge in edges() {
         if let &[a, b] = edge {
@@ -79,7 +80,7 @@ pub fn orient(mesh: &Mesh) -> Oriented {
         }
     }
     let (mut signs, patches, count) = spread(&across, mesh.faces.len());
-    let (turn, open_patches) = patches_to_turn(&mesh, edges(), &signs, &patches, count);
+    let (turn, open_patches) = patches_to_flip(&mesh, edges(), &signs, &patches, count);
     for (sign, &patch) in signs.iter_mut().zip(&patches) {
         *sign *= if turn[patch as usize] { -1 } else { 1 };
     }
@@ -91,11 +92,11 @@ pub fn orient(mesh: &Mesh) -> Oriented {
             face.swap(1, 2);
         }
     }
-    let turned = signs.iter().filter(|&&sign| sign < 0).count();
-    Oriented { mesh, turned, inconsistent_edges, open_patches }
+    let flipped = signs.iter().filter(|&&sign| sign < 0).count();
+    Oriented { mesh, flipped, inconsistent_edges, open_patches }
 }
 
-/// The faces with three different corners, those with the same corners once, in their order.
+/// The faces with three different corners in their order, without duplicates.
 fn once(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut sets: Vec<([u32; 3], u32)> = (0..)
         .zip(faces)
@@ -113,7 +114,7 @@ fn once(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     kept.into_iter().map(|j| faces[j as usize]).collect()
 }
 
-/// All sides, those of one edge together, in the order of their faces.
+/// All sides, grouped by edge, in the order of their faces.
 fn sides(faces: &[[u32; 3]]) -> Vec<Side> {
     let mut sides = Vec::with_capacity(3 * faces.len());
     for (j, &face) in (0..).zip(faces) {
@@ -130,7 +131,7 @@ fn sides(faces: &[[u32; 3]]) -> Vec<Side> {
     sides
 }
 
-/// Signs that agree with those of the neighbors, as far as they can, the patch of each face, and how many there are.
+/// Signs that agree with those of the neighbors as far as possible, the patch of each face, and the number of patches.
 fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
     let mut signs = vec![0_i8; faces];
     let mut patches = vec![0; faces];
@@ -156,8 +157,9 @@ fn spread(across: &[(u32, bool)], faces: usize) -> (Vec<i8>, Vec<u32>, usize) {
     (signs, patches, count as usize)
 }
 
-/// Which patches face inwards, or the other way than most of their area, and how many of those that count are open.
-fn patches_to_turn<'a>(
+/// The patches that face inwards, or opposite to most of their area, and the number of open patches that are large
+/// enough to count.
+fn patches_to_flip<'a>(
     mesh: &Mesh,
     edges: impl Iterator<Item = &'a [Side]>,
     signs: &[i8],
@@ -175,7 +177,8 @@ fn patches_to_turn<'a>(
         }
     }
     let mut origins = vec![None; count];
-    // The volume, the volume without signs, by how much more area stays than turns, and all of it.
+    // The volume, the sum of its absolute terms, the area that is kept minus the area that is flipped, and the total
+    // area.
     let mut sums = vec![[0.0; 4]; count];
     for (j, (&sign, &patch)) in signs.iter().zip(patches).enumerate() {
         let corners = mesh.corners(j);
@@ -214,7 +217,7 @@ mod tests {
         mesh
     }
 
-    /// Some faces at random turned, and their corners in another order.
+    /// Flips random faces and rotates their corners.
     fn disturbed(mesh: &Mesh, seed: u64) -> Mesh {
         let mut mesh = mesh.clone();
         let mut rng = rng(seed);
@@ -237,8 +240,8 @@ mod tests {
         };
         let vertices = (0..n).flat_map(|i| [-1.0, 0.0, 1.0].map(|side| point(i, side))).collect();
         let at = |i: u32, row: u32| {
-            let turned = i == n && !twists.is_multiple_of(2);
-            3 * (i % n) + if turned { 2 - row } else { row }
+            let flipped = i == n && !twists.is_multiple_of(2);
+            3 * (i % n) + if flipped { 2 - row } else { row }
         };
         let cell = |i: u32, row: u32| {
             let [a, b, c, d] = [at(i, row), at(i + 1, row), at(i + 1, row + 1), at(i, row + 1)];
@@ -249,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn turned_faces_turn_back() {
+    fn flipped_faces_are_flipped_back() {
         for mesh in [
             shape("sphere:3"),
             shape("torus:30x20"),
@@ -266,13 +269,13 @@ mod tests {
                     assert!((h - g).abs() <= 1e-9 * g.abs().max(1.0));
                 }
             }
-            assert_eq!(orient(&upright.mesh), Oriented { turned: 0, ..upright.clone() });
+            assert_eq!(orient(&upright.mesh), Oriented { flipped: 0, ..upright.clone() });
             let oriented = orient(&inside_out(upright.mesh.clone()));
-            assert_eq!((oriented.turned, oriented.inconsistent_edges), (mesh.faces.len(), 0));
+            assert_eq!((oriented.flipped, oriented.inconsistent_edges), (mesh.faces.len(), 0));
         }
     }
 
-    /// Each closed surface by itself, wherever it lies and how small it is.
+    /// Each closed surface is oriented separately, wherever it is and however small.
     #[test]
     fn closed_surfaces_face_outwards() {
         let sphere = shape("sphere:3");
@@ -291,12 +294,15 @@ mod tests {
             assert!((h / expected - 1.0).abs() < 0.02, "{h}");
         }
         for tiny in [1e-30, 1e30] {
-            assert_eq!(orient(&inside_out(sphere.clone().scaled(tiny))).turned, sphere.faces.len());
+            assert_eq!(
+                orient(&inside_out(sphere.clone().scaled(tiny))).flipped,
+                sphere.faces.len()
+            );
         }
     }
 
     #[test]
-    fn open_surfaces_keep_the_winding_of_most_of_their_area() {
+    fn open_surfaces_keep_the_orientation_of_most_of_their_area() {
         let mut bowl = shape("sphere:3");
         bowl.faces.retain(|face| face.iter().all(|&k| bowl.vertices[k as usize].z < 0.3));
         for most in [bowl.clone(), inside_out(bowl)] {
@@ -308,7 +314,7 @@ mod tests {
                 (0..most.faces.len())
                     .all(|j| { normals(&oriented.mesh, j).dot(&normals(&most, j)) > 0.0 })
             );
-            assert_eq!(oriented.turned, most.faces.len().div_ceil(3));
+            assert_eq!(oriented.flipped, most.faces.len().div_ceil(3));
         }
     }
 
@@ -322,9 +328,9 @@ mod tests {
         }
     }
 
-    /// Two cubes at an edge are two closed surfaces; three sheets at an edge disagree in at most one direction.
+    /// Two cubes that share an edge are two closed surfaces; three sheets at an edge disagree in at most one direction.
     #[test]
-    fn edges_of_many_faces_part_the_surfaces() {
+    fn edges_of_many_faces_separate_surfaces() {
         let cube = |shift: f64| {
             let at = |i: u32| [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
             let vertices: Vec<_> =
@@ -346,7 +352,7 @@ mod tests {
         let welded = crate::mesh::Weld::exact(&touching).unwrap().mesh;
         assert_eq!(Statistics::of(&welded).non_manifold_edges, 1);
         let oriented = orient(&welded);
-        assert_eq!((oriented.turned, oriented.inconsistent_edges), (12, 0));
+        assert_eq!((oriented.flipped, oriented.inconsistent_edges), (12, 0));
 
         let points = [
             [0.0, 0.0, 0.0],
@@ -362,27 +368,27 @@ mod tests {
     }
 
     #[test]
-    fn twins_count_once() {
+    fn duplicate_faces_count_once() {
         let sphere = shape("sphere:2");
         let mut both = sphere.clone();
         both.faces.extend(inside_out(sphere.clone()).faces);
         both.faces.extend([[0, 0, 1], [3, 3, 3]]);
         let oriented = orient(&both);
         assert_eq!(oriented.mesh.faces, sphere.faces);
-        assert_eq!((oriented.turned, oriented.inconsistent_edges), (0, 0));
+        assert_eq!((oriented.flipped, oriented.inconsistent_edges), (0, 0));
     }
 
-    /// Turning, renumbering and all that a mesh may be.
+    /// Flipping and renumbering do not matter on any mesh of the zoo.
     #[test]
-    fn nothing_depends_on_the_order() {
+    fn the_result_does_not_depend_on_the_order() {
         for (name, mesh) in zoo() {
             let (renumbered, before) = shuffled(&mesh, &mut rng(31));
             let (a, b) = (orient(&mesh), orient(&renumbered));
             assert_eq!(a.mesh.faces.len(), b.mesh.faces.len(), "{name}");
             if !["non-manifold", "soup", "flipped"].contains(&name) {
                 assert_eq!(
-                    (a.turned, a.inconsistent_edges),
-                    (b.turned, b.inconsistent_edges),
+                    (a.flipped, a.inconsistent_edges),
+                    (b.flipped, b.inconsistent_edges),
                     "{name}"
                 );
                 let curvature = mean_curvature(&a.mesh);

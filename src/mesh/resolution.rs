@@ -1,16 +1,16 @@
-//! How finely the coordinates of a mesh are rounded, as their numbers show it.
+//! The rounding of the coordinates of a mesh, detected from their values.
 //!
-//! Files keep 32 bits, or six digits, of what was computed, and a curvature of such coordinates carries their
-//! rounding: an error delta of a vertex moves H by about delta / h^2 where edges have length h.
+//! Files store coordinates with 32 bits or six digits, and curvature amplifies this rounding: an error delta of a
+//! vertex changes H by about delta / h^2 where edges have length h.
 
 use super::Mesh;
 
-/// Coarser steps than this share of the largest coordinate are where vertices were put, not rounding: cells of a
-/// grid, voxels, whole meters.
+/// Steps coarser than this fraction of the largest coordinate are positions on purpose, not rounding: cells of a grid,
+/// voxels, whole meters.
 const COARSEST_ROUNDING: f64 = 1e-5;
 
-/// delta: half the step between neighboring coordinates, about at the largest of them: the coarsest of those that
-/// numbers with 64 and 32 bits have, with a fixed number of decimals, and with a fixed number of digits.
+/// delta: half the step between adjacent coordinate values near the largest coordinate, for the coarsest matching
+/// format: 64 bits, 32 bits, a fixed number of decimals, or a fixed number of digits.
 pub fn resolution(mesh: &Mesh) -> f64 {
     let coordinates = || mesh.vertices.iter().flat_map(|x| [x.x, x.y, x.z]);
     let largest = coordinates().fold(0.0, |largest, x: f64| x.abs().max(largest));
@@ -24,8 +24,8 @@ pub fn resolution(mesh: &Mesh) -> f64 {
     let significant = |digits: i32| {
         coordinates().all(|x| x == 0.0 || is_multiple(x, digits_before_point(x) - digits))
     };
-    // With as many digits as double precision has, all numbers would seem to be multiples.
-    // Where the largest is a power of ten, all others lie in the decade below.
+    // With the digits of double precision, every number would look like a multiple. If the largest is a power of ten,
+    // all others are in the decade below.
     let power = |digits: i32| largest.log10().ceil() as i32 - digits;
     let coarsest = |rounded: &dyn Fn(i32) -> bool| (1..=13).find(|&digits| rounded(digits));
     let decimal = [coarsest(&|digits| fixed(-power(digits))), coarsest(&significant)];
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_is_found_by_the_numbers() {
+    fn rounding_is_detected_from_the_values() {
         let text = |digits: usize| move |x: f64| format!("{x:.digits$}").parse().unwrap();
         let scientific =
             |digits: usize| move |x: f64| format!("{x:.*e}", digits - 1).parse().unwrap();
@@ -71,7 +71,7 @@ mod tests {
         }
     }
 
-    /// What lies on a lattice was put there.
+    /// Points on a lattice are not rounded.
     #[test]
     fn lattices_are_exact() {
         for text in ["grid:10x10", "grid:8x5"] {

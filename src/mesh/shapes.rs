@@ -1,4 +1,4 @@
-//! Surfaces with known answers: torus, sphere, grid.
+//! Generated surfaces with known geometry: torus, sphere, grid.
 //!
 //! | shape | V | F | Euler characteristic | area | Gaussian curvature |
 //! |---|---|---|---|---|---|
@@ -15,13 +15,13 @@ use nalgebra::Point3;
 use super::Mesh;
 use crate::error::{Error, Result};
 
-/// More faces than this are refused.
+/// Shapes with more faces than this are refused.
 pub const MAX_FACES: u64 = 50_000_000;
 
 /// The finest sphere, of 20,971,520 faces.
 const MAX_SPHERE_LEVEL: u32 = 10;
 
-/// A generated surface. Its text form is that of the command line, such as `torus:400x250`.
+/// A generated surface. Its text form is the one of the command line, such as `torus:400x250`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// With R = 1, r = 0.4 and u = 2 pi i / nu, v = 2 pi j / nv, the point
@@ -58,7 +58,7 @@ impl Shape {
     /// The forms that [`Shape::from_str`] takes.
     pub const SYNTAX: &str = "torus:400x250, sphere:6 or grid:100x100";
 
-    /// The bare mesh of the shape, without colors and texture coordinates.
+    /// The mesh of the shape, without colors and texture coordinates.
     pub fn mesh(self) -> Mesh {
         match self {
             Shape::Torus { nu, nv } => torus(nu, nv),
@@ -103,19 +103,23 @@ impl FromStr for Shape {
             "torus" => match pair() {
                 Some((nu @ 3.., nv @ 3..)) => Shape::Torus { nu, nv },
                 Some(_) => return refuse("a torus needs at least 3x3 vertices".into()),
-                None => return refuse("a torus is given as torus:400x250".into()),
+                None => return refuse("write a torus as torus:400x250".into()),
             },
             "sphere" => match number(size) {
                 Some(level @ ..=MAX_SPHERE_LEVEL) => Shape::Sphere { level },
-                Some(_) => return refuse(format!("a sphere has level 0 to {MAX_SPHERE_LEVEL}")),
-                None => return refuse("a sphere is given by its level, as sphere:6".into()),
+                Some(_) => {
+                    return refuse(format!(
+                        "the level of a sphere must be 0 to {MAX_SPHERE_LEVEL}"
+                    ));
+                }
+                None => return refuse("write a sphere with its level as sphere:6".into()),
             },
             "grid" => match pair() {
                 Some((nx @ 1.., ny @ 1..)) => Shape::Grid { nx, ny },
                 Some(_) => return refuse("a grid needs at least 1x1 cells".into()),
-                None => return refuse("a grid is given by its cells, as grid:100x100".into()),
+                None => return refuse("write a grid with its cells as grid:100x100".into()),
             },
-            _ => return refuse(format!("is no shape; there are {}", Shape::SYNTAX)),
+            _ => return refuse(format!("is not a shape; use one like {}", Shape::SYNTAX)),
         };
         if shape.faces() > MAX_FACES {
             return refuse(format!("would have too many faces; at most {MAX_FACES} are possible"));
@@ -124,7 +128,7 @@ impl FromStr for Shape {
     }
 }
 
-/// Digits only; what does not fit is too large in any case.
+/// Parses digits only; a number that does not fit is too large in any case.
 fn number(text: &str) -> Option<u32> {
     if text.is_empty() || !text.bytes().all(|b| b.is_ascii_digit()) {
         return None;
@@ -236,7 +240,7 @@ mod tests {
         assert!((mesh.area() - 1.0).abs() < 1e-14);
         assert_eq!(mesh.faces[..2], [[0, 25, 26], [0, 26, 1]]);
         assert_eq!(mesh.faces[1998..], [[999, 24, 0], [999, 0, 975]]);
-        // Every vertex is at distance r from the circle of radius R, in the same scale.
+        // Every vertex is at distance r from the circle of radius R, up to the common scale.
         let c = mesh.vertices[0].x / 1.4;
         for x in &mesh.vertices {
             let from_axis = x.x.hypot(x.y) / c;

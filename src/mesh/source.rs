@@ -1,4 +1,4 @@
-//! Where a mesh comes from: a file, a generated shape, or an example inside the program.
+//! The source of a mesh: a file, a generated shape, or an example embedded in the program.
 
 use std::ffi::OsStr;
 use std::fmt;
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 const SPOT: &[u8] = include_bytes!("../../assets/spot/spot_triangulated.obj");
 const SPOT_TEXTURE: &[u8] = include_bytes!("../../assets/spot/spot_texture.png");
 
-/// What the argument MESH names.
+/// The source that the argument MESH names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A mesh file, see [`io`].
@@ -24,11 +24,12 @@ pub enum Source {
 }
 
 impl Source {
-    /// An existing file is that file; `builtin:NAME`, `torus:...`, `sphere:...` and `grid:...` are what they
-    /// say; another `WORD:...` without a dot or a slash is refused; all else is a path.
+    /// The name of an existing file denotes that file; otherwise `builtin:NAME`, `torus:...`, `sphere:...` and
+    /// `grid:...` are examples and shapes, any other `WORD:...` without a dot or a slash is refused, and everything
+    /// else is a path.
     ///
     /// # Errors
-    /// Unknown words and builtin names, malformed shapes.
+    /// The argument has an unknown word or builtin name, or a malformed shape.
     pub fn parse(argument: impl AsRef<OsStr>) -> Result<Self> {
         let argument = argument.as_ref();
         let file = || Source::File(argument.into());
@@ -38,13 +39,13 @@ impl Source {
         match argument.to_str().and_then(|text| text.split_once(':')) {
             Some(("builtin", "spot")) => Ok(Source::Spot),
             Some(("builtin", name)) => Err(Error::unsuitable(format!(
-                "builtin:{}: there is no such example; there is builtin:spot",
+                "builtin:{}: is not an example; use builtin:spot",
                 name.escape_debug()
             ))),
             Some((name @ ("torus" | "sphere" | "grid"), size)) => {
                 Ok(Source::Shape(format!("{name}:{size}").parse()?))
             }
-            // A single letter may be a drive.
+            // A single letter may be a drive name.
             Some((word, rest))
                 if word.len() > 1
                     && word.bytes().all(|b| b.is_ascii_alphabetic())
@@ -72,7 +73,7 @@ impl Source {
         }
     }
 
-    /// The same, a shape with its texture coordinates.
+    /// The same, with the texture coordinates of a shape.
     ///
     /// # Errors
     /// As [`Source::mesh`].
@@ -83,8 +84,7 @@ impl Source {
         }
     }
 
-    /// The texture that belongs to the texture coordinates of the mesh, as the bytes of a PNG file. A file on
-    /// disk names none.
+    /// The embedded texture of the mesh, as the bytes of a PNG file. Only `builtin:spot` has one.
     pub fn texture(&self) -> Option<&'static [u8]> {
         match self {
             Source::Spot => Some(SPOT_TEXTURE),
@@ -123,7 +123,7 @@ mod tests {
         assert_eq!((s.vertices, s.faces), (46_850, 93_696));
         assert_eq!((s.euler_characteristic, s.boundary_edges), (2, 0));
         assert_eq!((s.components, s.inconsistent_edges), (1, 0));
-        // The author's coordinates leave the unit square a little.
+        // The author's coordinates slightly leave the unit square.
         let uv = mesh.uv.unwrap();
         let mut numbers = uv.as_flattened().as_flattened().iter();
         assert!(numbers.all(|t| (-0.06..=1.01).contains(t)));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_name_what_they_say() {
+    fn arguments_name_files_shapes_and_examples() {
         let shape = |text: &str| Source::Shape(text.parse().unwrap());
         assert_eq!(Source::parse("torus:4x3").unwrap(), shape("torus:4x3"));
         assert_eq!(Source::parse("sphere:2").unwrap().to_string(), "sphere:2");

@@ -1,21 +1,21 @@
-//! What a mesh is: sizes, topology, and what is unusual about it.
+//! Statistics of a mesh: sizes, topology, defects.
 //!
-//! The topology is that of the proper faces, those with three different corners, as a simplicial complex: its
-//! vertices are their corners, its edges their sides, and chi = V - E + F.
+//! The topology is that of the simplicial complex of the proper faces, those with three different corners: its vertices
+//! are their corners, its edges their sides, and chi = V - E + F.
 
 use serde::Serialize;
 
 use super::Mesh;
+use super::disjoint_sets::DisjointSets;
 use super::extent::{BoundingBox, bounding_box, components};
-use super::partition::Partition;
 use super::weld::{coincident, nearly_coincident};
 
-/// What `meshseg mesh info` prints of a mesh. Sides, edges and components are those of proper faces, see above.
+/// The numbers that `meshseg mesh info` prints. Sides, edges and components are those of proper faces, see above.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Statistics {
-    /// V, vertices in no face included.
+    /// V, including unreferenced vertices.
     pub vertices: usize,
-    /// F, degenerate and duplicate faces included.
+    /// F, including degenerate and duplicate faces.
     pub faces: usize,
     /// Sum of A_j, in squared units of the mesh.
     pub area: f64,
@@ -23,8 +23,8 @@ pub struct Statistics {
     pub edges: usize,
     /// Edges with exactly one proper face.
     pub boundary_edges: usize,
-    /// Connected components of the graph of boundary edges: closed curves, where the mesh is a manifold. Curves
-    /// that touch at a vertex count as one.
+    /// Connected components of the graph of boundary edges: closed curves if the mesh is a manifold. Curves that touch
+    /// at a vertex count as one.
     pub boundary_loops: usize,
     /// Components of the proper faces, connected through shared vertices.
     pub components: usize,
@@ -32,19 +32,19 @@ pub struct Statistics {
     pub euler_characteristic: i64,
     /// Edges with more than two proper faces.
     pub non_manifold_edges: usize,
-    /// Edges with two proper faces that run along it in the same direction, so that one of them is flipped.
+    /// Edges with two proper faces that traverse it in the same direction, so that one of them is flipped.
     pub inconsistent_edges: usize,
     /// Faces without area, see [`Mesh::is_degenerate`].
     pub degenerate_faces: usize,
-    /// Faces whose set of corners an earlier face has.
+    /// Faces with the same set of corners as an earlier face.
     pub duplicate_faces: usize,
-    /// Vertices in no face at all.
+    /// Vertices in no face.
     pub unreferenced_vertices: usize,
-    /// Vertices of faces at the position of an earlier one.
+    /// Referenced vertices at the position of an earlier one.
     pub coincident_vertices: usize,
-    /// Further ones within a millionth of the bounding box's diagonal of an earlier one.
+    /// Further referenced vertices within a millionth of the bounding box's diagonal of an earlier one.
     pub nearly_coincident_vertices: usize,
-    /// Of all vertices; none if there are none.
+    /// The bounding box of all vertices; `None` if there are none.
     pub bounding_box: Option<BoundingBox>,
     /// Whether vertices have colors.
     pub has_colors: bool,
@@ -52,14 +52,14 @@ pub struct Statistics {
     pub has_face_colors: bool,
     /// Whether corners of faces have texture coordinates.
     pub has_uv: bool,
-    /// Materials that the mesh names.
+    /// Number of materials.
     pub materials: usize,
-    /// Those among them with an image.
+    /// Number of materials with an image.
     pub materials_with_images: usize,
 }
 
 impl Statistics {
-    /// In O(F log F) time.
+    /// Computes the statistics in O(F log F) time.
     pub fn of(mesh: &Mesh) -> Self {
         let vertices = mesh.vertices.len();
         let edges = Edges::of(mesh);
@@ -96,7 +96,7 @@ fn proper(mesh: &Mesh) -> impl Iterator<Item = &[u32; 3]> {
     mesh.faces.iter().filter(|[a, b, c]| a != b && b != c && c != a)
 }
 
-/// How many sides of proper faces there are of each kind.
+/// Numbers of edges of each kind.
 #[derive(Default)]
 struct Edges {
     all: usize,
@@ -108,7 +108,7 @@ struct Edges {
 
 impl Edges {
     fn of(mesh: &Mesh) -> Self {
-        // Sides as (smaller end, larger end, whether they run downwards).
+        // Sides as (smaller end, larger end, whether the face runs from the larger to the smaller).
         let mut sides: Vec<(u32, u32, bool)> = proper(mesh)
             .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
             .map(|(a, b)| (a.min(b), a.max(b), a > b))
@@ -116,7 +116,7 @@ impl Edges {
         sides.sort_unstable();
 
         let mut edges = Edges::default();
-        let mut boundary_joined = Partition::new(mesh.vertices.len());
+        let mut boundary_joined = DisjointSets::new(mesh.vertices.len());
         let mut on_boundary = vec![false; mesh.vertices.len()];
         for edge in sides.chunk_by(|s, t| (s.0, s.1) == (t.0, t.1)) {
             let (a, b, downwards) = edge[0];
@@ -132,7 +132,7 @@ impl Edges {
                 _ => edges.non_manifold += 1,
             }
         }
-        edges.boundary_loops = boundary_joined.classes(&on_boundary);
+        edges.boundary_loops = boundary_joined.count(&on_boundary);
         edges
     }
 }
@@ -144,7 +144,7 @@ fn marked<'a>(vertices: usize, faces: impl Iterator<Item = &'a [u32; 3]>) -> Vec
     marked
 }
 
-/// How many faces have the corners of an earlier one.
+/// The number of faces with the corners of an earlier one.
 fn duplicates(faces: &[[u32; 3]]) -> usize {
     let mut corner_sets = faces.to_vec();
     corner_sets.iter_mut().for_each(|face| face.sort_unstable());
@@ -163,7 +163,7 @@ mod tests {
     use nalgebra::Point3;
 
     fn mesh(vertices: usize, faces: &[[u32; 3]]) -> Mesh {
-        // On a moment curve no three points are on a line.
+        // No three points of a moment curve are collinear.
         let points = (0..vertices).map(|k| {
             let t = k as f64;
             Point3::new(t, t * t, t * t * t)
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(s.bounding_box, Some(expected));
     }
 
-    /// Every hole that does not touch another lowers chi by one and adds a loop.
+    /// Every hole that does not touch another decreases chi by one and adds a loop.
     #[test]
     fn each_hole_is_a_boundary_loop() {
         let mut sphere = Shape::Sphere { level: 3 }.mesh();
@@ -211,7 +211,7 @@ mod tests {
 
     #[test]
     fn components_share_vertices() {
-        // A bow tie is one component, vertex 8 is in none.
+        // A bow tie is one component; vertex 8 is in no component.
         let s = Statistics::of(&mesh(9, &[[0, 1, 2], [2, 3, 4], [5, 6, 7]]));
         assert_eq!(s.components, 2);
         assert_eq!(s.unreferenced_vertices, 1);
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_what_is_wrong() {
+    fn defects_are_counted() {
         let s = Statistics::of(&mesh(6, &[[0, 1, 2], [1, 2, 0], [2, 1, 0], [3, 3, 4], [5, 5, 5]]));
         assert_eq!(s.duplicate_faces, 2);
         assert_eq!(s.degenerate_faces, 2);
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn of_nothing() {
+    fn empty_mesh() {
         let s = Statistics::of(&Mesh::default());
         assert_eq!((s.vertices, s.components, s.area), (0, 0, 0.0));
         assert_eq!(s.bounding_box, None);

@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(fine.vertices[..coarse.vertices.len()], coarse.vertices);
     }
 
-    /// A linear function of the position, as color and as texture, stays that function.
+    /// A linear function of the position, as color and as texture coordinates, is preserved.
     #[test]
     fn interpolates_linearly() {
         let mut mesh = "grid:3x2".parse::<Shape>().unwrap().mesh();

@@ -1,4 +1,4 @@
-//! Sizes of the rows and columns of K in closed form, from which every step size follows without tuning.
+//! Closed-form bounds on the rows and columns of K, from which every step size follows without tuning.
 //!
 //! ```text
 //! l_j = lmax(K_j K_j^T)     K_j = [K_j1 K_j2 K_j3] in R^{2 x 3}
@@ -24,13 +24,13 @@ pub fn row_bound(columns: Columns) -> f64 {
         b += x * y;
         c += y * y;
     }
-    // Relative to the trace, so that no square leaves the range of numbers, however small or large the face is.
+    // Relative to the trace, so that squares neither overflow nor underflow, however large or small the face is.
     let trace = a + c;
     let inverse = 1.0 / trace;
     trace * largest_eigenvalue(1.0, (a - c) * inverse, b * inverse)
 }
 
-/// b_j, without unit.
+/// b_j, dimensionless.
 #[inline(always)]
 pub fn column_bound(columns: Columns) -> f64 {
     let (mut difference, mut b) = (0.0, 0.0);
@@ -42,7 +42,7 @@ pub fn column_bound(columns: Columns) -> f64 {
     largest_eigenvalue(3.0, difference, b)
 }
 
-/// Of the symmetric 2 x 2 matrix (a b; b c), from its trace, a - c and b.
+/// The largest eigenvalue of the symmetric 2 x 2 matrix (a b; b c), from its trace, a - c and b.
 #[inline(always)]
 fn largest_eigenvalue(trace: f64, difference: f64, b: f64) -> f64 {
     0.5 * (trace + (difference * difference + 4.0 * b * b).sqrt())
@@ -54,7 +54,7 @@ pub fn squared([a, b]: [f64; 2]) -> f64 {
     a * a + b * b
 }
 
-/// Faces at a time, a few vectors of them: the roots and quotients of a vector take about as long as one.
+/// Number of faces per block, a few vectors: square roots and divisions of a vector take about as long as of a number.
 const FACES_AT_ONCE: usize = 16;
 
 /// `bound(K_j1, K_j2, K_j3)` of every face, F numbers.
@@ -87,7 +87,7 @@ pub fn of_faces(k: &impl Operator, bound: impl Fn(Columns) -> f64 + Sync) -> Vec
 }
 
 /// sum_{j at k} w_j b_j |K_jk|^2 for every vertex, V numbers: a diagonal matrix above K^T diag(w) K. `weight(j)` is
-/// w_j, not negative.
+/// w_j, nonnegative.
 pub fn diagonal_above(k: &impl Operator, weight: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
     let b = of_faces(k, column_bound);
     scatter(

@@ -11,22 +11,22 @@ use sprs::CsMat;
 
 use crate::field::Row;
 
-/// One thread: a parallel triangular solve of so thin a right-hand side is several times slower.
+/// One thread: a parallel triangular solve with few right-hand sides is several times slower.
 const ONE_THREAD: Par = Par::Seq;
 
 pub struct Cholesky {
     symbolic: Box<SymbolicCholesky<usize>>,
-    /// Of L.
+    /// The values of L.
     values: Vec<f64>,
 }
 
 impl Cholesky {
-    /// Of a symmetric positive definite matrix; none if rounding makes it look indefinite.
+    /// Factors a symmetric positive definite matrix; `None` if rounding makes it look indefinite.
     pub fn new(matrix: &CsMat<f64>) -> Option<Self> {
         Cholesky::within(matrix, usize::MAX)
     }
 
-    /// The same; none, too, if the factor would have more entries than that.
+    /// The same; also `None` if L would have more than the given number of entries.
     pub fn within(matrix: &CsMat<f64>, entries_of_l: usize) -> Option<Self> {
         let matrix = matrix.to_csc();
         let (rows, columns, starts) = (matrix.rows(), matrix.cols(), matrix.indptr());

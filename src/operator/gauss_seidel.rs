@@ -1,5 +1,4 @@
-//! One symmetric Gauss-Seidel sweep, over-relaxed (SSOR), as an approximate inverse that is never below the
-//! matrix:
+//! One over-relaxed symmetric Gauss-Seidel sweep (SSOR) as an approximate inverse M^-1 of T, where M is never below T:
 //!
 //! ```text
 //! T = L + C + L^T         C = diag(T)
@@ -7,11 +6,11 @@
 //!   = T + w / (2 - w) (L + (1 - 1/w) C) C^-1 (L^T + (1 - 1/w) C) >= T,   0 < w < 2
 //! ```
 //!
-//! D. M. Young, *Iterative solution of large linear systems*, 1971. What is L depends on the order of the rows.
-//! They are cut into parts of consecutive ones, and parts with a coupling get different colors: one color after
-//! the other is swept, its parts in parallel, the rows of a part in their own order. The parts depend on the
-//! size of T only, and so does the result. Where numbers of neighbors are near each other two or three colors
-//! do; in a mesh numbered at random every part is a color of its own, and the sweep as good but sequential.
+//! Reference: D. M. Young, *Iterative solution of large linear systems*, 1971. L depends on the order of the rows.
+//! These are cut into parts of consecutive rows, and coupled parts get different colors: the colors are swept one after
+//! the other, the parts of a color in parallel, and the rows of a part in order. The parts, and so the result, depend
+//! only on T, not on the number of threads. If neighbors have close indices, two or three colors suffice; in a randomly
+//! numbered mesh every part has its own color, and the sweep is as accurate but sequential.
 
 use sprs::CsMat;
 
@@ -19,9 +18,9 @@ use crate::field::Row;
 use crate::sweep::sweep_parts;
 
 pub struct GaussSeidel {
-    /// The index of row v of T in the order.
+    /// The index of row v of T in the order of the sweep.
     index: Vec<u32>,
-    /// Which row of T is at an index of the order.
+    /// The row of T at each index of the order.
     order: Vec<u32>,
     colors: Vec<Color>,
     /// w / C.
@@ -32,10 +31,10 @@ pub struct GaussSeidel {
     after: Triangle,
 }
 
-/// The indices of the parts that have no coupling with each other.
+/// The index range of parts that are not coupled with each other.
 struct Color {
     first: usize,
-    /// Where parts begin and the last one ends, counted from `first`.
+    /// The beginnings of the parts and the end of the last one, relative to `first`.
     cuts: Vec<usize>,
 }
 
@@ -45,14 +44,14 @@ impl Color {
     }
 }
 
-/// Rows of a strict triangle, each in the order in which its neighbors become known; no compressed rows of sprs, whose
-/// columns ascend.
+/// Rows of a strict triangle, each in the order in which its neighbors are computed. Not a sprs matrix, whose columns
+/// ascend.
 struct Triangle {
     start: Vec<u32>,
     couplings: Vec<Coupling>,
 }
 
-/// An entry off the diagonal.
+/// An off-diagonal entry.
 #[derive(Clone, Copy)]
 struct Coupling {
     index: u32,
@@ -66,17 +65,17 @@ impl Triangle {
     }
 }
 
-/// The rows are cut into at most this many parts, each of at least [`SMALLEST_PART`] rows.
+/// The rows are cut into at most this many parts, each of at least [`MIN_PART_ROWS`] rows.
 const MAX_PARTS: usize = 32;
-const SMALLEST_PART: usize = 256;
+const MIN_PART_ROWS: usize = 256;
 
-/// w. Against w = 1 it saves a sixth of the steps of `solver/douglas_rachford.rs`.
+/// w. Compared with w = 1, it saves a sixth of the steps of `solver/douglas_rachford.rs`.
 const RELAXATION: f64 = 1.3;
 
 impl GaussSeidel {
-    /// For a symmetric positive definite matrix in compressed rows.
+    /// The sweep for a symmetric positive definite matrix in compressed rows.
     pub fn new(t: &CsMat<f64>) -> Self {
-        let (order, colors) = colored(t, t.rows().div_ceil(MAX_PARTS).max(SMALLEST_PART));
+        let (order, colors) = colored(t, t.rows().div_ceil(MAX_PARTS).max(MIN_PART_ROWS));
         let mut index = vec![0; order.len()];
         (0..).zip(&order).for_each(|(i, &v)| index[v as usize] = i);
 
@@ -105,7 +104,7 @@ impl GaussSeidel {
         GaussSeidel { index, order, colors, inverse, before, after }
     }
 
-    /// x = M^-1 r, with r by row of T and x in the order of the sweep: see [`at`](Self::at).
+    /// x = M^-1 r. r is indexed by the rows of T, x by the order of the sweep: see [`at`](Self::at).
     #[inline(always)]
     pub fn solve<const M: usize>(&self, x: &mut [Row<M>], r: impl Fn(usize) -> Row<M> + Sync) {
         // x <- (L + C/w)^-1 r
@@ -151,8 +150,8 @@ impl GaussSeidel {
     }
 }
 
-/// sum of value times x over a row of a triangle: neighbors in the part or, known before it, in other colors; each slice
-/// with its first index.
+/// The product of a row of a triangle with x. Neighbors are in the same part or in colors that were swept before; each
+/// slice comes with its first index.
 #[inline(always)]
 fn product<const M: usize>(
     couplings: &[Coupling],
@@ -168,9 +167,9 @@ fn product<const M: usize>(
     sum
 }
 
-/// The rows in parts of that length, color by color.
+/// The rows in parts of the given length, color by color.
 fn colored(t: &CsMat<f64>, length: usize) -> (Vec<u32>, Vec<Color>) {
-    // Parts that a part has couplings with, and its color: the first that no part before it has among them.
+    // The parts coupled with each part, and its color: the first that no coupled part before it has.
     let mut neighbors = [0_u32; MAX_PARTS];
     t.iter().for_each(|(_, (v, w))| neighbors[v / length] |= 1 << (w / length));
     let mut color_of = [0; MAX_PARTS];

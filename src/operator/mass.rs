@@ -6,8 +6,8 @@
 //! a_k  = area of the mixed Voronoi cell of x_k                           Voronoi lumping
 //! ```
 //!
-//! M. Meyer, M. Desbrun, P. Schröder, A. H. Barr, *Discrete differential-geometry operators for
-//! triangulated 2-manifolds*, 2003, for the mixed cells: raw Voronoi areas are negative on obtuse faces.
+//! Mixed cells are used because plain Voronoi areas are negative on obtuse faces: M. Meyer, M. Desbrun, P. Schröder, A.
+//! H. Barr, *Discrete differential-geometry operators for triangulated 2-manifolds*, 2003.
 
 use sprs::{CsMat, TriMat};
 use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
@@ -18,7 +18,7 @@ use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::sweep::collect;
 
-/// How pointwise costs s become integrated costs f.
+/// How pointwise costs s are integrated to f.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumIter, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Mass {
@@ -50,11 +50,11 @@ impl Mass {
     }
 }
 
-/// M of one mesh, ready to be applied.
+/// M of one mesh.
 pub enum Quadrature<'a> {
     /// Its diagonal.
     Lumped(Vec<f64>),
-    /// Face by face.
+    /// Applied face by face.
     Consistent(&'a Mesh),
 }
 
@@ -97,7 +97,7 @@ pub fn consistent_matrix(mesh: &Mesh) -> CsMat<f64> {
     m.to_csr()
 }
 
-/// M^-1, factored once. Vertices without area, on which nothing depends, count as if M were 1 there.
+/// M^-1, factored once. At vertices without area, on which nothing depends, the diagonal of M is set to 1.
 pub(crate) fn consistent_inverse(mesh: &Mesh) -> Cholesky {
     let m = consistent_matrix(mesh);
     let mut padded = TriMat::new(m.shape());

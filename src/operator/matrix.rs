@@ -1,7 +1,7 @@
-//! K as a sparse matrix, the reference: 2F x V, rows 2j and 2j + 1 for face j.
+//! K as a sparse matrix, 2F x V with rows 2j and 2j + 1 for face j: the reference implementation.
 //!
-//! Assembled from the gradient in space: A_j grad phi_k = n x e_k / 2, with the unit normal n and the
-//! edge e_k opposite to corner k, expressed in the frame (e12 / |e12|, n x e12 / |e12|).
+//! It is assembled from the gradient in space: A_j grad phi_k = n x e_k / 2, with the unit normal n and the edge e_k
+//! opposite to corner k, expressed in the frame (e12 / |e12|, n x e12 / |e12|).
 
 use sprs::{CsMat, TriMat};
 
@@ -60,7 +60,7 @@ impl Matrix {
     }
 }
 
-/// The inner product of one compressed row with a column of rows.
+/// The product of one compressed row with a matrix given by its rows.
 #[inline(always)]
 fn row_times<const M: usize>(
     matrix: &CsMat<f64>,

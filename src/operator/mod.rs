@@ -1,12 +1,12 @@
-//! The discrete gradient K, known by its rows.
+//! The discrete gradient K, accessed by rows.
 //!
 //! ```text
 //! (K U)_j = A_j grad_j U  in R^{2 x m},  in an orthonormal frame of face j
 //! ```
 //!
-//! Every method here is one face sweep that uses (K u)_j and one vertex sweep that uses (K^T q)_v, so an operator and
-//! its adjoint offer just these rows; a line of the paper becomes one fused loop and no K u is stored.
-//! [`Stencil`] is the fast one; [`Matrix`], assembled from another formula, is the reference.
+//! Every method consists of a sweep over faces that uses (K u)_j and a sweep over vertices that uses (K^T q)_v, so an
+//! operator and its adjoint provide just these rows: a line of the paper becomes one fused loop, and K u is never
+//! stored. [`Stencil`] is the fast implementation; [`Matrix`], assembled from another formula, is the reference.
 
 pub mod bounds;
 mod cholesky;
@@ -32,7 +32,7 @@ pub use stencil::Stencil;
 
 use crate::field::{Row, Tangent};
 
-/// One face of K: which vertices it touches, and the column K_jk in R^2 of each.
+/// One face of K: its vertices, and the column K_jk in R^2 of each.
 #[derive(Clone, Copy, Debug)]
 pub struct Face {
     /// k = 1, 2, 3: the vertices of the face, each below V.
@@ -41,7 +41,7 @@ pub struct Face {
     pub columns: [[f64; 2]; 3],
 }
 
-/// K for F faces and V vertices, by its rows. All faces have an area.
+/// K for F faces and V vertices, by its rows. All faces have positive area.
 pub trait Operator: Sync {
     /// K^T, ready for sweeps over the vertices.
     type Adjoint<'a>: Adjoint
@@ -51,7 +51,7 @@ pub trait Operator: Sync {
     /// F.
     fn faces(&self) -> usize;
 
-    /// V, vertices in no face included.
+    /// V, including unreferenced vertices.
     fn vertices(&self) -> usize;
 
     /// A_j, in squared units of length.
@@ -60,13 +60,13 @@ pub trait Operator: Sync {
     /// The corners and columns of face j.
     fn face(&self, j: usize) -> Face;
 
-    /// K^T. The first call may assemble it with all threads, so it is taken before a sweep and not in one.
+    /// K^T. The first call may assemble it with all threads, so call it before a sweep, not inside.
     fn adjoint(&self) -> Self::Adjoint<'_>;
 
     /// (K u)_j; u has one row per vertex.
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
 
-    /// |(K u)_j| of the faces from `first` on, as many as there is room for.
+    /// |(K u)_j| of the faces from `first` on, one for each entry of `norms`.
     #[inline(always)]
     fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
         for (norm, j) in norms.iter_mut().zip(first..) {

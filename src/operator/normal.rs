@@ -1,7 +1,7 @@
-//! D + K^T diag(w) K, assembled: what an implicit step has to solve with, the same for every region.
+//! D + K^T diag(w) K, assembled: the matrix of implicit steps, the same for every region.
 //!
-//! By hand: `TriMat::to_csr` of sprs takes five times as long (0.8 s instead of 0.15 s for 200,000 faces), and adds
-//! duplicates in no fixed order.
+//! Assembled by hand: `TriMat::to_csr` of sprs takes five times as long (0.8 s instead of 0.15 s for 200,000 faces),
+//! and sums duplicates in no fixed order.
 
 use sprs::CsMat;
 
@@ -9,7 +9,7 @@ use super::Operator;
 
 /// D + K^T diag(w) K in compressed rows, V x V; symmetric, and positive definite for positive D.
 pub fn normal_matrix(k: &impl Operator, diagonal: &[f64], weights: &[f64]) -> CsMat<f64> {
-    // Every face adds <K_ja, K_jb> to nine entries. The entries of each row are counted first.
+    // Every face contributes <K_ja, K_jb> to nine entries. The entries of each row are counted first.
     let n = k.vertices();
     let mut end = vec![1; n];
     for j in 0..k.faces() {
@@ -33,7 +33,7 @@ pub fn normal_matrix(k: &impl Operator, diagonal: &[f64], weights: &[f64]) -> Cs
             }
         }
     }
-    // Sorted by column, with equal columns added up in the order of the faces.
+    // Sorted by column; entries of equal columns are summed in the order of the faces.
     let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
     let mut begin = 0;
     for end in end {

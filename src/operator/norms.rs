@@ -1,10 +1,10 @@
-//! |(K u)_j| of the stencil, a lane a face.
+//! |(K u)_j| of the stencil, one lane per face.
 //!
 //! ```text
 //! |(K u)_j|^2 = sum_p (c1 ua)_p^2 + (c2 ua + c3 ub)_p^2,   ua = u2 - u1, ub = u3 - u1
 //! ```
 //!
-//! The same bits as the norm of the face's own [`product`], whatever the vector instructions.
+//! Bitwise equal to the norm of [`product`] for each face, whatever the vector instructions.
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
@@ -18,7 +18,7 @@ pub struct Norms<'a, const M: usize> {
     pub weights: &'a [[f64; 3]],
     pub u: &'a [Row<M>],
     pub first: usize,
-    /// Of the faces from `first` on.
+    /// The norms of the faces from `first` on.
     pub norms: &'a mut [f64],
 }
 
@@ -41,7 +41,7 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
             );
             let mut squares = simd.splat_f64s(0.0);
             for g in 0..M.div_ceil(4) {
-                // Not in a loop over the corners, which would keep in memory what it gathers.
+                // Not in a loop over the corners, which would keep the gathered values in memory instead of registers.
                 let u1 = gather_u(simd, u, corners, 0, g);
                 let u2 = gather_u(simd, u, corners, 1, g);
                 let u3 = gather_u(simd, u, corners, 2, g);
@@ -54,7 +54,7 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
                     squares = simd.add_f64s(squares, square);
                 }
             }
-            // From lanes back to the order of the faces.
+            // Back from lanes to the order of the faces.
             let rows = simd.interleave_shfl_f64s([simd.sqrt_f64s(squares); 4]);
             for (norm, row) in norms.iter_mut().zip(cast_slice::<_, [f64; 4]>(&rows)) {
                 *norm = row[0];
@@ -80,7 +80,7 @@ pub fn product<const M: usize>(
     Tangent([ua * c1, ua * c2 + ub * c3])
 }
 
-/// Entries 4g to 4g + 3 of u at one corner of each face, or zeros where a row has none.
+/// Entries 4g to 4g + 3 of u at one corner of each face, with zeros beyond the end of a row.
 #[inline(always)]
 fn gather_u<S: Simd, const M: usize>(
     simd: S,
@@ -103,7 +103,7 @@ fn gather_u<S: Simd, const M: usize>(
     )
 }
 
-/// As many rows of four as there are lanes, a lane for each row.
+/// Transposes one row of four numbers per lane.
 #[inline(always)]
 fn gather<S: Simd>(simd: S, row: impl Fn(usize) -> [f64; 4]) -> [S::f64s; 4] {
     let mut rows = [simd.splat_f64s(0.0); 4];

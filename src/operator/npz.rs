@@ -11,7 +11,7 @@ use sprs::CsMat;
 use crate::error::Result;
 use crate::file;
 
-/// Writes what `scipy.sparse.load_npz` reads: a compressed-row matrix with 64-bit indices. Panics if the matrix is in
+/// Writes a compressed-row matrix with 64-bit indices, as `scipy.sparse.load_npz` reads it. Panics if the matrix is in
 /// compressed columns; fails if the file cannot be written.
 pub fn write_npz(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
     assert!(matrix.is_csr());
@@ -29,7 +29,7 @@ pub fn write_npz(path: &Path, matrix: &CsMat<f64>) -> Result<()> {
     file::write(path, |out| out.write_all(&bytes().map_err(std::io::Error::other)?))
 }
 
-/// A NumPy byte string of N bytes; zeros at its end do not count.
+/// A NumPy byte string of N bytes; trailing zeros are not part of it.
 #[derive(Clone, Copy)]
 pub struct ByteString<const N: usize>(pub [u8; N]);
 

@@ -1,4 +1,4 @@
-//! K as three numbers a face, the fast form.
+//! K as three numbers per face: the fast implementation.
 //!
 //! With the frame of face j along its edge 12, L = |x2 - x1|, s = <x3 - x1, e1> and area A:
 //!
@@ -7,8 +7,8 @@
 //! c1 = A / L,  c2 = -s / 2,  c3 = L / 2.
 //! ```
 //!
-//! No square root of a difference is taken, so needles do no harm (the E, F, G form of the paper's
-//! equation (6) loses its sign on them).
+//! No square root of a difference is taken, so needles are harmless (in the E, F, G form of the paper's equation (6),
+//! rounding can make the radicand negative on them).
 
 use std::sync::OnceLock;
 
@@ -27,13 +27,13 @@ pub struct Stencil {
     vertices: usize,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
-    /// For K^T, assembled when it is first asked for.
+    /// K^T, assembled on first use.
     incidence: OnceLock<ColumnsAtVertices>,
 }
 
 /// K^T of a stencil.
 pub struct ColumnsAtVertices {
-    /// The columns of each face, once more: to take them from the weights costs a sixth of a vertex sweep.
+    /// A copy of the columns of each face: computing them from the weights would cost a sixth of a vertex sweep.
     columns: Vec<[f64; 2]>,
     /// The corners at each vertex: 3 j + i for corner i of face j, which is also the index of its column.
     around: Incidence<u32>,
@@ -96,7 +96,7 @@ impl Operator for Stencil {
     }
 
     fn adjoint(&self) -> &ColumnsAtVertices {
-        // Assembled outside of `get_or_init`: a thread that waits there for its helpers may be given a task that asks for
+        // Assembled outside of `get_or_init`: a thread that waits there for others may be given a task that requests
         // K^T again.
         if self.incidence.get().is_none() {
             let columns = sweep::collect(
@@ -107,7 +107,7 @@ impl Operator for Stencil {
             .into_flattened();
             let ranges = sweep::ranges(self.vertices);
             let around = Incidence::in_ranges(&ranges, &self.corners, |j, i| (3 * j + i) as u32);
-            // Another thread may have been faster, with the same.
+            // Another thread may have been faster, with the same result.
             let _ = self.incidence.set(ColumnsAtVertices { columns, around });
         }
         self.incidence.get().expect("it was assembled above")

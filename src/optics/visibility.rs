@@ -10,6 +10,7 @@ use pulp::Arch;
 use super::bands::for_each_band;
 use super::camera::{Camera, Projected};
 use crate::mesh::Mesh;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::sweep;
 
 /// No face. Face j is stored as j + 1, so that an empty picture is zeroed memory as the system provides it.
@@ -305,23 +306,14 @@ impl Planes {
     }
 }
 
-/// A representative vertex of the connected component of each vertex (union-find with path halving).
+/// The smallest vertex of the connected component of each vertex.
 pub fn components(mesh: &Mesh) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-    fn root(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            parent[v as usize] = parent[parent[v as usize] as usize];
-            v = parent[v as usize];
-        }
-        v
-    }
+    let mut joined = DisjointSets::new(mesh.vertices.len());
     for &[a, b, c] in &mesh.faces {
-        for k in [b, c] {
-            let (p, q) = (root(&mut parent, a), root(&mut parent, k));
-            parent[p.max(q) as usize] = p.min(q);
-        }
+        joined.join(a, b);
+        joined.join(a, c);
     }
-    (0..parent.len() as u32).map(|v| root(&mut parent, v)).collect()
+    (0..mesh.vertices.len() as u32).map(|v| joined.root(v)).collect()
 }
 
 /// Draws a face, stored as `id` in the pixels, into a band that starts at scanline `first`. A sample on an edge belongs

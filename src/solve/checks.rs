@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use ndarray::Array2;
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::operator::{Operator, Stencil};
@@ -36,7 +37,9 @@ pub(crate) fn check_rows(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
         Ok(())
     } else {
         Err(Error::unsuitable(format!(
-            "the {what} have {rows} rows, but the mesh has {vertices} vertices; supply one row per vertex"
+            "the {what} have {}, but the mesh has {}; supply one row per vertex",
+            counted(rows, "row", "rows"),
+            counted(vertices, "vertex", "vertices")
         )))
     }
 }
@@ -58,7 +61,11 @@ pub fn model_mesh(mesh: &Mesh) -> Result<(Cow<'_, Mesh>, Vec<String>)> {
     };
     let mut warnings = Vec::new();
     if dropped > 0 {
-        warnings.push(format!("{dropped} faces without area were left out"));
+        warnings.push(counted(
+            dropped,
+            "face without area was left out",
+            "faces without area were left out",
+        ));
     }
     if model.faces.is_empty() {
         return Err(Error::unsuitable(

@@ -97,6 +97,6 @@ fn faces_without_area_are_left_out_with_a_warning() {
     folder.write("damaged.obj", format!("{}f 1 2 2\n", crate::support::SQUARE_OBJ));
     let output = folder.run("operators damaged.obj --out out");
     assert_eq!(output.status.code(), Some(0));
-    assert!(crate::support::stderr(&output).contains("1 faces without area were left out"));
+    assert!(crate::support::stderr(&output).contains("1 face without area was left out"));
     assert_eq!(npz(&folder, "K").dim(), (4, 4));
 }

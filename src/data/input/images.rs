@@ -1,4 +1,4 @@
-//! Images on a mesh: at its texture coordinates, or laid on it.
+//! Images on a mesh: by its texture coordinates, or projected onto it.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use super::reader::{InputData, Reader, colored};
 use super::source::{DataSource, Mapping};
 use crate::data::projection::Projection;
 use crate::data::texture::{
-    Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_a_face,
+    Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_per_face,
 };
 use crate::error::{Error, Result};
 use crate::mesh::shapes::MAX_FACES;
@@ -15,10 +15,10 @@ use crate::mesh::{Mesh, Shape, Source};
 
 /// A mesh with more texels per face than this is reported as too coarse for its texture.
 const MANY_TEXELS: f64 = 16.0;
-/// Texels per face that are recommended then.
+/// The number of texels per face that is recommended then.
 const FEW_TEXELS: f64 = 4.0;
 
-/// The image files that these data are taken from, those of materials and tiles among them; empty if there are none.
+/// The image files that the chosen data are read from, including those of materials and tiles; empty if there are none.
 pub fn image_files(
     source: &Source,
     mesh: &Mesh,
@@ -57,7 +57,8 @@ pub fn image_files(
 }
 
 impl Reader<'_> {
-    /// The images of the materials, or the given one, at the texture coordinates; `all` must be there.
+    /// The images of the materials, or the given one, by the texture coordinates. With `all`, every image must be
+    /// readable.
     pub(super) fn textures(&self, given: Option<&Path>, all: bool) -> Result<InputData> {
         let Some(uv) = self.uv() else {
             return Err(self.lacks("has no texture coordinates"));
@@ -77,7 +78,7 @@ impl Reader<'_> {
         self.painted(painted, name, notes)
     }
 
-    /// Which face has which image, and what is to be said about the one that was given.
+    /// The image of each face, and notes on the one that was given.
     fn paints<'b>(
         &self,
         given: Option<&Path>,
@@ -90,13 +91,13 @@ impl Reader<'_> {
             (None, None, Some(materials)) if !named.is_empty() => {
                 Paints::of_materials(self.mesh, materials, uv, None)
             }
-            (None, ..) => return Err(self.lacks("has no materials that name an image")),
+            (None, ..) => return Err(self.lacks("has no material with an image")),
             (Some(image), _, Some(materials))
                 if named.iter().any(|named| is_same_image(named, image)) =>
             {
                 if named.len() > 1 {
                     notes.push(format!(
-                        "{} is one of {} images that the materials name: each face takes that of its material",
+                        "{} is one of {} images of the materials; each face takes the image of its own material",
                         image.display(),
                         named.len()
                     ));
@@ -106,8 +107,8 @@ impl Reader<'_> {
             (Some(image), ..) => {
                 if named.len() > 1 {
                     notes.push(format!(
-                        "{} is none of the {} images that the materials name and is taken for all faces; --data \
-                         texture takes theirs",
+                        "{} is not one of the {} images of the materials and is used for all faces; --data texture \
+                         uses theirs",
                         image.display(),
                         named.len()
                     ));
@@ -118,27 +119,34 @@ impl Reader<'_> {
         Ok((paints, notes))
     }
 
-    /// An image by the projection that was asked for, or at the texture coordinates.
+    /// An image by the requested projection, or by the texture coordinates.
     pub(super) fn image(&self, image: &Path) -> Result<InputData> {
         let name = format!("image {}", image.display());
         let Mapping { texel, fit, .. } = *self.mapping;
         if let Some(projection) = self.projection() {
             let mut texture = Texture::open(image, Turn::Upright)?;
             let size = [texture.width, texture.height];
-            let laid = projection.lay(self.mesh, size, fit);
-            let laid = laid.map_err(|error| error.of_file(&self.name()))?;
+            let projected = projection.project(self.mesh, size, fit);
+            let projected = projected.map_err(|error| error.of_file(&self.name()))?;
             let mut sums = Sums::new(self.mesh);
-            sums.add_texture(self.mesh, &laid.uv, &mut texture, texel, laid.uv.len(), |j| j);
+            sums.add_texture(
+                self.mesh,
+                &projected.uv,
+                &mut texture,
+                texel,
+                projected.uv.len(),
+                |j| j,
+            );
             let painted = Painted {
                 colors: sums.means(self.mesh),
                 images: Vec::new(),
-                texels_a_face: texels_a_face(&laid.uv, |_| Some(size.map(f64::from))),
+                texels_per_face: texels_per_face(&projected.uv, |_| Some(size.map(f64::from))),
             };
-            return self.painted(painted, name, vec![laid.how]);
+            return self.painted(painted, name, vec![projected.description]);
         }
         let Some(uv) = self.uv() else {
             return Err(Error::unsuitable(format!(
-                "{}: has no texture coordinates to lay an image on; add --project {}",
+                "{}: has no texture coordinates for an image; add --project {}",
                 self.source,
                 Projection::SYNTAX
             )));
@@ -146,11 +154,12 @@ impl Reader<'_> {
         let paints = Paints::of_image(Content::File(image.to_owned(), Turn::Upright), &uv);
         let painted = paints.colors(self.mesh, texel, true);
         let painted = painted.map_err(|error| error.of_file(&self.name()))?;
-        let note = "the image lies at the texture coordinates of the mesh; --project xy lays it over its front";
+        let note = "the image follows the texture coordinates of the mesh; --project xy projects it onto the \
+                    front instead";
         self.painted(painted, name, vec![note.into()])
     }
 
-    /// How `image:` is laid on the surface, if not at its texture coordinates.
+    /// The projection of `image:`, unless it follows the texture coordinates.
     fn projection(&self) -> Option<Projection> {
         match (self.mapping.project, self.source) {
             (None, Source::Shape(Shape::Grid { .. })) => Some(Projection::XY),
@@ -159,37 +168,38 @@ impl Reader<'_> {
     }
 
     fn painted(&self, painted: Painted, name: String, mut notes: Vec<String>) -> Result<InputData> {
-        notes.extend(self.hint(painted.texels_a_face));
+        notes.extend(self.hint(painted.texels_per_face));
         let mut input = colored(painted.colors, name)?;
         input.notes = notes;
         Ok(input)
     }
 
-    /// What to do about a texture that the mesh does not resolve.
-    fn hint(&self, texels_a_face: f64) -> Option<String> {
-        if texels_a_face <= MANY_TEXELS {
+    /// Advice if the mesh does not resolve the texture.
+    fn hint(&self, texels_per_face: f64) -> Option<String> {
+        if texels_per_face <= MANY_TEXELS {
             return None;
         }
         let faces = self.mesh.faces.len() as u64;
         let fits = |times: &u32| faces.saturating_mul(4_u64.pow(*times)) <= MAX_FACES / 10;
-        let wanted = ((texels_a_face / FEW_TEXELS).log2() / 2.0).ceil() as u32;
+        let wanted = ((texels_per_face / FEW_TEXELS).log2() / 2.0).ceil() as u32;
         let times = (1..=wanted.min(8)).rev().find(fits);
         let finer = times.map_or(String::new(), |times| {
             format!(
-                "; `meshseg mesh convert {} --out finer.obj --subdivide {times}` resolves more",
+                "; `meshseg mesh convert {} --out finer.obj --subdivide {times}` makes a mesh that resolves more",
                 in_shell(&self.source.to_string())
             )
         });
         Some(format!(
-            "the image is finer than the mesh, about {texels_a_face:.0} texels a face: vertices take {}{finer}",
+            "the image is finer than the mesh, with about {texels_per_face:.0} texels per face: each vertex takes \
+             {}{finer}",
             match self.mapping.texel {
-                Texel::Mean => "means",
-                Texel::Vertex => "one point each",
+                Texel::Mean => "the mean around it",
+                Texel::Vertex => "the color at one point",
             }
         ))
     }
 
-    /// The texture coordinates, which shapes have too.
+    /// The texture coordinates of the mesh; those of a generated shape are computed.
     pub(super) fn uv(&self) -> Option<Cow<'_, [[[f64; 2]; 3]]>> {
         match (&self.mesh.uv, self.source) {
             (Some(uv), _) => Some(Cow::Borrowed(uv)),
@@ -199,7 +209,7 @@ impl Reader<'_> {
     }
 }
 
-/// A word of a command line, in quotes where it needs them.
+/// A word of a command line, quoted if necessary.
 fn in_shell(word: &str) -> Cow<'_, str> {
     if word.bytes().all(|b| b.is_ascii_alphanumeric() || b"._-+/:".contains(&b)) {
         Cow::Borrowed(word)

@@ -1,13 +1,14 @@
-//! What comes with a mesh by itself: the textures of its materials, the colors of its vertices, those of its faces.
+//! The data that belong to a mesh: the textures of its materials, the colors of its vertices, those of its faces.
 
 use super::reader::{InputData, Reader, colored};
 use super::signal::varies;
+use crate::counted::counted;
 use crate::data::texture::{Sums, color_of_face, images};
 use crate::error::{Error, Result};
 use crate::mesh::Source;
 use crate::unreached::INHERIT;
 
-/// What may come with a mesh, the first choice first.
+/// The kinds of data that a mesh may have, the preferred one first.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Own {
     Textures,
@@ -26,7 +27,7 @@ impl Own {
 }
 
 impl Reader<'_> {
-    /// The first of what comes with the mesh that can be read and is not of one value.
+    /// The first kind of data that can be read and is not constant.
     pub(super) fn own(&self) -> Result<InputData> {
         let offers: Vec<Own> = [Own::Textures, Own::Vertices, Own::Faces]
             .into_iter()
@@ -41,7 +42,7 @@ impl Reader<'_> {
                     return Err(refused.unwrap_or(error));
                 }
                 Err(error) => {
-                    tracing::warn!("{error}; {} are left out", own.name());
+                    tracing::warn!("{error}; {} are ignored", own.name());
                     refused.get_or_insert(error);
                     continue;
                 }
@@ -52,7 +53,7 @@ impl Reader<'_> {
             }
             if let Some((other, _)) = constant {
                 input.notes.push(format!(
-                    "{} are all of one value: {} are taken",
+                    "{} are constant, so {} are used",
                     other.name(),
                     own.name()
                 ));
@@ -60,7 +61,7 @@ impl Reader<'_> {
                 && let Some(other) = offers.get(i + 1)
             {
                 input.notes.push(format!(
-                    "{} are taken as data; --data colors takes {}",
+                    "{} are used as data; --data colors uses {}",
                     own.name(),
                     other.name()
                 ));
@@ -69,7 +70,7 @@ impl Reader<'_> {
         }
         match constant {
             Some((_, input)) => Ok(input),
-            None => Err(self.lacks("has neither colors nor textures of its own")),
+            None => Err(self.lacks("has neither colors nor textures")),
         }
     }
 
@@ -88,7 +89,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `all`: every image must be there.
+    /// With `all`, every image must be readable.
     pub(super) fn read_own(&self, own: Own, all: bool) -> Result<InputData> {
         match own {
             Own::Textures => self.textures(None, all),
@@ -97,8 +98,8 @@ impl Reader<'_> {
                 let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
                 if unknown > 0 {
                     tracing::warn!(
-                        "{unknown} of {} vertices have no color; {INHERIT}",
-                        colors.len()
+                        "{unknown} of {} no color; {INHERIT}",
+                        counted(colors.len(), "vertex has", "vertices have")
                     );
                 }
                 colored(colors, "colors".into())
@@ -116,8 +117,9 @@ impl Reader<'_> {
                 if bare > 0 {
                     let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
                     tracing::warn!(
-                        "{bare} of {} faces have no color: {unknown} vertices have no data; {INHERIT}",
-                        self.mesh.faces.len()
+                        "{bare} of {} no color, so {} no data; {INHERIT}",
+                        counted(self.mesh.faces.len(), "face has", "faces have"),
+                        counted(unknown, "vertex has", "vertices have")
                     );
                 }
                 colored(colors, "colors of faces".into())
@@ -125,7 +127,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What the mesh does not have, and all that can be chosen.
+    /// An error that says what the mesh lacks, and lists all data that can be chosen.
     pub(super) fn lacks(&self, what: &str) -> Error {
         let has_uv = self.mesh.uv.is_some() || matches!(self.source, Source::Shape(_));
         let mut choices = Vec::new();

@@ -1,4 +1,4 @@
-//! What is read, and from what.
+//! The data that were read, and the mesh and options that they were read by.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::data::Data;
 use crate::error::Result;
 use crate::mesh::{Mesh, Source};
 
-/// The data, how it looks, and what to call it.
+/// The data of a mesh, with their colors and their name.
 pub struct InputData {
     /// V x d values.
     pub data: Data,
@@ -15,17 +15,17 @@ pub struct InputData {
     pub colors: Vec<[f64; 3]>,
     /// Such as `mean curvature`, `colors`, or the path of an array; for captions.
     pub name: String,
-    /// What 0 and 1 stand for, if the data was mapped.
+    /// The values that were mapped to 0 and 1, if the data were mapped.
     pub unit_range: Option<[f64; 2]>,
-    /// What was chosen, and what else there is to choose, a line each.
+    /// Which data were chosen and which others can be, one line each.
     pub notes: Vec<String>,
-    /// What the sign of the data means, if it has a meaning that is not plain.
+    /// The meaning of the sign of the data, if it needs an explanation.
     pub sign: Option<&'static str>,
-    /// What the user should know, a sentence each.
+    /// Warnings, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// A mesh whose data are read.
+/// A mesh whose data are to be read.
 pub struct Reader<'a> {
     pub source: &'a Source,
     pub mesh: &'a Mesh,

@@ -1,16 +1,16 @@
-//! Whether there is anything in data but rounding.
+//! Whether data vary by more than rounding.
 
 use crate::data::Data;
 
-/// Differences below this share of the data are rounding.
+/// Differences below this fraction of the data are rounding errors.
 const DATA_ROUNDING: f64 = 1e-13;
 
-/// Whether one of the coordinates has more than one value where it is known, but for rounding.
+/// Whether the known values of some coordinate differ by more than rounding.
 pub fn varies(data: &Data) -> bool {
     differs(data, DATA_ROUNDING)
 }
 
-/// Whether the values of a coordinate differ by more than a share of their size.
+/// Whether the values of some coordinate differ by more than a fraction of their size.
 fn differs(data: &Data, share: f64) -> bool {
     (0..data.dimension).any(|i| {
         let column = data.values.iter().skip(i).step_by(data.dimension).filter(|x| !x.is_nan());
@@ -20,8 +20,8 @@ fn differs(data: &Data, share: f64) -> bool {
     })
 }
 
-/// Makes data constant that are so up to rounding, in each coordinate and where they are known, and says how it found
-/// them; `what` they are.
+/// If the known data are constant up to rounding in each coordinate, makes them constant and returns a clause that says
+/// so; `what` names the values, in the plural.
 pub fn flatten(data: &mut Data, what: &str) -> Option<String> {
     let known = |row: &&[f64]| row.iter().all(|x| !x.is_nan());
     let first = data.values.chunks(data.dimension).find(known).map(<[f64]>::to_vec)?;
@@ -31,7 +31,7 @@ pub fn flatten(data: &mut Data, what: &str) -> Option<String> {
     let found = match differs(data, 0.0) {
         true => {
             format!(
-                "no {what} differ by more than {DATA_ROUNDING:.0e} of their size, which is rounding"
+                "the {what} differ by at most {DATA_ROUNDING:.0e} of their size, which is rounding"
             )
         }
         false => format!("all vertices have the same {what}"),

@@ -1,4 +1,4 @@
-//! How data are named, and how images are mapped to a mesh.
+//! The names of data, and how images are mapped to a mesh.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -12,9 +12,9 @@ use crate::data::texture::Texel;
 pub enum DataSource {
     /// The colors of the vertices, or else those of the faces and their materials.
     Colors,
-    /// The images that the materials name, or a given one, at the texture coordinates of the mesh.
+    /// The images of the materials, or a given one, by the texture coordinates of the mesh.
     Texture(Option<PathBuf>),
-    /// An image laid on the surface by a projection, or at the texture coordinates, see [`Mapping::project`].
+    /// An image on the surface by a projection or by the texture coordinates, see [`Mapping::project`].
     Image(PathBuf),
     /// The mean curvature, see `curved.rs`.
     Curvature,
@@ -58,12 +58,12 @@ impl fmt::Display for DataSource {
     }
 }
 
-/// How images come onto a mesh.
+/// How images are mapped to a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mapping {
     /// What a vertex takes of an image.
     pub texel: Texel,
-    /// Of `image:`; without it the texture coordinates, and xy for a grid.
+    /// The projection of `image:`; by default xy for a grid, else the texture coordinates.
     pub project: Option<Projection>,
     /// How a plane projection treats the aspect of an image.
     pub fit: Fit,

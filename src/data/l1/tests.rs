@@ -1,4 +1,4 @@
-//! Medians, whatever the outliers, and coarse data that stand for finer ones.
+//! Medians resist outliers, and coarse data represent the fine ones.
 
 use super::*;
 use crate::data::PiecewiseConstant;
@@ -17,8 +17,8 @@ fn costs_are_sums_of_distances() {
     assert_eq!(costs, [Row([1.0, 3.0]), Row([8.0, 4.0])]);
 }
 
-/// The fitted medians minimize sum <u, M s>, for each quadrature: no move of a coordinate of one of them lowers it,
-/// and one beyond all of the data costs at least its length, less the width of the data, times the mass.
+/// The fitted medians minimize sum <u, M s>, for each quadrature: moving a coordinate of one of them never decreases
+/// it, and moving it beyond all data costs at least the mass times the distance, less the width of the data.
 #[test]
 fn the_fit_is_the_minimizer() {
     for (mesh, data, u, mass) in to_fit(131) {
@@ -45,10 +45,10 @@ fn the_fit_is_the_minimizer() {
     }
 }
 
-/// Where a half lies on either side, every place between is a median: one that is there stays, another moves to the
-/// nearest.
+/// If half of a region lies on either side of a gap, every value between is a median: a value in the gap stays, any
+/// other moves to the nearest end.
 #[test]
-fn of_many_medians_the_nearest_is_taken() {
+fn the_nearest_of_many_medians_is_taken() {
     let data = Data::new(1, vec![3.0, 0.0, 1.0, 7.0]).unwrap();
     let model = L1::new(&data);
     for (before, after) in [(2.0, 2.0), (0.0, 1.0), (9.0, 3.0), (1.0, 1.0)] {
@@ -56,13 +56,13 @@ fn of_many_medians_the_nearest_is_taken() {
         let change = model.fit(&[Row([1.0]); 4], &mut mu).unwrap();
         assert_eq!((mu[0].median[0], change), (after, f64::abs(after - before)));
     }
-    // A vertex without weight is no end of them.
+    // A vertex without weight does not bound the gap.
     let weights = [1.0, 1.0, 0.0, 0.0].map(|w| Row([w]));
     let mut mu = medians([&[1.5]]);
     assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
 }
 
-/// As long as more than half of a region is in one place, it does not matter where the rest is.
+/// As long as more than half of a region has one value, the rest does not matter.
 #[test]
 fn outliers_do_not_move_the_median() {
     let fitted = |far: f64, weight: f64| {
@@ -75,14 +75,14 @@ fn outliers_do_not_move_the_median() {
     };
     for far in [0.5, -3.0, 1e9, -1e300] {
         assert_eq!(fitted(far, 1.0), 0.25);
-        // It is the mass that counts, not the number of vertices.
+        // The mass counts, not the number of vertices.
         assert_eq!(fitted(far, 1.6), far);
     }
 }
 
-/// Of what is not known, costs, medians and the scale take no notice.
+/// Unknown vertices affect neither costs nor medians nor the scale.
 #[test]
-fn unknown_vertices_count_for_nothing() {
+fn unknown_vertices_are_ignored() {
     let data = Data::new(2, vec![0.0, 1.0, f64::NAN, 7.0, 4.0, 3.0]).unwrap();
     let model = L1::new(&data);
     let mut mu = medians([&[0.0, 0.0], &[3.0, 1.0]]);
@@ -92,7 +92,7 @@ fn unknown_vertices_count_for_nothing() {
     assert_eq!(model.scale(&[1.0, 5.0, 1.0]).distance, 3.0);
 }
 
-/// Data in another unit have a scale in that unit, of which a few values far away change little.
+/// The scale has the unit of the data, and a few distant values change it little.
 #[test]
 fn the_scale_has_the_unit_of_the_data() {
     let mut data = random_data(1000, 2, 131);
@@ -111,7 +111,7 @@ fn the_scale_has_the_unit_of_the_data() {
     assert!((two - 0.005).abs() < 1e-12, "{two}");
 }
 
-/// Starts are data, not mixtures of them, whatever the seed; a region that drew no vertex has the median of all.
+/// Initial values are data, not mixtures of them, whatever the seed; a region without vertices has the median of all.
 #[test]
 fn a_random_start_has_medians() {
     let data = Data::new(1, vec![0.0, 1.0, 5.0, f64::NAN]).unwrap();
@@ -125,9 +125,9 @@ fn a_random_start_has_medians() {
     }
 }
 
-/// A few values far away are no regions to start from, and no others take their place.
+/// A few distant values do not become initial regions.
 #[test]
-fn no_region_starts_far_away() {
+fn outliers_do_not_become_initial_regions() {
     let mut rng = rng(135);
     let value = |k: usize| match k % 97 {
         0 => rng.random_range(-1e6..1e6),
@@ -145,7 +145,7 @@ fn no_region_starts_far_away() {
     }
 }
 
-/// Medians of coarse vertices take no notice of a few outliers, means of them take a share of each.
+/// Medians of coarse vertices ignore a few outliers; means would be affected by each.
 #[test]
 fn coarse_data_are_medians() {
     let mesh = bumpy(24);
@@ -167,10 +167,10 @@ fn coarse_data_are_medians() {
     assert!(far < coarse.len() / 20 && moved > 2 * far, "{far} {moved} of {}", coarse.len());
 }
 
-/// On a level and on the next costs are nearly the restricted ones, up to what is the same for every region, even for
-/// data that are nothing but noise. Those of the medians alone are not.
+/// On two successive levels the costs are close to the restricted ones, up to a constant per vertex, even for pure
+/// noise. The costs of the medians alone are not.
 #[test]
-fn coarse_costs_are_nearly_the_restricted_ones() {
+fn coarse_costs_are_close_to_the_restricted_ones() {
     let mesh = shape("torus:60x40");
     let data = random_data(mesh.vertices.len(), 2, 131);
     let mu = medians([&[0.2, 0.9], &[0.5, 0.1], &[0.7, 0.6]]);
@@ -200,7 +200,7 @@ fn coarse_costs_are_nearly_the_restricted_ones() {
     }
 }
 
-/// On a coarse mesh as well the fit is the minimizer.
+/// On a coarse mesh, too, the fit is the minimizer.
 #[test]
 fn the_fit_of_coarse_data_is_the_minimizer() {
     let mesh = shape("torus:30x20");

@@ -1,13 +1,11 @@
 //! PNG and JPEG files as texels of three channels.
 //!
-//! Images are shrunk on the way by the least 2^k that brings them to at most [`MAX_BYTES`]: those of PNG come row by
-//! row, and from a JPEG image the low frequencies alone are transformed back, which makes about the means of boxes.
-//! Gray and palettes are widened, alpha is dropped with a warning where it
-//! hides anything, 16 bits stay.
-//! The EXIF orientation of a JPEG image is followed where a photo is asked for, and left out of a texture, whose
-//! coordinates are made for the pixels as they are stored (so glTF has it, and viewers of meshes).
-//! A header is believed as far as the file can hold what it promises: deflate compresses 1032 : 1 at best,
-//! and JPEG spends at least one bit on a block.
+//! Images are shrunk while they are decoded, by the smallest 2^k that brings them to at most [`MAX_BYTES`]: PNG images
+//! are read row by row, and of JPEG images only the low frequencies are transformed back, which approximates the means
+//! of boxes. Gray and palette images are expanded, alpha is dropped with a warning if any pixel is not opaque, and 16
+//! bits are kept. The EXIF orientation of a JPEG image is applied to photos and ignored for textures, whose coordinates
+//! refer to the pixels as stored (as in glTF and in mesh viewers). A header is trusted only if the file can hold what
+//! it declares: deflate compresses 1032 : 1 at best, and JPEG needs at least one bit per block.
 
 use std::io::{BufRead, Cursor};
 use std::path::Path;
@@ -28,31 +26,32 @@ const MAX_BYTES: u64 = 3 << 26;
 /// Larger images are refused.
 const MAX_PIXELS: u64 = 1 << 32;
 
-/// What is in memory whole: an interlaced PNG image, the coefficients of a progressive JPEG image.
+/// Limits for images that must be in memory as a whole: interlaced PNG images, the coefficients of progressive JPEG
+/// images.
 const MAX_PIXELS_INTERLACED: u64 = 1 << 26;
 const MAX_PIXELS_PROGRESSIVE: u64 = 1 << 26;
 
-/// More than a byte of a file can hold, of the bytes of a PNG image and of the pixels of a JPEG image.
+/// Upper bounds on what a byte of a file can hold: bytes of a PNG image, pixels of a JPEG image.
 const MAX_DEFLATED: u64 = 1040;
 const MAX_PIXELS_PER_BYTE: u64 = 2048;
 
-/// The texels of an image, from its upper left corner, row by row.
+/// The texels of an image, row by row from the upper left corner.
 pub enum Texels {
     Eight(Vec<[u8; 3]>),
     Sixteen(Vec<[u16; 3]>),
 }
 
-/// How an image lies.
+/// The orientation in which an image is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// Whatever its EXIF orientation says.
+    /// The EXIF orientation is ignored.
     AsStored,
-    /// As its EXIF orientation says.
+    /// The EXIF orientation is applied.
     Upright,
 }
 
 pub struct Decoded {
-    /// Of the image in the file, once it is turned.
+    /// The size of the image in the file, after the orientation is applied.
     pub width: u32,
     pub height: u32,
     /// The texels are means of 2^k x 2^k pixels.
@@ -60,7 +59,7 @@ pub struct Decoded {
     pub texels: Texels,
 }
 
-/// The content of a PNG file of that length; `name` is for the errors.
+/// Decodes a PNG file of the given length; `name` is for error messages.
 pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     let failed = |error: png::DecodingError| cannot_decode(name, &error);
     let mut decoder = png::Decoder::new(file);
@@ -73,7 +72,7 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     let pixels = check_size(width, height, name)?;
     let packed = info.raw_row_length() as u64 * u64::from(height);
     if packed > MAX_DEFLATED.saturating_mul(length) {
-        return Err(promises_too_much(width, height, length, name));
+        return Err(declares_too_much(width, height, length, name));
     }
     let interlaced = info.interlaced;
     if interlaced && pixels > MAX_PIXELS_INTERLACED {
@@ -104,14 +103,15 @@ pub fn png(file: impl BufRead, length: u64, name: &Path) -> Result<Decoded> {
     }
     if transparent > 0 {
         tracing::warn!(
-            "{}: {transparent} of {pixels} pixels are transparent, wholly or in part; colors are taken as stored",
+            "{}: {transparent} of {pixels} pixels are fully or partly transparent; transparency is ignored",
             name.display()
         );
     }
     Ok(Decoded { width, height, k, texels: rows.finish() })
 }
 
-/// How many pixels of a row are not opaque; each has that many bytes, the last of them alpha.
+/// The number of pixels of a row that are not opaque. Each has `pixel` bytes, of which the last `alpha` are the alpha
+/// channel.
 fn hidden(row: &[u8], pixel: usize, alpha: usize) -> u64 {
     if alpha == 0 {
         return 0;
@@ -120,14 +120,14 @@ fn hidden(row: &[u8], pixel: usize, alpha: usize) -> u64 {
     row.chunks_exact(pixel).filter(|pixel| is_hidden(pixel)).count() as u64
 }
 
-/// The content of a JPEG file; `name` is for the errors.
+/// Decodes a JPEG file; `name` is for error messages.
 pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
     let failed = |error: image::ImageError| cannot_decode(name, &error);
     let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(failed)?;
     let (width, height) = decoder.dimensions();
     let pixels = check_size(width, height, name)?;
     if pixels > MAX_PIXELS_PER_BYTE.saturating_mul(bytes.len() as u64) {
-        return Err(promises_too_much(width, height, bytes.len() as u64, name));
+        return Err(declares_too_much(width, height, bytes.len() as u64, name));
     }
     if pixels > MAX_PIXELS_PROGRESSIVE && is_progressive(bytes) {
         let message = "save it as baseline JPEG or as PNG, which can be read row by row";
@@ -144,7 +144,7 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
         (orientation, Turn::Upright) => orientation,
         (_, Turn::AsStored) => {
             tracing::warn!(
-                "{}: its EXIF orientation is left out, since a texture is taken as it is stored; --data image:FILE lays \
+                "{}: its EXIF orientation is ignored, because textures are used as stored; --data image:FILE turns \
                  photos upright",
                 name.display()
             );
@@ -168,8 +168,8 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
     Ok(Decoded { width, height, k, texels: texels.finish() })
 }
 
-/// A JPEG image at 2^-k of its size, 1 <= k <= 3, of the lowest (8 / 2^k)^2 frequencies of each block, and its
-/// channels.
+/// A JPEG image at 2^-k of its size, 1 <= k <= 3, from the lowest (8 / 2^k)^2 frequencies of each block, and its number
+/// of channels.
 fn low_frequencies(bytes: &[u8], size: [u32; 2], k: u32, name: &Path) -> Result<(Vec<u8>, usize)> {
     let failed = |error: jpeg_decoder::Error| cannot_decode(name, &error);
     let mut decoder = jpeg_decoder::Decoder::new(bytes);
@@ -179,17 +179,18 @@ fn low_frequencies(bytes: &[u8], size: [u32; 2], k: u32, name: &Path) -> Result<
     let channels = match decoder.info().map(|info| info.pixel_format) {
         Some(PixelFormat::L8) => 1,
         Some(PixelFormat::RGB24) => 3,
-        _ => return Err(too_large(size[0], size[1], "save it as RGB, in place of CMYK", name)),
+        _ => return Err(too_large(size[0], size[1], "save it as RGB instead of CMYK", name)),
     };
     Ok((decoder.decode().map_err(failed)?, channels))
 }
 
-/// Whether the frame of a JPEG image is progressive; its coefficients are then in memory all at once.
+/// Whether a JPEG image is progressive, so that all its coefficients must be in memory at once.
 fn is_progressive(bytes: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker, high, low]) = bytes.get(at..at + 4) {
         match marker {
-            // Frames: baseline, extended, progressive, and all others but for tables that share the range.
+            // Start of frame: baseline, extended, progressive and others; the excluded markers in this range are
+            // tables.
             0xc2 | 0xc6 | 0xca | 0xce => return true,
             0xc0 | 0xc1 | 0xda => return false,
             0xff => at += 1,
@@ -209,14 +210,17 @@ fn check_size(width: u32, height: u32, name: &Path) -> Result<u64> {
 }
 
 fn too_large(width: u32, height: u32, what_to_do: &str, name: &Path) -> Error {
-    Error::malformed(name, format!("{width} x {height} pixels are too large; {what_to_do}"))
+    Error::malformed(
+        name,
+        format!("the image of {width} x {height} pixels is too large; {what_to_do}"),
+    )
 }
 
-fn promises_too_much(width: u32, height: u32, length: u64, name: &Path) -> Error {
+fn declares_too_much(width: u32, height: u32, length: u64, name: &Path) -> Error {
     Error::malformed(
         name,
         format!(
-            "is damaged: it promises {width} x {height} pixels, too many for its {length} bytes; save it anew"
+            "is damaged: it declares {width} x {height} pixels, too many for its {length} bytes; save it again"
         ),
     )
 }
@@ -226,7 +230,7 @@ fn cannot_decode(name: &Path, error: &dyn std::fmt::Display) -> Error {
     Error::malformed(name, format!("cannot decode the image: {reason}"))
 }
 
-/// The least k for which that many bytes become few enough in boxes of 2^k x 2^k.
+/// The smallest k for which an image of that many bytes fits after averaging over boxes of 2^k x 2^k pixels.
 fn shrinking(bytes: u64) -> u32 {
     (0..).find(|k| bytes >> (2 * k) <= MAX_BYTES).unwrap_or_default()
 }

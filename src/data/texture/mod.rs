@@ -1,8 +1,9 @@
 //! Texture images, and the colors they give to vertices.
 //!
-//! Colors are the stored sRGB values divided by their maximum, without any transfer function; alpha is ignored with a warning,
-//! since what an atlas stores below it is the color that was meant. An image is read in `decode` (`shrink`: too
-//! large ones; `upright`: photos that were stored turned), a face finds its colors in `sample`, which image it has says `paint`, and `vertices` adds up.
+//! Colors are the stored sRGB values divided by their maximum, without a transfer function. Alpha is ignored with a
+//! warning: an atlas stores the intended color even where it is transparent. `decode` reads images (`shrink`: large
+//! ones; `upright`: rotated photos), `pyramid` halves them, `paint` assigns them to faces, `sample` evaluates the
+//! colors of a face, and `vertices` averages those of a vertex.
 
 mod decode;
 mod paint;
@@ -18,4 +19,4 @@ pub use decode::Turn;
 pub use paint::{Content, Painted, Paints, color_of_face, images, is_same_image};
 pub use pyramid::Texture;
 pub use sample::Texel;
-pub use vertices::{Sums, texels_a_face};
+pub use vertices::{Sums, texels_per_face};

@@ -1,11 +1,10 @@
-//! Which face has which image, or which color, and the colors of vertices that follow.
+//! The image or color of each face, and the resulting colors of the vertices.
 //!
-//! **Materials.** A face takes the image of its material; if that has none, the color of the face or of the
-//! material (`Kd`). **Tiles.** Images whose names have a UDIM number, `skin.1001.png`, `skin_1001.png` or
-//! `skin.<UDIM>.png`, are tiles where coordinates leave [0, 1]: tile (i, j) is the image 1001 + i + 10 j,
-//! 0 <= i <= 9, of the same folder. **Placements** move the coordinates of a face before all that; of an image that a
-//! material clamps there is one copy and no tiles. **Unknown** is a face without texture coordinates in its image, without
-//! image and color, or on a tile without an image.
+//! **Materials.** A face has the image of its material; without one, its own color or that of the material (`Kd`).
+//! **Tiles.** Images whose names have a UDIM number, `skin.1001.png`, `skin_1001.png` or `skin.<UDIM>.png`, are tiles
+//! if coordinates leave [0, 1]: tile (i, j) is the image 1001 + i + 10 j, 0 <= i <= 9, of the same folder.
+//! **Placements** transform the coordinates of a face first; a clamped image has one copy and no tiles. A face is
+//! **unknown** if it has an image but no texture coordinates, neither image nor color, or a tile without an image.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -15,51 +14,52 @@ use std::path::{Path, PathBuf};
 use super::decode::Turn;
 use super::pyramid::Texture;
 use super::sample::{Texel, tile};
-use super::vertices::{Sums, is_placed, texels_a_face};
+use super::vertices::{Sums, is_placed, texels_per_face};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::{Material, Materials, Mesh, Placement};
 use crate::unreached::INHERIT;
 
-/// An image that faces may have.
+/// An image and the faces that have it.
 struct Picture {
     content: Content,
     /// The name of its material.
     material: Option<String>,
     placement: Placement,
-    /// F at most, ascending.
+    /// Ascending, at most F.
     faces: Vec<u32>,
 }
 
-/// Where an image is.
+/// The location of an image.
 #[derive(Clone)]
 pub enum Content {
-    /// A PNG or JPEG file, and whether its EXIF orientation counts.
+    /// A PNG or JPEG file, and whether its EXIF orientation is applied.
     File(PathBuf, Turn),
-    /// The content of a PNG or JPEG file inside the program.
+    /// The content of a PNG or JPEG file, embedded in the program.
     Embedded(&'static [u8]),
 }
 
 /// Images and colors of all faces.
 pub struct Paints<'a> {
-    /// In the images of the faces.
+    /// Texture coordinates in the images of the faces.
     uv: Cow<'a, [[[f64; 2]; 3]]>,
     pictures: Vec<Picture>,
     colored: Vec<(u32, [f64; 3])>,
     without_coordinates: usize,
     without_image_and_color: usize,
     without_tile: usize,
-    /// The names of images that tiles lack.
+    /// The names of missing images of tiles.
     missing: Vec<String>,
 }
 
-/// What came of it.
+/// The colors of the vertices, and where they came from.
 pub struct Painted {
-    /// V colors; NaN where nothing is known.
+    /// V colors; NaN where unknown.
     pub colors: Vec<[f64; 3]>,
     /// The names of the images.
     pub images: Vec<String>,
-    /// The median number of texels on a face.
-    pub texels_a_face: f64,
+    /// The median number of texels per face.
+    pub texels_per_face: f64,
 }
 
 /// The color of a face: its own, or else that of its material.
@@ -71,7 +71,7 @@ pub fn color_of_face(mesh: &Mesh, j: usize) -> Option<[f64; 3]> {
     })
 }
 
-/// The images that the materials of a mesh name, each once.
+/// The images of the materials of a mesh, each once.
 pub fn images(materials: &Materials) -> Vec<&Path> {
     let mut images: Vec<&Path> = Vec::new();
     for image in materials.all.iter().filter_map(|material| material.image.as_deref()) {
@@ -82,7 +82,7 @@ pub fn images(materials: &Materials) -> Vec<&Path> {
     images
 }
 
-/// Whether two names are those of one image, its tiles included.
+/// Whether two names denote the same image, including its tiles.
 pub fn is_same_image(a: &Path, b: &Path) -> bool {
     let names = |a: Option<&OsStr>, b: Option<&OsStr>| match (a, b) {
         (Some(a), Some(b)) => a.eq_ignore_ascii_case(b),
@@ -115,14 +115,14 @@ impl<'a> Paints<'a> {
         let picture = Picture { content, material: None, placement, faces: Vec::new() };
         let mut paints = Paints::new(uv, vec![picture]);
         for j in 0..uv.len() {
-            paints.place(j, 0);
+            paints.assign(j, 0);
         }
         paints.tiles();
         paints
     }
 
-    /// Each face by its material. `given` stands for the image of its name, and what is not where the materials
-    /// say is looked for beside it.
+    /// The image or color of the material of each face. `given` replaces the image of the same name, and images that
+    /// are not where the materials say are searched for next to it.
     pub fn of_materials(
         mesh: &Mesh,
         materials: &Materials,
@@ -150,10 +150,10 @@ impl<'a> Paints<'a> {
             match material.and_then(|m| of_materials[m as usize]) {
                 Some(picture) => {
                     let placement = paints.pictures[picture].placement;
-                    if !placement.moves_nothing() {
+                    if !placement.is_identity() {
                         paints.uv.to_mut()[j] = placement.of(&uv[j]);
                     }
-                    paints.place(j, picture);
+                    paints.assign(j, picture);
                 }
                 None => match color_of_face(mesh, j) {
                     Some(color) => paints.colored.push((j as u32, color)),
@@ -165,7 +165,7 @@ impl<'a> Paints<'a> {
         paints
     }
 
-    /// The files whose content the colors depend on.
+    /// The files on which the colors depend.
     pub fn files(&self) -> Vec<&Path> {
         let mut files = Vec::new();
         for picture in self.pictures.iter().filter(|picture| !picture.faces.is_empty()) {
@@ -176,7 +176,7 @@ impl<'a> Paints<'a> {
         files
     }
 
-    fn place(&mut self, j: usize, picture: usize) {
+    fn assign(&mut self, j: usize, picture: usize) {
         if is_placed(&self.uv[j]) {
             self.pictures[picture].faces.push(j as u32);
         } else {
@@ -184,7 +184,7 @@ impl<'a> Paints<'a> {
         }
     }
 
-    /// Parts images into their tiles.
+    /// Splits images into their tiles.
     fn tiles(&mut self) {
         let uv = &self.uv;
         for picture in std::mem::take(&mut self.pictures) {
@@ -218,8 +218,8 @@ impl<'a> Paints<'a> {
     /// The colors of the vertices; one image is in memory at a time.
     ///
     /// # Errors
-    /// An image that cannot be read, if `all` are needed or none can; faces that have neither image nor color, all
-    /// of them.
+    /// An image cannot be read, and `all` are required or no other image can be read; or no face has an image or a
+    /// color.
     pub fn colors(self, mesh: &Mesh, texel: Texel, all: bool) -> Result<Painted> {
         let mut painting = Painting::new(mesh, self.uv.len());
         for &(j, color) in &self.colored {
@@ -244,30 +244,34 @@ impl<'a> Paints<'a> {
         }
         let reasons = self.reasons(unread);
         if known == 0 {
-            return Err(Error::unsuitable(format!("no face has a color: {reasons}")));
+            return Err(Error::unsuitable(format!(
+                "no face has a color ({reasons}); choose other data"
+            )));
         }
         let colors = sums.means(mesh);
         if !reasons.is_empty() {
             let unknown = colors.iter().filter(|color| color[0].is_nan()).count();
             tracing::warn!(
-                "of {} faces {reasons}: {unknown} vertices have no data; {INHERIT}",
-                mesh.faces.len()
+                "of {}, {reasons}, so {} no data; {INHERIT}",
+                counted(mesh.faces.len(), "face", "faces"),
+                counted(unknown, "vertex has", "vertices have")
             );
         }
-        Ok(Painted { colors, images, texels_a_face: texels_a_face(&self.uv, |j| sizes[j]) })
+        Ok(Painted { colors, images, texels_per_face: texels_per_face(&self.uv, |j| sizes[j]) })
     }
 
-    /// Why faces have no color, with their numbers; `unread` have images that cannot be read.
+    /// The reasons why faces have no color, with their numbers; the images of `unread` faces cannot be read.
     fn reasons(&self, unread: usize) -> String {
         let counts = [
-            (self.without_coordinates, "without texture coordinates"),
-            (self.without_image_and_color, "without an image or a color of a material"),
-            (unread, "with images that cannot be read"),
-            (self.without_tile, "on tiles without an image"),
+            (self.without_coordinates, ["has", "have"], "no texture coordinates"),
+            (self.without_image_and_color, ["has", "have"], "neither an image nor a color"),
+            (unread, ["has", "have"], "an image that cannot be read"),
+            (self.without_tile, ["lies", "lie"], "on a tile without an image"),
         ];
-        let reasons = counts.iter().filter(|(count, _)| *count > 0);
-        let reasons: Vec<String> =
-            reasons.map(|(count, reason)| format!("{count} {reason}")).collect();
+        let reasons = counts.iter().filter(|(count, ..)| *count > 0);
+        let reasons: Vec<String> = reasons
+            .map(|&(count, [one, many], reason)| counted(count, one, many) + " " + reason)
+            .collect();
         let mut reasons = reasons.join(", ");
         if !self.missing.is_empty() {
             let more = if self.missing.len() > 3 { ", ..." } else { "" };
@@ -279,7 +283,7 @@ impl<'a> Paints<'a> {
 }
 
 impl Picture {
-    /// Its name and its content.
+    /// The name and the content of the image.
     fn open(&self) -> Result<(String, Texture)> {
         let (name, texture) = match &self.content {
             Content::File(path, turn) => (name_of(path), Texture::open(path, *turn)),
@@ -288,10 +292,9 @@ impl Picture {
             }
         };
         let mut texture = texture.map_err(|error| match &self.material {
-            Some(name) => Error::unsuitable(format!(
-                "the image of the material {}: {error}",
-                name.escape_debug()
-            )),
+            Some(name) => {
+                Error::unsuitable(format!("the image of material {}: {error}", name.escape_debug()))
+            }
             None => error,
         })?;
         texture.clamp = self.placement.clamp;
@@ -299,16 +302,16 @@ impl Picture {
     }
 }
 
-/// The colors of the faces so far.
+/// The colors of the faces, accumulated at the vertices.
 struct Painting {
     sums: Sums,
-    /// How many faces have a color.
+    /// The number of faces with a color.
     known: usize,
-    /// Of the images of the faces, in texels.
+    /// The sizes of the images of the faces, in texels.
     sizes: Vec<Option<[f64; 2]>>,
-    /// Their names.
+    /// The names of the images.
     images: Vec<String>,
-    /// How many faces have images that cannot be read.
+    /// The number of faces with images that cannot be read.
     unread: usize,
     first_error: Option<Error>,
 }
@@ -351,7 +354,7 @@ impl Painting {
     }
 }
 
-/// Where an image is: as given, where the materials say, or beside what was given.
+/// The path of an image: as given, where the materials say, or next to the given one.
 fn whereabouts(image: &Path, given: Option<&Path>) -> PathBuf {
     match given {
         Some(given) if is_same_image(image, given) => given.to_owned(),
@@ -374,18 +377,18 @@ fn number_of([i, j]: [f64; 2]) -> Option<u32> {
     ((0.0..10.0).contains(&i) && (0.0..900.0).contains(&j)).then(|| 1001 + i as u32 + 10 * j as u32)
 }
 
-/// An image in tiles: the name before and behind the number.
+/// An image in tiles: the parts of its name before and after the number.
 struct Tiled {
     folder: PathBuf,
     before: String,
-    /// None where it is to be filled in.
+    /// `None` if the name has `<UDIM>` instead.
     number: Option<u32>,
     behind: String,
 }
 
 impl Tiled {
-    /// By its name: `<UDIM>` in any case, or the last four digits from 1001 to 1999 between `.`, `_`, `-` or the
-    /// ends.
+    /// Parses a name: it contains `<UDIM>` in any case, or a four-digit number from 1001 to 1999 between `.`, `_`, `-`
+    /// or the ends, of which the last counts.
     fn of(image: &Path) -> Option<Self> {
         const MARK: &str = "<UDIM>";
         let name = image.file_name()?.to_str()?;
@@ -410,8 +413,8 @@ impl Tiled {
         })
     }
 
-    /// Whether tiles are meant: the name leaves the number open, or coordinates leave [0, 1] and the number is the
-    /// first one or another of the tiles exists. (`brick_1024.png` may be as large as that, and repeated.)
+    /// The tiles of a picture, if it has any: the name contains `<UDIM>`, or coordinates leave [0, 1] and the number is
+    /// the first one or another tile exists. (The number of `brick_1024.png` may be its size, and the image repeated.)
     fn in_use(picture: &Picture, uv: &[[[f64; 2]; 3]]) -> Option<(Self, Turn)> {
         let Content::File(path, turn) = &picture.content else { return None };
         let tiled = Tiled::of(path)?;

@@ -1,4 +1,5 @@
-//! An image in sizes that halve, of which a face is sampled at the one whose texels are about as far apart as its samples.
+//! An image and its successive halvings. A face is sampled at the level whose texels are about as far apart as its
+//! samples.
 
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -9,10 +10,10 @@ use super::shrink::{Channel, Shrink};
 use crate::error::{Error, Result};
 use crate::file;
 
-/// What a JPEG file may have, which is read whole.
+/// The size limit of JPEG files, which are read as a whole.
 const MAX_FILE_BYTES: u64 = 1 << 28;
 
-/// An image in sizes that halve: level l has means of 2^l x 2^l texels.
+/// An image and its successive halvings: level l has means of 2^l x 2^l texels.
 pub struct Texture {
     /// Pixels along the width of the image in the file.
     pub width: u32,
@@ -21,7 +22,7 @@ pub struct Texture {
     /// The texels of level 0 are means of 2^k x 2^k pixels.
     k: u32,
     levels: Levels,
-    /// Whether its edges go on beyond [0, 1], instead of further copies of it.
+    /// Whether its edges extend beyond [0, 1], instead of repeated copies.
     pub clamp: bool,
 }
 
@@ -32,7 +33,7 @@ enum Levels {
 
 impl Texture {
     /// Reads a PNG or JPEG file; its content decides which, not its name. Fails if the file cannot be read, is neither,
-    /// is damaged or too large.
+    /// is damaged or is too large.
     pub fn open(path: &Path, turn: Turn) -> Result<Self> {
         let (mut file, length) = file::open(path)?;
         let mut magic = Vec::new();
@@ -54,7 +55,7 @@ impl Texture {
         Texture::new(decode::jpeg(&magic, path, turn)?, path)
     }
 
-    /// Decodes the content of a PNG or JPEG file; `name` is for the errors. Fails if it is neither, damaged or too
+    /// Decodes the content of a PNG or JPEG file; `name` is for error messages. Fails if it is neither, damaged or too
     /// large.
     pub fn decode(bytes: &[u8], name: &Path) -> Result<Self> {
         let decoded = if bytes.starts_with(PNG_SIGNATURE) {
@@ -70,7 +71,7 @@ impl Texture {
     fn new(Decoded { width, height, k, texels }: Decoded, name: &Path) -> Result<Self> {
         if k > 0 {
             tracing::warn!(
-                "{}: its {width} x {height} pixels were shrunk by {} in each direction",
+                "{}: the image of {width} x {height} pixels was shrunk by a factor of {} in each direction",
                 name.display(),
                 1 << k
             );
@@ -93,7 +94,7 @@ impl Texture {
         [self.width, self.height].map(|n| f64::from(n) / f64::from(1_u32 << self.k))
     }
 
-    /// Makes the sizes up to that one, as far as they are more than a texel.
+    /// Computes the levels up to the given one, as long as they have more than one texel.
     pub fn reach(&mut self, last: usize) {
         let (width, height, k) = (self.width, self.height, self.k);
         match &mut self.levels {
@@ -102,7 +103,7 @@ impl Texture {
         }
     }
 
-    /// The colors in [0, 1] of the corners of a face, whose level must be reached.
+    /// The colors in [0, 1] of the corners of a face, whose level must have been computed by [`Texture::reach`].
     #[inline(always)]
     pub fn of_corners(&self, footprint: &Footprint, texel: Texel) -> [[f64; 3]; 3] {
         match &self.levels {

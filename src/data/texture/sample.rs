@@ -1,57 +1,58 @@
 //! The colors of a face from a texture: at its corners, or their means over the corners' shares.
 //!
-//! A texture covers [0, 1]^2; v points upwards (the convention of OBJ), so the image's first row lies at v = 1.
-//! Texel (i, row) of an N x H image is centered at ((i + 1/2) / N, 1 - (row + 1/2) / H), and between the centers
-//! colors are bilinear.
+//! A texture covers [0, 1]^2; v points upwards (the convention of OBJ), so the first row of the image is at v = 1.
+//! Texel (i, row) of an N x H image is centered at ((i + 1/2) / N, 1 - (row + 1/2) / H), and between the centers colors
+//! are bilinear.
 //!
-//! **Edges.** A face whose coordinates lie in one tile [i, i + 1] x [j, j + 1], up to one texel, never sees the
-//! opposite edge of the image: coordinates clamp. A face that crosses the border of a tile sees the image
-//! repeated there, as viewers show it. Of a clamped image there is one copy, on [0, 1]^2, and its edges go on.
+//! **Edges.** If the coordinates of a face lie in one tile [i, i + 1] x [j, j + 1], up to one texel, they are clamped,
+//! so that the opposite edge of the image has no influence. On a face that crosses the border of a tile the image is
+//! repeated, as in viewers. A clamped image has one copy, on [0, 1]^2, whose edges extend beyond it.
 //!
-//! **Shares.** The medians divide a face into six triangles of equal area, two at each corner. Each is sampled
-//! at the centroids of k^2 equal triangles, k the least for which no side is longer than 1.5 texels (a bilinear
-//! color reaches over two). Where that is more than `most`, the samples are of a smaller image, means of
-//! 2^l x 2^l texels.
+//! **Shares.** The medians divide a face into six triangles of equal area, two at each corner. Each is sampled at the
+//! centroids of k^2 equal triangles, with the smallest k for which no side is longer than 1.5 texels (a bilinear color
+//! extends over two). If k would exceed `most`, a smaller image is sampled, with means of 2^l x 2^l texels.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::shrink::Channel;
 
-/// Sides of the triangles that are sampled once, in texels.
+/// The longest side of a triangle that is sampled once, in texels.
 const MAX_SAMPLE_SPACING: f64 = 1.5;
 
-/// What a vertex takes of a texture: the mean over its share of its faces, or the color at its own place.
+/// The color that a vertex takes from a texture: the mean over its share of its faces, or the color at its own
+/// position.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Texel {
     /// The mean over its share of its faces. The default.
     #[default]
     Mean,
-    /// The color at its texture coordinates; where faces disagree on these, the mean weighted by their areas.
+    /// The color at its texture coordinates; where those of its faces differ, the area-weighted mean.
     Vertex,
 }
 
-/// A texture in one of its sizes.
+/// One level of a texture.
 pub struct MipLevel<T> {
     pub width: usize,
     pub height: usize,
-    /// From the upper left corner, row by row.
+    /// Row by row from the upper left corner.
     pub texels: Vec<[T; 3]>,
-    /// The length of [0, 1] in texels: not whole where the last box is narrower.
+    /// The length of [0, 1] in texels: not an integer if the last box is narrower.
     pub extent: [f64; 2],
 }
 
-/// Beyond its image, along one axis.
+/// How an image continues beyond its edges, along one axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Edge {
     Clamp,
     Repeat,
 }
 
-/// Where a face lies in a texture.
+/// The position of a face in a texture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Footprint {
-    /// Of its corners, with v downwards, from the upper left corner of its tile, in parts of the image.
+    /// The coordinates of its corners relative to the upper left corner of its tile, v downwards, as fractions of the
+    /// image.
     corners: [[f64; 2]; 3],
     edges: [Edge; 2],
     /// Each of the six triangles is sampled k^2 times,
@@ -60,8 +61,8 @@ pub struct Footprint {
     pub level: usize,
 }
 
-/// A number per axis of the tile that holds most of a face: (0, 0) is [0, 1]^2, and what lies on a border
-/// belongs to the tile nearer to it.
+/// The indices of the tile that contains most of a face: (0, 0) is [0, 1]^2, and a face on a border belongs to the
+/// nearer tile.
 #[inline(always)]
 pub fn tile(uv: &[[f64; 2]; 3]) -> [f64; 2] {
     [0, 1].map(|axis| {
@@ -71,8 +72,8 @@ pub fn tile(uv: &[[f64; 2]; 3]) -> [f64; 2] {
 }
 
 impl Footprint {
-    /// The place of a face with coordinates `uv` in an image whose [0, 1]^2 is `extent` texels long; at most
-    /// 6 `most`^2 samples.
+    /// The footprint of a face with coordinates `uv` in an image for which [0, 1]^2 has `extent` texels; it takes at
+    /// most 6 `most`^2 samples.
     #[inline(always)]
     pub fn new(uv: &[[f64; 2]; 3], extent: [f64; 2], clamp: bool, most: u32) -> Self {
         let tile = if clamp { [0.0; 2] } else { tile(uv) };
@@ -176,7 +177,7 @@ impl<T: Channel> MipLevel<T> {
     }
 }
 
-/// The two of n texels whose centers a coordinate lies between, and how far it is on its way.
+/// The two of n texels whose centers enclose a coordinate, and the weight of the second.
 #[inline(always)]
 fn between(x: f64, extent: f64, n: usize, edge: Edge) -> (usize, usize, f64) {
     match edge {

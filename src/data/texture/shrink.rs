@@ -1,12 +1,11 @@
-//! Images that are averaged over boxes of 2^k x 2^k pixels while their rows come in, so that the large one is
-//! never in memory.
+//! Images averaged over boxes of 2^k x 2^k pixels while their rows are read, so that the full image is never in memory.
 
 /// A channel of a texel: 8 or 16 bits.
 pub trait Channel: Copy + Send + Sync + Into<f64> + Into<u32> {
-    /// What stands for 1.
+    /// The value of full intensity, 1.
     const MAX: f64;
 
-    /// The lowest bits, all there are in a mean of channels.
+    /// The lowest bits of a mean of channels; the others are zero.
     fn of(value: u32) -> Self;
 }
 
@@ -26,13 +25,13 @@ impl Channel for u16 {
     }
 }
 
-/// Takes the rows of an image from the top and keeps their means, k <= 7 so that sums of 16 bits fit. Boxes at the
-/// right and the lower edge may be narrower.
+/// Takes the rows of an image from top to bottom and keeps the means of boxes; k <= 7, so that sums of 16-bit values
+/// fit. Boxes at the right and the lower edge may be smaller.
 pub struct Shrink<T> {
     k: u32,
     width: usize,
     texels: Vec<[T; 3]>,
-    /// Of the row of boxes that is being filled.
+    /// Sums of the row of boxes that is being filled.
     sums: Vec<[u32; 3]>,
     rows: u32,
 }

@@ -1,4 +1,4 @@
-//! Images against what they say of each texel, means against exact integrals.
+//! Images are checked texel by texel, means against exact integrals.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -31,18 +31,18 @@ fn four() -> RgbImage {
     RgbImage::from_raw(2, 2, texels.concat()).unwrap()
 }
 
-/// Red is the column, green the row, so that a bilinear color tells its place.
+/// Red is the column, green the row, so that a bilinear color encodes its position.
 fn ramp(n: u32) -> RgbImage {
     RgbImage::from_fn(n, n, |i, row| Rgb([i as u8, row as u8, 77]))
 }
 
 fn corners(texture: &mut Texture, uv: [[f64; 2]; 3], texel: Texel) -> [[f64; 3]; 3] {
-    let place = Footprint::new(&uv, texture.extent(), texture.clamp, 64);
-    texture.reach(place.level);
-    texture.of_corners(&place, texel)
+    let footprint = Footprint::new(&uv, texture.extent(), texture.clamp, 64);
+    texture.reach(footprint.level);
+    texture.of_corners(&footprint, texel)
 }
 
-/// The color at a point, that of a face so small that it lies there.
+/// The color at a point: that of a tiny face around it.
 fn sample(texture: &mut Texture, [u, v]: [f64; 2]) -> [f64; 3] {
     corners(texture, [[u, v]; 3], Texel::Vertex)[0]
 }
@@ -69,7 +69,7 @@ fn texel_centers_return_their_texels_and_v_points_up() {
     assert_eq!(sample(&mut texture, [0.5, 0.5]), [0.5; 3]);
 }
 
-/// Whole tiles away colors are the same; within a tile the opposite edge is never seen.
+/// Colors repeat in every tile; within a tile the opposite edge has no influence.
 #[test]
 fn edges_clamp_in_every_tile() {
     let mut texture = texture(four());
@@ -86,9 +86,9 @@ fn edges_clamp_in_every_tile() {
     assert_eq!((right[1], right[2]), ([0.0, 1.0, 0.0], [0.0, 1.0, 0.0]));
 }
 
-/// A face across the border of tiles sees the image repeated there.
+/// On a face across the border of tiles the image is repeated.
 #[test]
-fn faces_across_a_border_see_the_image_repeated() {
+fn images_repeat_on_faces_across_a_border() {
     let mut texture = texture(ramp(16));
     let across = corners(&mut texture, [[-0.25, 0.5], [0.5, 0.5], [0.0, 0.5]], Texel::Vertex);
     assert_near(across[0], sample(&mut texture, [0.75, 0.5]), 1e-12);
@@ -119,13 +119,13 @@ fn gray_deep_palettes_and_transparent_images_keep_their_values() {
 }
 
 #[test]
-fn jpeg_is_read_too() {
+fn jpeg_images_are_read() {
     let bytes = encode(RgbImage::from_pixel(16, 16, Rgb([128; 3])), ImageFormat::Jpeg);
     let mut texture = Texture::decode(&bytes, Path::new("t.jpg")).unwrap();
     assert_near(sample(&mut texture, [0.5, 0.5]), [0.5; 3], 0.02);
 }
 
-/// Half as wide as in the file, and about the means: a ramp is in the low frequencies.
+/// The image is half as wide as in the file and approximates the means: a ramp consists of low frequencies.
 #[test]
 fn large_jpeg_images_are_shrunk_and_turned() {
     const SIZE: [u32; 2] = [8_321, 8_205];
@@ -173,16 +173,17 @@ fn means_of_a_linear_image_are_exact_in_every_size_of_face() {
     }
 }
 
-/// Stripes of one texel alias at points; their means are gray, sampled at each texel or in a smaller image.
+/// Stripes of one texel alias at points; their means are gray, whether each texel is sampled or a smaller image is
+/// used.
 #[test]
 fn means_of_fine_stripes_are_gray() {
     let stripes = RgbImage::from_fn(256, 256, |i, _| Rgb([if i % 2 == 0 { 0 } else { 255 }; 3]));
     let mut texture = texture(stripes);
     let uv = [[0.02, 0.02], [0.95, 0.02], [0.02, 0.95]];
     for most in [4, 16, 200] {
-        let place = Footprint::new(&uv, texture.extent(), texture.clamp, most);
-        texture.reach(place.level);
-        for color in texture.of_corners(&place, Texel::Mean) {
+        let footprint = Footprint::new(&uv, texture.extent(), texture.clamp, most);
+        texture.reach(footprint.level);
+        for color in texture.of_corners(&footprint, Texel::Mean) {
             assert_near(color, [0.5; 3], 0.02);
         }
     }
@@ -191,7 +192,7 @@ fn means_of_fine_stripes_are_gray() {
 }
 
 #[test]
-fn what_is_no_image_is_one_clear_line() {
+fn other_files_give_one_clear_line() {
     assert!(error(b"").contains("neither"));
     assert!(error(b"solid cube").contains("neither"));
     assert!(error(b"GIF89a0000000000").contains("neither"));
@@ -207,7 +208,7 @@ fn what_is_no_image_is_one_clear_line() {
     assert!(missing.to_string().starts_with("no-such.png: "));
 }
 
-/// Behind the header of a PNG image of one pixel.
+/// A PNG image of one pixel whose header declares another size.
 fn with_size(width: u32, height: u32) -> Vec<u8> {
     let mut png = encode(RgbImage::new(1, 1), ImageFormat::Png);
     let ihdr = 12..29;
@@ -230,18 +231,18 @@ fn crc(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn a_header_that_promises_more_than_the_file_holds_is_refused() {
-    assert!(error(&with_size(0x8000, 0x8000)).contains("promises 32768 x 32768"));
+fn a_header_that_declares_more_than_the_file_holds_is_refused() {
+    assert!(error(&with_size(0x8000, 0x8000)).contains("declares 32768 x 32768"));
     assert!(error(&with_size(1 << 20, 1 << 20)).contains("too large"));
     assert!(error(&with_size(0, 4)).contains("image"));
     // A frame header of 65535 x 65535.
     let mut jpeg = encode(RgbImage::new(8, 8), ImageFormat::Jpeg);
     let frame = jpeg.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
     jpeg[frame + 5..frame + 9].copy_from_slice(&[0xff; 4]);
-    assert!(error(&jpeg).contains("promises 65535 x 65535"));
+    assert!(error(&jpeg).contains("declares 65535 x 65535"));
 }
 
-/// 10,000 x 10,000 gray pixels in rows: what is kept is half as wide, and means.
+/// 10,000 x 10,000 gray pixels in rows: the result has half the width and consists of means.
 #[test]
 fn large_images_are_shrunk_while_they_are_read() {
     const N: u32 = 10_000;
@@ -262,7 +263,7 @@ fn large_images_are_shrunk_while_they_are_read() {
     assert_eq!(sample(&mut texture, [0.75, 0.1]), [0.4; 3]);
 }
 
-/// Two faces with a common edge, and a vertex in none.
+/// Two faces with a common edge, and a vertex in no face.
 fn pair() -> Mesh {
     let corners =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -3.0, 0.0], [9.0, 9.0, 9.0]];
@@ -295,7 +296,7 @@ fn a_seam_averages_its_sides_by_area() {
     assert_eq!(colors[3], [0.0, 1.0, 0.0]);
     assert_eq!(colors[0], [0.25, 0.75, 0.0]);
     assert_eq!(colors[4], [0.5; 3]);
-    // A face without coordinates is unknown, what it shares with others is not.
+    // A face without coordinates is unknown, but vertices that it shares with others are known.
     let uv = [[[0.25, 0.75]; 3], [[f64::NAN; 2]; 3]];
     let paints = Paints::of_image(Content::File(path.clone(), Turn::AsStored), &uv);
     let colors = paint(&mesh, paints).unwrap().colors;
@@ -304,7 +305,7 @@ fn a_seam_averages_its_sides_by_area() {
     let uv = [[[f64::NAN; 2]; 3]; 2];
     let error =
         paint(&mesh, Paints::of_image(Content::File(path, Turn::AsStored), &uv)).err().unwrap();
-    assert!(error.to_string().contains("2 without texture coordinates"), "{error}");
+    assert!(error.to_string().contains("2 have no texture coordinates"), "{error}");
 }
 
 fn materials(folder: &Path, of_faces: [Option<u32>; 2]) -> Materials {
@@ -346,7 +347,7 @@ fn each_face_takes_the_image_or_the_color_of_its_material() {
     assert!(colors([None, None], None).is_err());
 }
 
-/// What is asked for must be there; else the others do.
+/// A requested image must be readable; otherwise the remaining images are used.
 #[test]
 fn a_missing_image_is_named_with_its_material() {
     let mut mesh = pair();
@@ -359,7 +360,7 @@ fn a_missing_image_is_named_with_its_material() {
     assert!(error.contains("material wall") && error.contains("wall.png"), "{error}");
     let colors = paints().colors(&mesh, Texel::Mean, false).unwrap().colors;
     assert!(colors[2] == [1.0, 0.0, 0.0] && colors[3][0].is_nan());
-    // Images lie beside the one that is given, wherever the materials say.
+    // Images are found next to the given one, wherever the materials say they are.
     let moved = super::tests::materials(Path::new("elsewhere"), [Some(0), Some(0)]);
     let given = folder.path().join("wall.png");
     let paints = Paints::of_materials(&mesh, &moved, &uv, Some(&given));
@@ -367,7 +368,7 @@ fn a_missing_image_is_named_with_its_material() {
 }
 
 #[test]
-fn tiles_are_images_of_their_own() {
+fn each_tile_has_its_own_image() {
     let mesh = pair();
     let folder = folder(&[
         ("skin.1001.png", [255, 0, 0]),
@@ -384,13 +385,13 @@ fn tiles_are_images_of_their_own() {
     let (red, blue) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
     for name in ["skin.1001.png", "skin.1012.png", "skin.<UDIM>.png"] {
         assert_eq!(colors(name, [FACE, moved(1.0, 1.0)]).unwrap(), (red, blue), "{name}");
-        // The tile that is not there is unknown.
+        // A missing tile is unknown.
         let (known, unknown) = colors(name, [FACE, moved(1.0, 0.0)]).unwrap();
         assert_eq!(known, red);
         assert!(unknown[0].is_nan(), "{name}");
     }
     assert!(colors("skin.1001.png", [moved(-1.0, 0.0); 2]).is_err());
-    // A tile with coordinates of its own, and a number that is a size.
+    // A tile with its own coordinates, and a number that is a size.
     assert_eq!(colors("skin.1012.png", [FACE; 2]).unwrap(), (blue, blue));
     let green = [0.0, 1.0, 0.0];
     assert_eq!(colors("brick_1024.png", [FACE, moved(3.0, 2.0)]).unwrap(), (green, green));
@@ -426,14 +427,14 @@ fn placements_scale_and_move_coordinates_and_clamp() {
     let clamped = Placement { clamp: true, ..plain };
     assert_eq!(colors("half.png", [plain, clamped], at(1.3)), (red, blue));
     assert_eq!(colors("half.png", [plain, clamped], at(-0.3)), (blue, red));
-    // A clamped image has no tiles, and its edges go on as far as a face reaches.
+    // A clamped image has no tiles, and its edges extend as far as a face reaches.
     assert_eq!(colors("half.1001.png", [clamped; 2], at(7.3)), (blue, blue));
     let wide = [[[1.2, 0.5], [9.4, 0.5], [5.0, 0.5]]; 2];
     assert_eq!(colors("half.png", [clamped; 2], wide), (blue, blue));
 }
 
 #[test]
-fn colors_of_faces_go_before_those_of_materials() {
+fn colors_of_faces_take_precedence_over_those_of_materials() {
     let mut mesh = pair();
     mesh.materials = Some(materials(Path::new(""), [Some(2), Some(1)]));
     assert_eq!(color_of_face(&mesh, 0), Some([0.2, 0.4, 0.6]));

@@ -1,12 +1,12 @@
-//! An image that was stored turned or mirrored, as phones do it, row by row as it should be seen.
+//! Images stored rotated or mirrored, as phones do, row by row in upright orientation.
 
 use image::metadata::Orientation;
 
 pub struct Upright {
-    /// Of the image as it is stored.
+    /// The width of the image as stored.
     pub width: u32,
     pub height: u32,
-    /// What makes it upright.
+    /// The transform that makes it upright.
     pub orientation: Orientation,
 }
 
@@ -41,7 +41,7 @@ impl Upright {
         }
     }
 
-    /// The rows of the upright image, from the top, of pixels of that many bytes.
+    /// Passes the rows of the upright image to `push`, from top to bottom; each pixel has `channels` bytes.
     pub fn rows(&self, stored: &[u8], channels: usize, mut push: impl FnMut(&[u8])) {
         let width = self.width as usize;
         if self.orientation == Orientation::NoTransforms {
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
     use image::{DynamicImage, RgbImage};
 
-    /// Against the image library, which needs a second copy of the image.
+    /// Compared with the image library, which needs a second copy of the image.
     #[test]
     fn every_orientation_is_that_of_the_library() {
         let image = RgbImage::from_fn(3, 2, |x, y| image::Rgb([x as u8, y as u8, 7]));

@@ -1,26 +1,26 @@
-//! Colors of vertices from those of faces: a vertex takes the mean over its share of its faces, weighted by
-//! their areas, so that seams split no vertex. What no face knows is NaN: unknown.
+//! Colors of vertices from those of faces: a vertex takes the mean over its share of its faces, weighted by their
+//! areas, so that seams split no vertex. A vertex without any colored face is NaN (unknown).
 
 use super::pyramid::Texture;
 use super::sample::{self, Footprint, Texel};
-use crate::mesh::{Mesh, is_place};
+use crate::mesh::{Mesh, is_position};
 use crate::sweep;
 
-/// The color of what has no area.
+/// The color of vertices without area.
 const MID_GRAY: [f64; 3] = [0.5; 3];
 
 /// Approximate number of samples of all faces together.
 const TOTAL_SAMPLES: f64 = (1_u64 << 24) as f64;
 
-/// Number of faces that are sampled before their colors are added.
+/// Number of faces that are sampled at a time.
 const FACES_AT_ONCE: usize = 1 << 16;
 
-/// Whether a face lies somewhere in a texture.
+/// Whether a face has a position in a texture.
 pub fn is_placed(uv: &[[f64; 2]; 3]) -> bool {
-    uv.iter().all(|&t| is_place(t))
+    uv.iter().all(|&t| is_position(t))
 }
 
-/// Colors times areas and areas, added up at V vertices.
+/// Area-weighted colors and areas, summed at V vertices.
 pub struct Sums {
     colors: Vec<[f64; 3]>,
     areas: Vec<f64>,
@@ -32,12 +32,12 @@ impl Sums {
         Sums { colors: vec![[0.0; 3]; mesh.vertices.len()], areas: vec![0.0; mesh.vertices.len()] }
     }
 
-    /// A face of one color.
+    /// Adds face j with a uniform color.
     pub fn add_color(&mut self, mesh: &Mesh, j: usize, color: [f64; 3]) {
         self.add(mesh, j, [color; 3]);
     }
 
-    /// The faces `faces(i)`, i < n, by a texture; all must be placed.
+    /// Adds the faces `faces(i)`, i < n, with the colors of a texture; all must be [placed](is_placed).
     pub fn add_texture(
         &mut self,
         mesh: &Mesh,
@@ -79,7 +79,7 @@ impl Sums {
         }
     }
 
-    /// The means; NaN at vertices with an area of which no face is known, mid gray where there is no area.
+    /// The means; NaN at vertices with area but without a known face, mid-gray at vertices without area.
     pub fn means(self, mesh: &Mesh) -> Vec<[f64; 3]> {
         let mean = |(sum, &area): (&[f64; 3], &f64)| {
             if area > 0.0 { sum.map(|value| (value / area).min(1.0)) } else { [f64::NAN; 3] }
@@ -99,8 +99,8 @@ impl Sums {
     }
 }
 
-/// The median number of texels on the placed faces, 0 if there are none. `size` is that of the image in its file.
-pub fn texels_a_face(uv: &[[[f64; 2]; 3]], size: impl Fn(usize) -> Option<[f64; 2]>) -> f64 {
+/// The median number of texels of the placed faces, 0 if there are none. `size` is that of the image in its file.
+pub fn texels_per_face(uv: &[[[f64; 2]; 3]], size: impl Fn(usize) -> Option<[f64; 2]>) -> f64 {
     let mut areas: Vec<f64> = uv
         .iter()
         .enumerate()

@@ -1,6 +1,6 @@
-//! Colors as files write them: of all rows or of some, in [0, 1] or up to 255.
+//! Colors of vertices or faces in files: for all rows or some of them, in [0, 1] or up to 255.
 //!
-//! An integer type says what its full intensity is. Numbers without a type are judged by the whole file:
+//! An integer type determines the full intensity. The range of numbers without a type is inferred from the whole file:
 //!
 //! | largest component | meaning |
 //! |---|---|
@@ -8,37 +8,37 @@
 //! | up to 255, and all are whole numbers or one is above 2 | over 255 |
 //! | up to 2 | too bright by a little: cut off at 1, with a warning |
 //!
-//! A file seems to mix both where all that is above 1 is whole and some of the rest is not, or where few colors are
-//! above 1 and more below, black apart: over 255, with a warning.
-//! Colors with a negative component, or one above 255, are left out: all of them where these are the most, since they are
-//! of another kind then. Rows without a color are NaN: unknown. Both with a warning.
+//! A file seems to mix both ranges if all colors above 1 are whole numbers and some of the others are not, or if fewer
+//! colors are above 1 than below, not counting black: it is read as over 255, with a warning. Colors with a negative
+//! component, or one above 255, are left out; if most are, all are left out, since they must be of another kind. Rows
+//! without a color are NaN (unknown). Both cause a warning.
 
 use std::path::Path;
 
-use super::places::{Places, warn};
+use super::occurrences::{Occurrences, warn};
 
-/// Programs that write components in [0, 1] round them.
+/// Tolerance for components in [0, 1] that were rounded when written.
 const COMPONENT_ROUNDING: f64 = 1e-6;
 
 const LARGEST_BYTE: f64 = 255.0;
 
-/// So bright, and in fractions, is no file of bytes that shows anything.
+/// A file with fractions is read as over 255 only if a component exceeds this.
 const TOO_BRIGHT: f64 = 2.0;
 
-/// The colors of vertices or faces so far.
+/// The colors of vertices or faces read so far.
 pub struct Colors {
     rows: Vec<[f64; 3]>,
-    /// The value that stands for 1, if its type says so.
+    /// The value of full intensity, if the type determines it.
     full: Option<f64>,
     largest: f64,
     fractions: bool,
-    /// Whether there are any in colors above 1, and the colors up to 1 that have some.
+    /// Whether colors above 1 have fractions, and the colors up to 1 that have some.
     bright_fractions: bool,
-    dim_fractions: Places,
-    /// How many are up to 1 and not black.
+    dim_fractions: Occurrences,
+    /// The number of colors up to 1 that are not black.
     dim: usize,
-    bright: Places,
-    outside: Places,
+    bright: Occurrences,
+    outside: Occurrences,
 }
 
 impl Colors {
@@ -49,10 +49,10 @@ impl Colors {
             largest: 0.0,
             fractions: false,
             bright_fractions: false,
-            dim_fractions: Places::default(),
+            dim_fractions: Occurrences::default(),
             dim: 0,
-            bright: Places::default(),
-            outside: Places::default(),
+            bright: Occurrences::default(),
+            outside: Occurrences::default(),
         }
     }
 
@@ -65,9 +65,9 @@ impl Colors {
         self.rows.is_empty()
     }
 
-    /// The color of a row that no earlier call had; the rows that are passed over have none.
+    /// Sets the color of a row; rows must be increasing, and skipped rows have no color.
     #[inline]
-    pub fn set(&mut self, row: usize, color: [f64; 3], place: impl FnOnce() -> String) {
+    pub fn set(&mut self, row: usize, color: [f64; 3], location: impl FnOnce() -> String) {
         self.rows.resize(row, [f64::NAN; 3]);
         if !color.iter().all(|c| c.is_finite()) {
             self.rows.push([f64::NAN; 3]);
@@ -76,7 +76,7 @@ impl Colors {
         let [r, g, b] = color;
         let (low, high) = (r.min(g).min(b), r.max(g).max(b));
         if low < -COMPONENT_ROUNDING || high > self.full.unwrap_or(LARGEST_BYTE) {
-            self.outside.add(place);
+            self.outside.add(location);
             self.rows.push([f64::NAN; 3]);
             return;
         }
@@ -85,17 +85,17 @@ impl Colors {
         self.fractions |= fractions;
         if high > 1.0 + COMPONENT_ROUNDING {
             self.bright_fractions |= fractions;
-            self.bright.add(place);
+            self.bright.add(location);
         } else {
             self.dim += usize::from(high > 0.0);
             if fractions {
-                self.dim_fractions.add(place);
+                self.dim_fractions.add(location);
             }
         }
         self.rows.push(color);
     }
 
-    /// All `count` rows in [0, 1], if some have a color. `what` they are, in the plural.
+    /// The colors of all `count` rows in [0, 1], if some row has a color. `what` names the rows, in the plural.
     pub fn finish(mut self, path: &Path, count: usize, what: &str) -> Option<Vec<[f64; 3]>> {
         if self.rows.is_empty() {
             return None;
@@ -106,14 +106,18 @@ impl Colors {
             let range =
                 self.full.map_or("[0, 1] or [0, 255]".to_owned(), |full| format!("[0, {full}]"));
             if self.outside.count() > count - unknown {
-                let most = format!("the colors of {what} are left out, most are outside {range}");
+                let most =
+                    format!("the colors of {what} are left out because most are outside {range}");
                 self.outside.warn(path, &most);
                 return None;
             }
             self.outside.warn(path, &format!("colors of {what} outside {range} are left out"));
         }
         if unknown == count {
-            warn(path, &format!("no color of the {what} is a number; they are left out"));
+            warn(
+                path,
+                &format!("the colors of {what} are left out because none of them is a number"),
+            );
             return None;
         }
         if unknown > 0 {
@@ -121,7 +125,7 @@ impl Colors {
             warn(
                 path,
                 &format!(
-                    "{unknown} of {count} {what} have no color and count as unknown (the first, counted from 0: {first})"
+                    "{unknown} of {count} {what} have no color and are unknown (the first, counted from 0: {first})"
                 ),
             );
         }
@@ -130,27 +134,27 @@ impl Colors {
                 1.0
             } else if !self.fractions || self.largest > TOO_BRIGHT {
                 if self.bright.count() < self.dim {
-                    let of_both = format!(
-                        "colors of {what} go up to {}, so that all count as over 255, but few are above 1; write them in \
+                    let mixed = format!(
+                        "colors of {what} go up to {}, so all are read as 0 to 255, but few are above 1; write them in \
                          one range",
                         self.largest
                     );
-                    self.bright.warn(path, &of_both);
+                    self.bright.warn(path, &mixed);
                 } else if !self.bright_fractions {
-                    let of_both = format!(
-                        "colors of {what} go up to {}, so that all count as over 255, but some look like fractions of 1; \
+                    let mixed = format!(
+                        "colors of {what} go up to {}, so all are read as 0 to 255, but some look like fractions of 1; \
                          write them in one range",
                         self.largest
                     );
-                    self.dim_fractions.warn(path, &of_both);
+                    self.dim_fractions.warn(path, &mixed);
                 }
                 LARGEST_BYTE
             } else {
-                self.bright.warn(path, &format!("colors of {what} are cut off at 1"));
+                self.bright.warn(path, &format!("colors of {what} above 1 are reduced to 1"));
                 1.0
             }
         });
-        // Not max and min, which would make a color of NaN.
+        // Not max and min, which would turn NaN into a color.
         self.rows.as_flattened_mut().iter_mut().for_each(|c| *c = (*c / full).clamp(0.0, 1.0));
         Some(self.rows)
     }

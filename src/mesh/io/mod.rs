@@ -1,4 +1,4 @@
-//! Mesh files. One format a file; each keeps the file's vertex order.
+//! Mesh files, one format per module. Each keeps the vertex order of the file.
 //!
 //! | format | read | written |
 //! |---|---|---|
@@ -7,19 +7,20 @@
 //! | OFF | OFF with any of the prefixes ST, C, N; polygons, colors of vertices and faces | exact coordinates and colors |
 //! | STL | ascii and binary, equal positions welded | binary, coordinates rounded to 32 bits, from a local origin if they need one |
 //!
-//! Polygons are cut into triangles inside themselves, see `polygon.rs`; what has fewer than 3 corners is no face and
-//! left out. What a file says besides positions and faces never makes it unreadable: colors and texture coordinates
-//! that are missing or no numbers are NaN, one sentence a kind says how many and where first.
+//! Polygons are cut into triangles inside themselves, see `polygon.rs`; faces with fewer than 3 corners are left out.
+//! Only errors in positions and faces make a file unreadable: missing or invalid colors and texture coordinates are
+//! NaN, and one warning per kind reports how many there are and where the first one is.
 //!
-//! A reader trusts nothing: what a file promises is checked against its size before memory is taken, no
-//! coordinate is NaN or infinite, every face refers to vertices that exist, and whatever is wrong becomes
-//! one [`Error`] of one line. Degenerate and duplicate faces and unreferenced vertices are legal and stay.
+//! Readers trust nothing: declared counts are checked against the file size before memory is allocated, coordinates
+//! must be finite, faces must refer to existing vertices, and any failure is one [`Error`] of one line. Degenerate and
+//! duplicate faces and unreferenced vertices are legal and are kept.
 
 mod colors;
 mod obj;
+mod occurrences;
 mod off;
 mod paths;
-mod places;
+
 mod ply;
 mod polygon;
 mod rules;
@@ -34,14 +35,15 @@ use std::path::Path;
 
 use strum::EnumString;
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, Placement};
 
-use self::places::warn;
+use self::occurrences::warn;
 use self::rules::{
     INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
-    place_in_image, uv_of_vertices, warn_untextured,
+    uv_of_vertices, valid_uv, warn_untextured,
 };
 
 pub use ply::write_labeled;
@@ -61,15 +63,15 @@ pub enum Format {
 }
 
 impl Format {
-    /// What users read when their format is not among these.
+    /// The extensions listed in error messages.
     const EXTENSIONS: &str = ".obj, .ply, .off and .stl";
 
-    /// By the extension, in any case.
+    /// The format of the extension, in upper or lower case.
     fn of_extension(path: &Path) -> Option<Self> {
         path.extension()?.to_str()?.parse().ok()
     }
 
-    /// By how the content begins.
+    /// The format that the content begins like.
     fn of_content(bytes: &[u8]) -> Option<Self> {
         if ply::recognizes(bytes) {
             Some(Format::Ply)
@@ -85,7 +87,7 @@ impl Format {
     }
 }
 
-/// Reads a mesh. The format is that of the extension, or else the one the content begins like.
+/// Reads a mesh. The extension determines the format, or else the beginning of the content.
 ///
 /// # Errors
 /// The file cannot be read, is not a regular file, or is not a valid mesh with at least one face.
@@ -95,13 +97,16 @@ pub fn read(path: &Path) -> Result<Mesh> {
         Format::of_extension(path).or_else(|| Format::of_content(&bytes)).ok_or_else(|| {
             Error::malformed(
                 path,
-                format!("is no known mesh format; convert it to one of {}", Format::EXTENSIONS),
+                format!(
+                    "is not in a known mesh format; convert it to one of {}",
+                    Format::EXTENSIONS
+                ),
             )
         })?;
     parse_beside(path, path.parent(), format, &bytes)
 }
 
-/// Reads a mesh from memory; `path` only serves the messages. What other files say about its materials is unknown.
+/// Reads a mesh from memory; `path` is only for messages. Other files with its materials are not read.
 ///
 /// # Errors
 /// As [`read`].
@@ -109,7 +114,7 @@ pub fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<Mesh> {
     parse_beside(path, None, format, bytes)
 }
 
-/// Reads a mesh that may name other files of a folder.
+/// Reads a mesh that may name other files in a folder.
 fn parse_beside(path: &Path, folder: Option<&Path>, format: Format, bytes: &[u8]) -> Result<Mesh> {
     let mesh = match format {
         Format::Obj => obj::parse(path, folder, bytes),
@@ -124,19 +129,19 @@ fn parse_beside(path: &Path, folder: Option<&Path>, format: Format, bytes: &[u8]
     Ok(mesh)
 }
 
-/// Whether the format of the extension has texture coordinates.
+/// Whether the format of the extension can hold texture coordinates.
 pub fn holds_texture(path: &Path) -> bool {
     matches!(Format::of_extension(path), Some(Format::Obj | Format::Ply))
 }
 
-/// Writes a mesh in the format of the extension. Whatever the format cannot hold is left out with a warning.
+/// Writes a mesh in the format of the extension. A warning names what the format cannot hold and is left out.
 ///
 /// # Errors
 /// The extension is unknown, the coordinates do not fit into the format, or the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     let format = Format::of_extension(path).ok_or_else(|| {
         Error::unsuitable(format!(
-            "{}: the extension names no known mesh format; use one of {}",
+            "{}: the extension is not that of a mesh format; use one of {}",
             path.display(),
             Format::EXTENSIONS
         ))
@@ -163,7 +168,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().unwrap_or(Path::new(""))
 }
 
-/// Writes the materials of an OBJ file beside it, if it has some; the name of their file.
+/// Writes the materials of an OBJ file next to it, if there are any, and returns the name of their file.
 fn write_materials(path: &Path, mesh: &Mesh) -> Result<Option<String>> {
     let Some(materials) = &mesh.materials else { return Ok(None) };
     let library = path.with_extension("mtl");
@@ -173,7 +178,7 @@ fn write_materials(path: &Path, mesh: &Mesh) -> Result<Option<String>> {
     Ok(library.file_name().map(|name| name.to_string_lossy().into_owned()))
 }
 
-/// Says in one sentence what a mesh has and the format has not, and in another what is made up.
+/// Warns of what the format cannot hold, and of what is written without being known.
 fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
     let images = mesh.materials.as_ref().is_some_and(|m| m.all.iter().any(|m| m.image.is_some()));
     let (colors, face_colors) = (mesh.colors.is_some(), mesh.face_colors.is_some());
@@ -208,7 +213,8 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
         let partly = mesh.uv.iter().flatten().filter(|face| (1..3).contains(&known(face))).count();
         if partly > 0 {
             let message = format!(
-                "left out: the texture coordinates of {partly} faces that have them at some corners only (OBJ holds them)"
+                "left out: the texture coordinates of {} at some corners only (OBJ holds them)",
+                counted(partly, "face that has them", "faces that have them")
             );
             warn(path, &message);
         }
@@ -220,8 +226,11 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
             _ => 0,
         };
         if unknown + of_faces > 0 {
-            let message =
-                format!("{unknown} vertices and {of_faces} faces without a color are written gray");
+            let message = format!(
+                "{} and {} without a color are written as gray",
+                counted(unknown, "vertex", "vertices"),
+                counted(of_faces, "face", "faces")
+            );
             warn(path, &message);
         }
     }

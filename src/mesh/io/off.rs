@@ -2,15 +2,15 @@
 //!
 //! ```text
 //! [ST][C][N]OFF                                    # what each vertex has besides its position
-//! V F [E]                                          # may stand on the line of the keyword, even without a blank
+//! V F [E]                                          # may follow on the line of the keyword, even without a blank
 //! x y z [nx ny nz] [r g b [a]] [s t]               # V vertices
 //! n i_1 ... i_n [r g b [a]]                        # F polygons; indices from 0
 //! ```
 //!
-//! Colors are floats in [0, 1] or up to 255. (That of a face may be one number, its place in a color map that is another
-//! file: left out with a warning.) Many programs write colors of vertices without saying so in the keyword:
-//! 3 or 4 numbers behind a position are a color there. A position and a list of indices may go on on the next line;
-//! what else there is ends with its line. Positions and indices must be right, the rest is left out if it is not.
+//! Colors are floats in [0, 1] or up to 255. (A face may have a single number, an index into a color map in another
+//! file: it is left out with a warning.) Many programs write vertex colors without declaring them in the keyword: 3 or
+//! 4 numbers after a position are read as a color. Positions and lists of indices may continue on the next line; other
+//! values end with their line. Positions and indices must be valid; other invalid parts are left out.
 //!
 //! Reference: Geomview manual, section "OFF: Object File Format".
 
@@ -20,17 +20,18 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::colors::Colors;
-use super::places::Places;
+use super::occurrences::Occurrences;
 use super::polygon::Polygons;
 use super::text::{Text, parse_float, quote};
 use super::{
     INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
-    place_in_image, uv_of_vertices, warn_untextured,
+    uv_of_vertices, valid_uv, warn_untextured,
 };
+use crate::counted::counted;
 use crate::error::Result;
 use crate::mesh::Mesh;
 
-/// What a line holds of a vertex besides its position, by the keyword of the file.
+/// The values of a vertex besides its position, declared by the keyword of the file.
 #[derive(Clone, Copy, Default, Debug, PartialEq)]
 struct VertexFormat {
     texture: bool,
@@ -39,7 +40,7 @@ struct VertexFormat {
 }
 
 impl VertexFormat {
-    /// Of `OFF` and its prefixes. They come as `STCN`, but some programs write `NC`.
+    /// Parses `OFF` and its prefixes. Their order is `STCN`, but some programs write `NC`.
     fn parse(keyword: &[u8]) -> Option<Self> {
         let mut prefix = keyword.strip_suffix(b"OFF")?;
         let mut format = VertexFormat::default();
@@ -58,7 +59,7 @@ impl VertexFormat {
     }
 }
 
-/// The keyword and what is glued to it: some programs put the first count there, `OFF8 6 12`.
+/// The keyword and the count after it: some programs write the first count without a blank, `OFF8 6 12`.
 fn split(token: &[u8]) -> (&[u8], &[u8]) {
     const KEYWORD: &[u8] = b"OFF";
     let end = token.windows(KEYWORD.len()).position(|window| window == KEYWORD);
@@ -79,31 +80,33 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let format = VertexFormat::parse(keyword).ok_or_else(|| {
         let dimensions = keyword.ends_with(b"nOFF") || keyword.ends_with(b"4OFF");
         text.error(if dimensions {
-            format!("{}: only three dimensions are supported", quote(keyword))
+            format!("the keyword is {}; only three dimensions are supported", quote(keyword))
         } else {
-            format!("expected OFF, not {}; this is no OFF file", quote(keyword))
+            format!("expected OFF, not {}; this is not an OFF file", quote(keyword))
         })
     })?;
     let (vertex_count, face_count) = counts(&mut text, glued)?;
     let vertices = Vertices::read(&mut text, format, vertex_count)?;
     let mut faces = Faces::read(&mut text, vertex_count, face_count)?;
     if text.seek_token() {
-        return Err(text.error("more lines than the vertices and faces declared"));
+        return Err(text.error(
+            "the file continues after the declared vertices and faces; correct the counts",
+        ));
     }
     check_faces(path, &faces.corners)?;
     faces.too_few.warn(path, TOO_FEW_CORNERS);
-    faces.indexed.warn(
+    faces.color_indices.warn(
         path,
-        "colors of faces that are places in a color map, a file of its own, are left out; write them as r g b",
+        "face colors that are indices into a color map are left out; write them as r g b",
     );
-    faces.odd.warn(
+    faces.unexpected.warn(
         path,
-        "what follows the corners of faces is left out where it is no color of 3 or 4 numbers",
+        "values after the corners of faces that are not a color of 3 or 4 numbers are left out",
     );
-    vertices.no_numbers.warn(path, INVALID_TEXTURE);
-    vertices.odd.warn(
+    vertices.invalid_uv.warn(path, INVALID_TEXTURE);
+    vertices.unexpected.warn(
         path,
-        "what follows positions is left out where it is not what the keyword says or a color of 3 or 4 numbers",
+        "values after positions that are neither those of the keyword nor a color of 3 or 4 numbers are left out",
     );
     faces.polygons.triangulate::<u32>(path, &vertices.positions, &mut faces.corners, None);
     let uv = format.texture.then(|| uv_of_vertices(&faces.corners, &vertices.uv));
@@ -121,9 +124,9 @@ struct Vertices {
     positions: Vec<Point3<f64>>,
     colors: Colors,
     uv: Vec<[f64; 2]>,
-    /// Vertices with other values than they should have, and with texture coordinates that are no places.
-    odd: Places,
-    no_numbers: Places,
+    /// Vertices with unexpected values, and with invalid texture coordinates.
+    unexpected: Occurrences,
+    invalid_uv: Occurrences,
 }
 
 impl Vertices {
@@ -132,8 +135,8 @@ impl Vertices {
             positions: Vec::with_capacity(room(text, count)),
             colors: Colors::new(None),
             uv: Vec::new(),
-            odd: Places::default(),
-            no_numbers: Places::default(),
+            unexpected: Occurrences::default(),
+            invalid_uv: Occurrences::default(),
         };
         let mut values = Vec::new();
         for k in 0..count {
@@ -153,9 +156,9 @@ impl Vertices {
         Ok(vertices)
     }
 
-    /// What follows the latest position on its line.
+    /// Reads the values after the latest position on its line.
     fn extras(&mut self, text: &Text, format: VertexFormat, values: &[f64]) {
-        let place = || format!("line {}", text.line());
+        let location = || format!("line {}", text.line());
         let k = self.positions.len() - 1;
         let mut rest = values;
         let mut complete = true;
@@ -165,7 +168,7 @@ impl Vertices {
         }
         if format.texture {
             let (before, t) = match rest.split_last_chunk() {
-                Some((before, &t)) => (before, place_in_image(t, &mut self.no_numbers, place)),
+                Some((before, &t)) => (before, valid_uv(t, &mut self.invalid_uv, location)),
                 None => {
                     complete = false;
                     (rest, [f64::NAN; 2])
@@ -176,15 +179,15 @@ impl Vertices {
         }
         match *rest {
             [] => complete &= !format.color,
-            // Other formats that say what a vertex has do not have one.
+            // The other declared formats have no color.
             [r, g, b] | [r, g, b, _] if format.color || !(format.normal || format.texture) => {
                 complete &= [r, g, b].iter().all(|c| c.is_finite());
-                self.colors.set(k, [r, g, b], place);
+                self.colors.set(k, [r, g, b], location);
             }
             _ => complete = false,
         }
         if !complete {
-            self.odd.add(place);
+            self.unexpected.add(location);
         }
     }
 }
@@ -193,10 +196,10 @@ struct Faces {
     corners: Vec<[u32; 3]>,
     polygons: Polygons,
     colors: Colors,
-    too_few: Places,
-    /// Faces whose color is a place in a color map, and those with something else behind their corners.
-    indexed: Places,
-    odd: Places,
+    too_few: Occurrences,
+    /// Faces whose color is an index into a color map, and those with other values after their corners.
+    color_indices: Occurrences,
+    unexpected: Occurrences,
 }
 
 impl Faces {
@@ -205,16 +208,18 @@ impl Faces {
             corners: Vec::with_capacity(room(text, count)),
             polygons: Polygons::default(),
             colors: Colors::new(None),
-            too_few: Places::default(),
-            indexed: Places::default(),
-            odd: Places::default(),
+            too_few: Occurrences::default(),
+            color_indices: Occurrences::default(),
+            unexpected: Occurrences::default(),
         };
         let mut polygon = Vec::new();
         for j in 0..count {
             let token = expect_token(text, j, count, "faces")?;
             let n = text.integer_of(token, "a number of corners")?;
             if n < 0 {
-                return Err(text.error(format!("a face has {n} corners")));
+                return Err(
+                    text.error(format!("a face has {n} corners; the number must not be negative"))
+                );
             }
             polygon.clear();
             for _ in 0..n {
@@ -226,7 +231,8 @@ impl Faces {
                 let k = text.integer("a vertex index")?;
                 if !(0..vertices as i64).contains(&k) {
                     return Err(text.error(format!(
-                        "refers to vertex {k}, but the file has {vertices} vertices, counted from 0"
+                        "refers to vertex {k}, but the file has {}, counted from 0",
+                        counted(vertices, "vertex", "vertices")
                     )));
                 }
                 polygon.push(k as u32);
@@ -244,24 +250,24 @@ impl Faces {
             let first = faces.corners.len();
             faces.polygons.add(first, polygon.len());
             faces.corners.extend(fan(&polygon));
-            let place = || format!("line {}", text.line());
+            let location = || format!("line {}", text.line());
             match (given, values) {
                 (0, _) => {}
-                (1, [index, ..]) if index.fract() == 0.0 => faces.indexed.add(place),
+                (1, [index, ..]) if index.fract() == 0.0 => faces.color_indices.add(location),
                 (3 | 4, [r, g, b, ..]) => {
                     for triangle in first..faces.corners.len() {
-                        faces.colors.set(triangle, [r, g, b], place);
+                        faces.colors.set(triangle, [r, g, b], location);
                     }
                 }
-                _ => faces.odd.add(place),
+                _ => faces.unexpected.add(location),
             }
         }
         Ok(faces)
     }
 }
 
-/// V and F; the number of edges after them says nothing and may be missing.
-/// `glued` is the first of them, or empty.
+/// V and F; the number of edges after them is ignored and may be missing. `glued` is the first count, if it follows the
+/// keyword without a blank, or empty.
 fn counts(text: &mut Text, glued: &[u8]) -> Result<(usize, usize)> {
     let first = match text.token() {
         Some(second) if !glued.is_empty() => return checked_counts(text, glued, second),
@@ -282,11 +288,13 @@ fn checked_counts(text: &mut Text, first: &[u8], second: &[u8]) -> Result<(usize
         std::str::from_utf8(token)
             .ok()
             .and_then(|token| token.parse::<usize>().ok())
-            .ok_or_else(|| text.error(format!("{} is no number of elements", quote(token))))
+            .ok_or_else(|| text.error(format!("{} is not a valid count", quote(token))))
     };
     let (vertices, faces) = (count(first)?, count(second)?);
     if u32::try_from(vertices).is_err() {
-        return Err(text.error(format!("{vertices} vertices; at most 2^32 - 1 are possible")));
+        return Err(
+            text.error(format!("{vertices} vertices are too many; at most 2^32 - 1 are possible"))
+        );
     }
     if text.token().is_some() {
         text.expect_end_of_line()?;
@@ -294,7 +302,7 @@ fn checked_counts(text: &mut Text, first: &[u8], second: &[u8]) -> Result<(usize
     Ok((vertices, faces))
 }
 
-/// For how many lines memory may be taken at once.
+/// The number of lines for which memory is reserved at once.
 fn room(text: &Text, count: usize) -> usize {
     const SHORTEST_LINE: usize = 6;
     count.min(text.remaining() / SHORTEST_LINE + 1)
@@ -313,7 +321,7 @@ fn expect_token<'a>(
     text.expect_token("a value")
 }
 
-/// Numbers are written with the fewest digits that read back to the same bits.
+/// Writes the mesh, with numbers in the fewest digits that are read back to the same bits.
 pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
     let keyword = if mesh.colors.is_some() { "COFF" } else { "OFF" };
     writeln!(out, "{keyword}\n{} {} 0", mesh.vertices.len(), mesh.faces.len())?;
@@ -322,7 +330,7 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
         write!(out, "{x} {y} {z}")?;
         if let Some(colors) = &mesh.colors {
             let [r, g, b] = known(colors[k]);
-            // With a point, or a reader may take 1 for a 255th.
+            // With a decimal point, or a reader may take 1 for 1/255.
             write!(out, " {r:?} {g:?} {b:?} 1.0")?;
         }
         writeln!(out)?;

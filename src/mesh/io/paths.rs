@@ -1,8 +1,8 @@
-//! Names of files within files.
+//! File names as written inside files.
 
 use std::path::{Component, Path, PathBuf};
 
-/// How a file in `folder` names `path`: relative where both are on one disk, with slashes.
+/// `path` as written in a file in `folder`: relative if both are on one drive, with slashes.
 pub fn relative(path: &Path, folder: &Path) -> String {
     let path = match (path.parent(), path.file_name()) {
         (Some(above), Some(name)) => absolute(above).join(name),
@@ -18,7 +18,7 @@ pub fn relative(path: &Path, folder: &Path) -> String {
     separated(&up.chain(path.components().skip(common)).collect::<PathBuf>())
 }
 
-/// Without links in the folders, where these are there: behind a link, `..` is another folder.
+/// The absolute path of a folder, with links resolved if it exists: after a link, `..` is another folder.
 fn absolute(folder: &Path) -> PathBuf {
     let here = if folder == Path::new("") { Path::new(".") } else { folder };
     let path = std::path::absolute(here).unwrap_or_else(|_| folder.to_owned());

@@ -1,33 +1,33 @@
-//! Polygons as triangles inside themselves.
+//! Triangulation of polygons inside themselves.
 //!
-//! Readers cut a polygon c_1 ... c_n into the fan (c_1, c_i, c_{i+1}) and note it. When all positions are known,
-//! each fan with a triangle that does not turn as the polygon does, seen along the polygon's normal
+//! Readers cut a polygon c_1 ... c_n into the fan (c_1, c_i, c_{i+1}) and record it. When all positions are known, each
+//! fan with a triangle that is oriented against the polygon, as seen along the polygon's normal
 //!
 //! ```text
 //! N = 1/2 sum_i x_i x x_{i+1}          (Newell)
 //! ```
 //!
-//! is replaced by the n - 2 triangles of ear clipping. Whatever the order, triangles that are cut off one by one
-//! add up to the polygon as chains do: if all turn like it, they cover each point as often as it winds around
-//! that point, once for a polygon that does not cross itself. So the area is right without further proof, and
-//! what cannot be finished in this way crosses itself: it stays a fan, with a warning.
+//! is replaced by the n - 2 triangles of ear clipping. In any order, the triangles that are cut off one by one add up
+//! to the polygon as chains: if all have its orientation, they cover each point as often as the polygon winds around
+//! it, once if it does not cross itself. So the area is correct without further proof. A polygon that cannot be
+//! finished in this way crosses itself: it stays a fan, with a warning.
 //!
-//! Ear clipping is our own because the libraries for it drop corners within straight sides, at which the
-//! neighboring faces would no longer be connected, and take cubic time where polygons cross themselves.
+//! We use our own ear clipping because existing libraries drop corners within straight sides, which disconnects
+//! neighboring faces, and take cubic time for polygons that cross themselves.
 //!
-//! Reference: Meisters, *Polygons Have Ears*, 1975; Newell's normal after Sutherland, Sproull, Schumacker, 1974.
+//! References: Meisters, *Polygons Have Ears*, 1975; Newell's normal as in Sutherland, Sproull, Schumacker, 1974.
 
 use std::path::Path;
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use super::places::Places;
+use super::occurrences::Occurrences;
 
 /// A triangle whose doubled area is at most this fraction of its longest side squared is flat up to rounding.
 const FLAT_FATNESS: f64 = 1e-12;
 /// A triangle above this fraction is not a needle.
 const NEEDLE_FATNESS: f64 = 1e-3;
-/// Point-in-triangle tests for one file, a second or two; after that polygons stay fans.
+/// Maximum number of point-in-triangle tests per file, one or two seconds; further polygons stay fans.
 const MAX_POINTS_TESTED: usize = 1 << 30;
 
 /// The polygons of a file with more than three corners.
@@ -36,14 +36,14 @@ pub struct Polygons {
     fans: Vec<Fan>,
 }
 
-/// Which triangles are its fan.
+/// The triangles of its fan.
 struct Fan {
     first: usize,
     corners: usize,
 }
 
 impl Polygons {
-    /// A polygon whose fan begins with that triangle.
+    /// Records a polygon whose fan begins with the given triangle.
     #[inline]
     pub fn add(&mut self, first: usize, corners: usize) {
         if corners > 3 {
@@ -51,7 +51,7 @@ impl Polygons {
         }
     }
 
-    /// Replaces the fans that leave their polygon. What belongs to a corner goes with it.
+    /// Replaces the fans that leave their polygon. Values at corners move with them.
     pub fn triangulate<T: Copy>(
         &self,
         path: &Path,
@@ -59,7 +59,7 @@ impl Polygons {
         faces: &mut [[u32; 3]],
         mut of_corners: Option<&mut [[T; 3]]>,
     ) {
-        let mut crossed = Places::default();
+        let mut crossed = Occurrences::default();
         let mut work = MAX_POINTS_TESTED;
         let mut polygon = Vec::new();
         for (i, fan) in self.fans.iter().enumerate() {
@@ -98,7 +98,7 @@ impl Polygons {
         }
         crossed.warn(
             path,
-            "polygons that cross themselves, have no area or are too large are divided from their first corner",
+            "polygons that cross themselves, have no area or are too large are cut into fans at their first corner",
         );
     }
 }
@@ -119,12 +119,12 @@ fn normal(points: impl Iterator<Item = Vector3<f64>>) -> Vector3<f64> {
     sum.try_normalize(0.0).unwrap_or_default()
 }
 
-/// Seen against the normal, so that the polygon turns to the left.
+/// Projects the polygon against its normal, so that it is counterclockwise.
 fn projected(
     points: impl Iterator<Item = Vector3<f64>>,
     normal: Vector3<f64>,
 ) -> Vec<Vector2<f64>> {
-    // Across an axis that is far from the normal.
+    // The first axis is orthogonal to the normal and to a coordinate axis far from it.
     let mut axis = Vector3::zeros();
     axis[normal.iamin()] = 1.0;
     let right = normal.cross(&axis).try_normalize(0.0).unwrap_or_default();
@@ -132,18 +132,18 @@ fn projected(
     points.map(|x| Vector2::new(x.dot(&right), x.dot(&up))).collect()
 }
 
-/// Twice the area of a triangle, as a part of the square of its longest side; positive if it turns to the left.
+/// Twice the area of a triangle, relative to its longest side squared; positive if it is counterclockwise.
 fn fatness([a, b, c]: [Vector2<f64>; 3]) -> f64 {
     let longest = (b - a).norm_squared().max((c - b).norm_squared()).max((a - c).norm_squared());
     if longest > 0.0 { (b - a).perp(&(c - a)) / longest } else { 0.0 }
 }
 
-/// What is accepted as an ear, from the best to what is left when corners coincide or lie on a line.
+/// A criterion for ears, from strict ones to those for coinciding or collinear corners.
 #[derive(Clone, Copy)]
 struct Rule {
-    /// It is at least so fat.
+    /// Minimum fatness.
     fatness: f64,
-    /// No corner lies in it, or within so much outside.
+    /// No corner may lie in it, or outside within this margin.
     margin: Option<f64>,
 }
 
@@ -154,16 +154,15 @@ const EAR_RULES: [Rule; 5] = [
     Rule { fatness: FLAT_FATNESS, margin: None },
     Rule { fatness: -FLAT_FATNESS, margin: None },
 ];
-/// After an ear by one of the later rules the earlier ones may hold again.
+/// After an ear by this rule or a later one, the earlier rules may apply again.
 const FIRST_LATER_RULE: usize = 2;
 
-/// What is left of a polygon.
+/// The remaining polygon.
 struct Ring<'a> {
     points: &'a [Vector2<f64>],
     next: Vec<usize>,
     previous: Vec<usize>,
-    /// The corners that may lie in an ear: those at which the ring does not turn to the left, and some that are no
-    /// longer such.
+    /// The corners that may lie in an ear: the reflex ones, and some that are no longer reflex.
     reflex: Vec<usize>,
     is_reflex: Vec<bool>,
 }
@@ -191,7 +190,7 @@ impl<'a> Ring<'a> {
         fatness(self.corner(i).map(|i| self.points[i]))
     }
 
-    /// n - 2 triangles that turn to the left, as indices into the polygon; none if there are no such.
+    /// n - 2 counterclockwise triangles, as indices into the polygon; `None` if there is no such triangulation.
     fn ears(mut self, work: &mut usize) -> Option<Vec<[usize; 3]>> {
         let n = self.points.len();
         let mut ears = Vec::with_capacity(n - 2);
@@ -231,7 +230,7 @@ impl<'a> Ring<'a> {
         self.reflex.retain(|&k| is_reflex[k]);
         *work = work.saturating_sub(self.reflex.len());
         !self.reflex.iter().map(|&k| self.points[k]).any(|x| {
-            // Polygons that surround a hole pass through some points twice.
+            // Polygons around a hole visit some points twice.
             x != a
                 && x != b
                 && x != c
@@ -239,14 +238,14 @@ impl<'a> Ring<'a> {
         })
     }
 
-    /// Takes a corner out; the next one.
+    /// Removes a corner and returns the next one.
     fn cut(&mut self, i: usize) -> usize {
         let [before, _, after] = self.corner(i);
         self.next[before] = after;
         self.previous[after] = before;
         self.is_reflex[i] = false;
         for k in [before, after] {
-            // A corner that a cut makes reflex, which happens where the polygon crosses itself, is not looked for.
+            // Corners that become reflex by a cut, which happens only if the polygon crosses itself, are not tracked.
             self.is_reflex[k] &= self.turn(k) <= FLAT_FATNESS;
         }
         after
@@ -278,8 +277,8 @@ mod tests {
         (sum, whole, all && least > 1e-9 * sum)
     }
 
-    /// In any position, from any first corner, in both directions, the triangles of a simple polygon add up to
-    /// its area, none has area 0, and each corner is one of theirs: also those within straight sides.
+    /// In any position, from any first corner, in both directions, the triangles of a simple polygon add up to its
+    /// area, none has area 0, and every corner is used, including those within straight sides.
     #[test]
     fn simple_polygons_are_covered_once() {
         let ell = [[0., 0.], [2., 0.], [2., 1.], [1., 1.], [1., 2.], [0., 2.]];
@@ -291,7 +290,7 @@ mod tests {
             .map(|i| [f64::from(i), if i % 2 == 0 { 0.0 } else { 5.0 }])
             .chain([[19.0, -1.0], [0.0, -1.0]])
             .collect();
-        // Its teeth: ten triangles, nine of base 2, one of base 1 at the right end, and the ground.
+        // A comb: ten triangular teeth, nine of base 2, one of base 1 at the right end, and the ground.
         let comb_area = 0.5 * 5.0 * 19.0 + 19.0;
         let spiral: Vec<[f64; 2]> = (0..60)
             .map(|i| (f64::from(i) * 0.3, 1.0))
@@ -302,7 +301,7 @@ mod tests {
             let shifted = spiral.iter().cycle().skip(1);
             0.5 * spiral.iter().zip(shifted).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
         };
-        // A square around a square hole, joined by a cut that is passed twice.
+        // A square around a square hole, joined by a cut that is traversed twice.
         let ring = [
             [0., 0.],
             [4., 0.],
@@ -355,7 +354,7 @@ mod tests {
         }
     }
 
-    /// Triangles keep the direction of their polygon, and convex polygons their fans.
+    /// Triangles keep the orientation of their polygon, and convex polygons their fans.
     #[test]
     fn convex_polygons_stay_fans() {
         let points: Vec<_> = (0..7)
@@ -370,9 +369,9 @@ mod tests {
         assert_eq!(faces, fan);
     }
 
-    /// Nothing hangs, panics, or leaves the polygon's corners.
+    /// No input hangs or panics, and only corners of the polygon are used.
     #[test]
-    fn anything_ends() {
+    fn arbitrary_polygons_terminate() {
         use rand::{RngExt, SeedableRng};
         let mut random = rand_pcg::Pcg64::seed_from_u64(4);
         for n in (4..40).chain([1000]) {

@@ -1,58 +1,59 @@
-//! What holds in every format: valid coordinates, faces and texture coordinates, and what becomes of invalid ones.
+//! Rules for all formats: valid coordinates, faces and texture coordinates, and the treatment of invalid ones.
 
 use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::places::{Places, warn};
+use super::occurrences::{Occurrences, warn};
+use crate::counted::counted;
 use crate::error::{Error, Result};
-use crate::mesh::is_place;
+use crate::mesh::is_position;
 
-/// Coordinates beyond this are refused: areas and their squares would leave the range of `f64`.
+/// Coordinates beyond this are refused: areas and their squares would overflow.
 const LARGEST_COORDINATE: f64 = 1e50;
 
-/// What stands for a color that is not known, where the format wants one.
+/// Written for unknown colors if the format requires a color.
 const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 
-/// A color to be written.
+/// The color to be written.
 pub(super) fn known(color: [f64; 3]) -> [f64; 3] {
     if color[0].is_nan() { UNKNOWN_COLOR } else { color }
 }
 
-/// What becomes of points and lines among the faces.
+/// Warning about points and lines among the faces.
 pub(super) const TOO_FEW_CORNERS: &str = "faces with fewer than 3 corners are left out";
 
-/// What becomes of texture coordinates that are NaN, infinite, text, or beyond [`is_place`].
+/// Warning about texture coordinates that are NaN, infinite, text, or beyond [`is_position`].
 pub(super) const INVALID_TEXTURE: &str =
-    "texture coordinates that are not finite numbers, or are beyond 1e9, count as unknown";
+    "texture coordinates that are not finite numbers, or are beyond 1e9, are unknown";
 
 /// Texture coordinates, both NaN if they are not a position in an image.
-pub(super) fn place_in_image(
+pub(super) fn valid_uv(
     t: [f64; 2],
-    odd: &mut Places,
-    place: impl FnOnce() -> String,
+    invalid: &mut Occurrences,
+    location: impl FnOnce() -> String,
 ) -> [f64; 2] {
-    if is_place(t) {
+    if is_position(t) {
         return t;
     }
-    odd.add(place);
+    invalid.add(location);
     [f64::NAN; 2]
 }
 
-/// What is wrong with a coordinate, if anything.
+/// Checks a coordinate; fails with a message if it is invalid.
 pub(super) fn check_coordinate(x: f64) -> std::result::Result<f64, String> {
     if !x.is_finite() {
         Err(format!("{x} is not a finite coordinate"))
     } else if x.abs() > LARGEST_COORDINATE {
         Err(format!(
-            "the coordinate {x:e} is too large; scale the mesh below {LARGEST_COORDINATE:e}"
+            "the coordinate {x:e} is too large; scale the mesh to less than {LARGEST_COORDINATE:e}"
         ))
     } else {
         Ok(x)
     }
 }
 
-/// Says how many faces have corners without texture coordinates; none at all if no corner has any.
+/// Warns of faces that have corners without texture coordinates; returns `None` if no corner has any.
 pub(super) fn warn_untextured(path: &Path, uv: Vec<[[f64; 2]; 3]>) -> Option<Vec<[[f64; 2]; 3]>> {
     let missing = |face: &[[f64; 2]; 3]| face.iter().filter(|t| t[0].is_nan()).count();
     let unknown = uv.iter().filter(|face| missing(face) > 0).count();
@@ -64,14 +65,15 @@ pub(super) fn warn_untextured(path: &Path, uv: Vec<[[f64; 2]; 3]>) -> Option<Vec
         warn(
             path,
             &format!(
-                "{unknown} of {faces} faces have corners without texture coordinates, which count as unknown"
+                "{unknown} of {} corners without texture coordinates, which are unknown",
+                counted(faces, "face has", "faces have")
             ),
         );
     }
     Some(uv)
 }
 
-/// A mesh has faces. Readers look before they say what they left out, since an error is one line.
+/// Fails if there are no faces. Readers call this before they warn of what they left out, so that an error is one line.
 pub(super) fn check_faces(path: &Path, faces: &[[u32; 3]]) -> Result<()> {
     match faces {
         [] => Err(Error::malformed(path, "has no faces")),
@@ -89,7 +91,7 @@ pub(super) fn uv_of_vertices(faces: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<[[f64; 
     faces.iter().map(|face| face.map(|k| uv[k as usize])).collect()
 }
 
-/// A point as its coordinates, to be written.
+/// The coordinates of a point, for writing.
 pub(super) fn coordinates(x: &Point3<f64>) -> [f64; 3] {
     [x.x, x.y, x.z]
 }

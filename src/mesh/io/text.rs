@@ -1,18 +1,18 @@
 //! The tokens of a text file, line by line.
 //!
-//! Lines end with LF, CRLF or CR, a leading byte order mark is skipped, and tokens are separated by blanks.
-//! Numbers are parsed by the standard library: correctly rounded (Eisel-Lemire, as the crates for it), fast
-//! enough here (a third of the reading time of an OBJ file), and one dependency less.
+//! Lines end with LF, CRLF or CR, a leading byte order mark is skipped, and tokens are separated by blanks. Numbers are
+//! parsed by the standard library: it rounds correctly (Eisel-Lemire, like the specialized crates), is fast enough here
+//! (a third of the reading time of an OBJ file), and saves a dependency.
 
 use std::path::Path;
 
 use super::check_coordinate;
 use crate::error::{Error, Result};
 
-/// What some editors put before the text.
+/// Written by some editors at the start of a text.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Blanks and line ends, by byte.
+/// Whether a byte is a blank or a line end.
 const ENDS_TOKEN: [bool; 256] = {
     let mut ends = [false; 256];
     let blanks = b" \t\n\r\x0b\x0c";
@@ -24,18 +24,18 @@ const ENDS_TOKEN: [bool; 256] = {
     ends
 };
 
-/// A position in a text. Before the first [`Text::next_line`] it stands before the first line.
+/// A position in a text. Before the first call of [`Text::next_line`], it is before the first line.
 pub struct Text<'a> {
     path: &'a Path,
     bytes: &'a [u8],
     at: usize,
     line: usize,
     started: bool,
-    /// From this byte to the end of the line nothing counts.
+    /// The byte that starts a comment, which extends to the end of the line.
     comment: Option<u8>,
-    /// Whether a backslash before the end of a line joins the next one to it.
+    /// Whether a backslash at the end of a line joins it with the next one.
     continued: bool,
-    /// The beginning of comments that are read nevertheless.
+    /// The beginning of comments that are not skipped.
     remark: Option<&'static [u8]>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The same text as the continuation of one with that many lines.
+    /// Continues the line numbers of a text with the given number of lines.
     pub fn behind(mut self, lines: usize) -> Self {
         self.line = lines;
         self
@@ -69,7 +69,7 @@ impl<'a> Text<'a> {
         self
     }
 
-    /// Lines that begin so are not passed over, though they are comments; see [`Text::remark`].
+    /// Comments that begin like this are not skipped; see [`Text::remark`].
     pub fn with_remarks(mut self, beginning: &'static [u8]) -> Self {
         self.remark = Some(beginning);
         self
@@ -84,7 +84,7 @@ impl<'a> Text<'a> {
         self.line
     }
 
-    /// An upper bound on what is left to read, in bytes.
+    /// An upper bound on the number of unread bytes.
     pub fn remaining(&self) -> usize {
         self.bytes.len() - self.at
     }
@@ -99,7 +99,7 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// Goes to the next token of the current line; false if there is none.
+    /// Moves to the next token of the current line; false if there is none.
     #[inline]
     fn skip_blanks(&mut self) -> bool {
         while let Some(&b) = self.bytes.get(self.at) {
@@ -135,14 +135,14 @@ impl<'a> Text<'a> {
         Some(token)
     }
 
-    /// Goes to the next token, on whatever line it is; false at the end of the text.
+    /// Moves to the next token on any line; false at the end of the text.
     #[inline]
     pub fn seek_token(&mut self) -> bool {
         (self.started && self.skip_blanks()) || self.next_line()
     }
 
-    /// What follows on the current line, blanks within it included. No comment ends it: names of materials and
-    /// files contain its character ("Material #25").
+    /// The rest of the current line, including blanks within it. It may contain the comment character, as in the
+    /// material name "Material #25".
     pub fn rest_of_line(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
         let length = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
@@ -154,7 +154,7 @@ impl<'a> Text<'a> {
         self.remark.is_some_and(|beginning| self.bytes[self.at..].starts_with(beginning))
     }
 
-    /// What follows the beginning of a remark, if the current line, none of whose tokens was read, is one.
+    /// The text of a remark after its beginning, if the current line is one and none of its tokens was read.
     pub fn remark(&mut self) -> Option<&'a [u8]> {
         if !self.at_remark() {
             return None;
@@ -163,7 +163,7 @@ impl<'a> Text<'a> {
         Some(self.rest_of_line())
     }
 
-    /// Goes to the next line that has a token or is a remark; false at the end of the text.
+    /// Moves to the next line that has a token or is a remark; false at the end of the text.
     #[inline]
     pub fn next_line(&mut self) -> bool {
         if self.started {
@@ -181,7 +181,7 @@ impl<'a> Text<'a> {
         false
     }
 
-    /// Goes past the end of the current line.
+    /// Moves past the end of the current line.
     fn finish_line(&mut self) {
         if self.continued {
             while self.token().is_some() {}
@@ -192,12 +192,12 @@ impl<'a> Text<'a> {
         self.at += self.newline(self.at);
     }
 
-    /// The next token, which must be there.
+    /// The next token of the line; fails if there is none.
     pub fn expect_token(&mut self, what: &str) -> Result<&'a [u8]> {
         self.token().ok_or_else(|| self.error(format!("{what} is missing")))
     }
 
-    /// Nothing more may stand on this line.
+    /// Fails if the line has another token.
     pub fn expect_end_of_line(&mut self) -> Result<()> {
         match self.token() {
             None => Ok(()),
@@ -210,13 +210,13 @@ impl<'a> Text<'a> {
         self.number_of(token, what)
     }
 
-    /// What a token of this line says as a number; it may be NaN or infinite.
+    /// A token of this line as a number; it may be NaN or infinite.
     pub fn number_of(&self, token: &[u8], what: &str) -> Result<f64> {
         parse_float(token)
             .ok_or_else(|| self.error(format!("expected {what}, a number, not {}", quote(token))))
     }
 
-    /// A coordinate: finite, and of a size that can be computed with.
+    /// A coordinate: finite and not too large, see [`check_coordinate`].
     #[inline]
     pub fn coordinate(&mut self) -> Result<f64> {
         let x = self.number("a coordinate")?;
@@ -228,7 +228,7 @@ impl<'a> Text<'a> {
         self.integer_of(token, what)
     }
 
-    /// What a token of this line says as a whole number.
+    /// A token of this line as a whole number.
     #[inline]
     pub fn integer_of(&self, token: &[u8], what: &str) -> Result<i64> {
         parse_integer(token).ok_or_else(|| {
@@ -246,14 +246,14 @@ pub fn parse_float(token: &[u8]) -> Option<f64> {
 /// A decimal integer, with an optional sign.
 #[inline]
 pub fn parse_integer(token: &[u8]) -> Option<i64> {
-    // Nearly all are indices of a few digits.
+    // Fast path: nearly all numbers are indices of a few digits.
     if token.len() <= 15 && !token.is_empty() && token.iter().all(u8::is_ascii_digit) {
         return Some(token.iter().fold(0, |n, b| 10 * n + i64::from(b - b'0')));
     }
     std::str::from_utf8(token).ok()?.parse().ok()
 }
 
-/// A name in a file: UTF-8, or what older programs wrote, one byte per character.
+/// A name in a file: UTF-8, or one byte per character as older programs write it.
 pub fn decode(name: &[u8]) -> String {
     match std::str::from_utf8(name) {
         Ok(name) => name.to_owned(),
@@ -261,20 +261,20 @@ pub fn decode(name: &[u8]) -> String {
     }
 }
 
-/// A name of a file in a file: without quotes around it, and with the separators of this system.
+/// A file name in a file, without quotes and with the path separators of this system.
 pub fn file_name(name: &[u8]) -> String {
     let name = name.trim_ascii();
     let unquoted = name.strip_prefix(b"\"").and_then(|rest| rest.strip_suffix(b"\""));
     decode(unquoted.unwrap_or(name)).replace('\\', "/")
 }
 
-/// A name without the comment behind it, if it is one.
+/// A name without a trailing comment.
 pub fn without_comment(name: &[u8]) -> &[u8] {
     let comment = name.windows(2).position(|pair| pair[0].is_ascii_whitespace() && pair[1] == b'#');
     name[..comment.unwrap_or(name.len())].trim_ascii_end()
 }
 
-/// A piece of the file for a message: on one line, and short.
+/// A quotation from the file for a message: short and on one line.
 pub fn quote(token: &[u8]) -> String {
     const LONGEST_QUOTE: usize = 32;
     let shown = String::from_utf8_lossy(&token[..token.len().min(LONGEST_QUOTE)]);

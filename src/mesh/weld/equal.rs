@@ -7,7 +7,7 @@ use super::table::{Table, hash};
 use crate::mesh::Mesh;
 use crate::sweep;
 
-/// For each vertex the first one at its position, none if each is alone; of the vertices in faces.
+/// For each vertex the first referenced vertex at its position; `None` if no two coincide.
 pub fn firsts(mesh: &Mesh) -> Option<Vec<u32>> {
     let pairs = equal_pairs(&mesh.vertices, |_| true);
     if pairs.is_empty() {
@@ -22,9 +22,9 @@ pub fn firsts(mesh: &Mesh) -> Option<Vec<u32>> {
     (!pairs.is_empty()).then_some(first)
 }
 
-/// Each of the vertices at whose position an earlier one is, and the first of these.
+/// Each vertex at the position of an earlier one, and the first vertex there.
 ///
-/// Every thread has a table for the positions whose hashes fall to it.
+/// Every thread has a table for its part of the hashes.
 fn equal_pairs(points: &[Point3<f64>], counts: impl Fn(usize) -> bool + Sync) -> Vec<[u32; 2]> {
     // -0 + 0 = 0, so that both zeros have the same bits.
     let bits = |v: usize| [points[v].x, points[v].y, points[v].z].map(|x| (x + 0.0).to_bits());

@@ -1,18 +1,18 @@
-//! What becomes of the values of merged vertices: means by their barycentric cells, so that integrals are kept,
-//! sum_v a_v s_v; and the way back, on which each vertex takes what it was merged onto has.
+//! Values of merged vertices: means weighted by barycentric cells, so that integrals sum_v a_v s_v are kept; and the
+//! way back, where each vertex takes the value of the vertex that it was merged onto.
 
 use super::Weld;
 use crate::mesh::order::sorted_by;
 use crate::sweep;
 
 impl Weld {
-    /// The means of values at the vertices of the mesh as it was, d a vertex, by its barycentric cells.
+    /// The means of values at the original vertices, d per vertex, weighted by barycentric cells.
     pub fn means(&self, values: &[f64], d: usize) -> Vec<f64> {
         self.means_by(values, d, &self.areas)
     }
 
-    /// The means by other weights. Rows with a NaN are unknown and left out; where nothing is known the mean is
-    /// NaN, where nothing has weight all count alike. Means of equal rows are these rows, to the bit.
+    /// The means with other weights. Rows with a NaN are unknown and ignored: without a known row the mean is NaN,
+    /// without any weight all rows count equally. The mean of equal rows is that row, bit for bit.
     pub fn means_by(&self, values: &[f64], d: usize, weights: &[f64]) -> Vec<f64> {
         assert_eq!(values.len(), d * self.of.len());
         let row = |v: u32| &values[v as usize * d..][..d];
@@ -39,7 +39,7 @@ impl Weld {
         means
     }
 
-    /// Values at the welded vertices for each vertex of the mesh as it was.
+    /// Distributes values at the welded vertices to the original vertices.
     pub fn spread<T: Copy + Send + Sync>(&self, values: &[T]) -> Vec<T> {
         sweep::collect(
             self.of.len(),

@@ -1,13 +1,13 @@
-//! Vertices that lie in one place but are not shared, as exporters leave them along the seams of texture charts or
-//! at every corner, cut a surface apart: across them there is no gradient, so that cuts are free. A weld merges
-//! the vertices
+//! Welding of coincident vertices. Exporters often duplicate vertices along the seams of texture charts or at every
+//! corner. This cuts the surface: there is no gradient across such seams, so that cuts along them are free. A weld
+//! merges the vertices
 //!
 //! ```text
 //! v ~ w   if   |x_v - x_w| <= tolerance   and whatever follows by transitivity;   tolerance 0: x_v = x_w, -0 = 0
 //! ```
 //!
-//! onto the first of each class. Vertices in no face stay apart. Which vertices these are say `equal` and `near`, what
-//! becomes of their values `means`, what a mesh with or without them suffers from `seams` and `sheets`.
+//! onto the first of each class. Unreferenced vertices are not merged. `equal` and `near` find the vertices, `means`
+//! averages their values, `seams` and `sheets` detect defects of the mesh before and after a weld.
 
 mod equal;
 mod means;
@@ -29,32 +29,32 @@ use crate::sweep;
 
 pub use self::seams::{coincident, free_cuts, is_shattered, mending_tolerance, nearly_coincident};
 
-/// A mesh whose coincident vertices are merged, and where each vertex went.
+/// A mesh whose coincident vertices are merged, and the map from the original vertices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weld {
-    /// For each vertex of the mesh as it was, its number in the welded one.
+    /// For each vertex of the original mesh, its index in the welded one.
     pub of: Vec<u32>,
-    /// Vertices in the order of their first appearance, with the mean colors of what was merged; faces as they
-    /// were, with all that belongs to them. Faces that collapsed are still there.
+    /// Vertices in the order of their first appearance, with the mean colors of merged vertices; all faces with their
+    /// colors, texture coordinates and materials, including those that collapsed.
     pub mesh: Mesh,
-    /// How many vertices are gone.
+    /// The number of vertices that were merged onto others.
     pub merged: usize,
-    /// How many vertices these were merged onto.
+    /// The number of vertices that they were merged onto.
     pub onto: usize,
-    /// Edges with more than two faces, no side of which had more before: sheets that lie on each other or touch.
+    /// Edges that have more than two faces only since the weld: sheets that lie on each other or touch.
     pub new_non_manifold_edges: usize,
-    /// The barycentric cells of the mesh as it was.
+    /// Areas of the barycentric cells of the original mesh.
     areas: Vec<f64>,
 }
 
 impl Weld {
-    /// Merges the vertices at equal positions; none if there are no two.
+    /// Merges the vertices at equal positions; `None` if no two coincide.
     pub fn exact(mesh: &Mesh) -> Option<Self> {
         firsts(mesh).map(|first| Weld::onto(mesh, &first))
     }
 
-    /// Merges the vertices within a tolerance, a length; none if there are no two. Panics if it is negative or
-    /// not finite.
+    /// Merges the vertices within a tolerance, a length; `None` if there are no such two. Panics if the tolerance is
+    /// negative or not finite.
     pub fn within(mesh: &Mesh, tolerance: f64) -> Option<Self> {
         assert!(tolerance >= 0.0 && tolerance.is_finite());
         let exact = firsts(mesh);
@@ -65,7 +65,7 @@ impl Weld {
         (moved(&first) > 0).then(|| Weld::onto(mesh, &first))
     }
 
-    /// Merges every vertex onto the one that it has in `first`, which comes no later and stays itself.
+    /// Merges every vertex v onto `first[v]`, which is not after v and is merged onto itself.
     fn onto(mesh: &Mesh, first: &[u32]) -> Self {
         let mut of = Vec::with_capacity(first.len());
         let mut vertices = Vec::new();

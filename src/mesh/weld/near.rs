@@ -1,5 +1,6 @@
-//! Vertices within a tolerance, on a grid: what shares a cell of side tolerance / sqrt(3) is merged unseen, and blocks of
-//! 4 x 4 x 4 cells are hashed, so that the at most 124 cells around another one lie in eight blocks. In O(V) time.
+//! Vertices within a tolerance, by a grid in O(V) time: vertices in one cell of side tolerance / sqrt(3) are merged
+//! without comparison, and blocks of 4 x 4 x 4 cells are hashed, so that the at most 124 cells around another one are
+//! in eight blocks.
 //!
 //! Reference: J. L. Bentley, D. F. Stanat, E. H. Williams, *The complexity of finding fixed-radius near neighbors*,
 //! Information Processing Letters 6(6), 1977.
@@ -9,12 +10,12 @@ use nalgebra::Point3;
 use super::referenced;
 use super::table::{Table, hash};
 use crate::mesh::Mesh;
-use crate::mesh::partition::Partition;
+use crate::mesh::disjoint_sets::DisjointSets;
 
-/// For each vertex the first one of its class within a tolerance.
+/// For each vertex the first one of its class of vertices within a tolerance.
 pub fn near(mesh: &Mesh, exact: Option<Vec<u32>>, tolerance: f64) -> Vec<u32> {
     let vertices = mesh.vertices.len() as u32;
-    let mut joined = Partition::new(mesh.vertices.len());
+    let mut joined = DisjointSets::new(mesh.vertices.len());
     for (v, &first) in (0..).zip(exact.iter().flatten()) {
         joined.join(v, first);
     }
@@ -29,13 +30,13 @@ pub fn near(mesh: &Mesh, exact: Option<Vec<u32>>, tolerance: f64) -> Vec<u32> {
     (0..vertices).map(|v| joined.root(v)).collect()
 }
 
-/// Of the side of a cell over the tolerance: a little below 1 / sqrt(3), for rounding.
+/// The side of a cell divided by the tolerance: slightly below 1 / sqrt(3), for rounding.
 const CELL_SIDE: f64 = 0.577;
 
-/// No more cells than this along half an axis, so that their numbers are exact.
+/// The maximum number of cells along half an axis, so that their indices are exact.
 const MAX_CELLS: f64 = (1_u64 << 40) as f64;
 
-/// A vertex or cell that is not there.
+/// No vertex or cell.
 const ABSENT: u32 = u32::MAX;
 
 /// Points in cells, and cells in blocks of 4 x 4 x 4.
@@ -92,8 +93,8 @@ impl<'a> Grid<'a> {
         std::iter::successors(self.blocks.find(hash_of(block), same), chain)
     }
 
-    /// Joins a vertex with those in its cell.
-    fn add(&mut self, v: u32, joined: &mut Partition) {
+    /// Adds a vertex and joins it with those in its cell.
+    fn add(&mut self, v: u32, joined: &mut DisjointSets) {
         let x = self.points[v as usize];
         let index = [x.x, x.y, x.z].map(|x| (x / self.side).floor() as i64);
         let block = index.map(|i| i >> 2);
@@ -113,12 +114,12 @@ impl<'a> Grid<'a> {
         }
     }
 
-    fn add_to(&mut self, cell: u32, v: u32, joined: &mut Partition) {
+    fn add_to(&mut self, cell: u32, v: u32, joined: &mut DisjointSets) {
         let x = &self.points[v as usize];
         if self.side <= CELL_SIDE * self.tolerance {
             joined.join(v, self.cells[cell as usize].first);
         } else {
-            // A cell that is as fine as numbers allow is wider than the tolerance; nearly nothing shares it.
+            // The smallest possible cell is wider than the tolerance; it rarely contains two vertices.
             let mut w = self.cells[cell as usize].first;
             while w != ABSENT {
                 if (x - self.points[w as usize]).norm() <= self.tolerance {
@@ -131,10 +132,10 @@ impl<'a> Grid<'a> {
         self.next[last as usize] = v;
     }
 
-    /// Joins what lies within the tolerance in different cells.
-    fn join_neighbors(&self, joined: &mut Partition) {
+    /// Joins vertices of different cells within the tolerance.
+    fn join_neighbors(&self, joined: &mut DisjointSets) {
         for (cell, this) in (0..).zip(&self.cells) {
-            // What is up to two cells away to either side lies in two blocks.
+            // Along an axis, cells up to two steps away are in two blocks.
             let blocks = this.index.map(|i| [(i - 2) >> 2, (i + 2) >> 2]);
             for corner in 0..8 {
                 let block = [0, 1, 2].map(|axis| blocks[axis][corner >> axis & 1]);
@@ -152,7 +153,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Whether a vertex of one cell lies within the tolerance of one of the other.
+    /// Whether a vertex of one cell is within the tolerance of a vertex of the other.
     fn touch(&self, cell: u32, other: u32) -> bool {
         let Some(&first) = self.points_of(other).next() else { return false };
         let bounds =

@@ -1,27 +1,29 @@
-//! What coincident vertices do to a mesh that is taken as it is, and at which tolerance a weld would mend it.
+//! Seams of coincident vertices that cut an unwelded mesh, and the tolerance at which a weld would mend it.
 
 use super::equal::firsts;
 use super::near::near;
 use super::{Weld, moved};
+use crate::counted::counted;
 use crate::mesh::Mesh;
 use crate::mesh::extent::{bounding_box, components};
 
-/// Vertices nearer than this share of the bounding box's diagonal are probably meant to be one.
+/// Vertices closer than this fraction of the bounding box's diagonal are probably meant to be one.
 const NEARLY_COINCIDENT: f64 = 1e-6;
 
-/// How many vertices of faces lie at the position of an earlier one: what [`Weld::exact`] merges.
+/// The number of referenced vertices at the position of an earlier one, which [`Weld::exact`] merges.
 pub fn coincident(mesh: &Mesh) -> usize {
     firsts(mesh).map_or(0, |first| moved(&first))
 }
 
-/// What that number of coincident vertices means, in words.
+/// A clause of a warning about that many coincident vertices.
 pub fn free_cuts(coincident: usize) -> String {
     format!(
-        "{coincident} vertices lie at the positions of others, and cuts along such seams are free"
+        "{} of others, and cuts along such seams are free",
+        counted(coincident, "vertex lies at the position", "vertices lie at the positions")
     )
 }
 
-/// How many vertices lie near an earlier one, but not at its position; and how near that is, a length: 1e-6 of the
+/// The number of vertices near an earlier one, but not at its position, and the tolerance, a length: 1e-6 of the
 /// diagonal of the bounding box.
 pub fn nearly_coincident(mesh: &Mesh) -> (usize, f64) {
     let Some(corners) = bounding_box(mesh) else { return (0, 0.0) };
@@ -30,15 +32,15 @@ pub fn nearly_coincident(mesh: &Mesh) -> (usize, f64) {
     (within - coincident(mesh), tolerance)
 }
 
-/// Whether a mesh falls apart into about as many components as it has faces, as a soup of triangles does.
+/// Whether a mesh is close to a triangle soup: it has more than half as many components as faces.
 pub fn is_shattered(mesh: &Mesh) -> bool {
     let faces = mesh.faces.len();
-    // Each component has three vertices of its own, which nearly all meshes have not enough of.
+    // Each component needs three vertices of its own; nearly all meshes have too few.
     faces > 2 && mesh.vertices.len() >= 3 * (faces / 2) && 2 * components(mesh) > faces
 }
 
-/// Of 0, 1e-6, 1e-5 and 1e-4 times the diagonal of the bounding box the first tolerance, a length, at which a weld
-/// makes a shattered mesh whole without collapsing a face; none if there is none.
+/// The first tolerance, a length, of 0, 1e-6, 1e-5 and 1e-4 times the diagonal of the bounding box at which a weld
+/// mends a shattered mesh without collapsing a face; `None` if there is none.
 pub fn mending_tolerance(mesh: &Mesh) -> Option<f64> {
     let diagonal = bounding_box(mesh).map_or(0.0, |corners| corners.diagonal());
     [0.0, 1e-6, 1e-5, 1e-4].map(|share| share * diagonal).into_iter().find(|&tolerance| {

@@ -1,15 +1,16 @@
-//! Edges that get more than two faces by a weld: sheets that lie on each other or touch.
+//! Edges that get more than two faces by a weld, where sheets lie on each other or touch.
 
 use crate::mesh::Mesh;
 
-/// Edges of the welded mesh with more than two proper faces, whose sides had at most two each before.
+/// The number of edges of the welded mesh with more than two proper faces that were merged from edges with at most two
+/// each.
 pub fn new_non_manifold_edges(
     mesh: &Mesh,
     of: &[u32],
     first: &[u32],
     merged_onto: &[bool],
 ) -> usize {
-    // Only edges at which something was merged have faces that they had not before.
+    // Only edges with a merged vertex have additional faces.
     let changed = |v: u32| merged_onto[first[v as usize] as usize];
     let mut sides: Vec<[[u32; 2]; 2]> = (mesh.faces.iter())
         .filter(|face| {

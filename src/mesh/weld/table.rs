@@ -1,8 +1,8 @@
-//! A table of vertices or cells by the hashes of their positions.
+//! A hash table of vertices or cells by their positions.
 
-/// Open addressing: who was first with an equal key.
+/// Open addressing; each key has the number that was inserted first.
 pub struct Table {
-    /// The upper half of the hash, and a number; all ones where nobody is.
+    /// The upper half of the hash, and a number; all ones if free.
     slots: Vec<u64>,
 }
 
@@ -13,7 +13,7 @@ impl Table {
         Table { slots: vec![FREE_SLOT; (2 * n).next_power_of_two()] }
     }
 
-    /// The slot of the one whose hash this is and who is the same, or the free one that waits for it.
+    /// The slot with this hash for which `same` holds, or the free one where it would be inserted.
     #[inline(always)]
     fn slot(&self, hash: u64, same: impl Fn(u32) -> bool) -> usize {
         let mask = self.slots.len() - 1;
@@ -42,7 +42,7 @@ impl Table {
     }
 }
 
-/// Products whose upper halves are folded onto the lower ones: coordinates have zeros at their ends.
+/// Multiplies and folds the upper halves of the products onto the lower ones, because coordinates have trailing zeros.
 #[inline(always)]
 pub fn hash(words: [u64; 3]) -> u64 {
     words.into_iter().fold(0x9e37_79b9_7f4a_7c15, |hash, word| {

@@ -1,15 +1,15 @@
-//! Welds against the meshes that were taken apart, and near vertices against all pairs.
+//! Welding restores meshes that were taken apart, and near vertices are those of all pairs.
 
 use nalgebra::Point3;
 use rand::RngExt;
 
 use super::*;
 use crate::mesh::Statistics;
-use crate::mesh::partition::Partition;
+use crate::mesh::disjoint_sets::DisjointSets;
 use crate::samples::{bumpy, disjoint, random_vector, rng, shape, shuffled, zoo};
 use crate::sweep::with_threads;
 
-/// Every face with vertices of its own, and the vertex that each of these was.
+/// The mesh with separate vertices for every face, and the original vertex of each.
 fn taken_apart(mesh: &Mesh) -> (Mesh, Vec<u32>) {
     let before = mesh.faces.as_flattened().to_vec();
     let vertices = before.iter().map(|&v| mesh.vertices[v as usize]).collect();
@@ -18,7 +18,7 @@ fn taken_apart(mesh: &Mesh) -> (Mesh, Vec<u32>) {
 }
 
 #[test]
-fn what_was_taken_apart_comes_together() {
+fn welding_restores_what_was_taken_apart() {
     for (name, mesh) in zoo() {
         let (apart, before) = taken_apart(&mesh);
         let weld = Weld::exact(&apart).unwrap();
@@ -44,11 +44,11 @@ fn what_was_taken_apart_comes_together() {
 }
 
 #[test]
-fn the_first_of_each_class_stays_and_both_zeros_are_one() {
+fn the_first_of_each_class_is_kept_and_both_zeros_are_equal() {
     let points = [[0.0, 1.0, 0.0], [5.0; 3], [-0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [5.0; 3], [5.0; 3]];
     let mut mesh = Mesh::new(points.map(Point3::from).to_vec(), vec![[0, 1, 3], [2, 3, 4]]);
     let weld = Weld::exact(&mesh).unwrap();
-    // The last is in no face.
+    // The last vertex is in no face.
     assert_eq!(weld.of, [0, 1, 0, 2, 1, 3]);
     assert_eq!((weld.merged, weld.onto, coincident(&mesh)), (2, 2, 2));
     assert_eq!(weld.mesh.faces, [[0, 1, 2], [0, 2, 1]]);
@@ -57,9 +57,9 @@ fn the_first_of_each_class_stays_and_both_zeros_are_one() {
     assert_eq!(Weld::exact(&mesh).unwrap().of, weld.of);
 }
 
-/// Against all pairs of points, at scales where numbers end, with clusters and lattices.
+/// Compared with all pairs of points, also at extreme scales, with clusters and lattices.
 #[test]
-fn a_grid_finds_what_all_pairs_find() {
+fn the_grid_finds_all_pairs() {
     let mut rng = rng(211);
     for (case, scale) in [1.0, 1e-30, 1e30, 1.0, 1.0, 1e4].into_iter().enumerate() {
         for tolerance in [1e-300, 1e-9, 1e-3, 0.03, 0.2, 1.0, 10.0] {
@@ -78,7 +78,7 @@ fn a_grid_finds_what_all_pairs_find() {
             let tolerance = tolerance * scale;
             let faces = (0..100).map(|j| [3 * j, 3 * j + 1, 3 * j + 2]).collect();
             let mesh = Mesh::new(points.clone(), faces);
-            let mut joined = Partition::new(points.len());
+            let mut joined = DisjointSets::new(points.len());
             for (a, x) in (0..).zip(&points) {
                 for (b, y) in (0..a).zip(&points) {
                     if (x - y).norm() <= tolerance {
@@ -92,9 +92,9 @@ fn a_grid_finds_what_all_pairs_find() {
     }
 }
 
-/// A tolerance that spans many vertices takes no time that grows with their square.
+/// A tolerance that spans many vertices does not take quadratic time.
 #[test]
-fn large_tolerances_end() {
+fn large_tolerances_are_fast() {
     let two = disjoint([shape("torus:400x250"), {
         let mut other = shape("torus:400x250");
         other.vertices.iter_mut().for_each(|x| x.x += 2.0);
@@ -110,7 +110,7 @@ fn large_tolerances_end() {
 }
 
 #[test]
-fn the_same_with_any_number_of_threads() {
+fn results_do_not_depend_on_the_number_of_threads() {
     let (apart, _) = taken_apart(&shuffled(&bumpy(60), &mut rng(3)).0);
     let one = with_threads(Some(1), || Weld::exact(&apart)).unwrap();
     for threads in [2, 3, 7] {
@@ -120,7 +120,7 @@ fn the_same_with_any_number_of_threads() {
 }
 
 #[test]
-fn means_keep_integrals_and_leave_out_what_is_unknown() {
+fn means_keep_integrals_and_ignore_unknown_values() {
     let (mut apart, before) = taken_apart(&bumpy(12));
     let mut rng = rng(9);
     let colors: Vec<[f64; 3]> =
@@ -136,17 +136,17 @@ fn means_keep_integrals_and_leave_out_what_is_unknown() {
         let (whole, sum) = (integral(&apart, &colors, i), integral(&weld.mesh, &means, i));
         assert!((whole - sum).abs() < 1e-14 * whole.abs());
     }
-    // The same at all copies is the same, to the bit.
+    // Equal values at all copies give the same bits.
     let of_place: Vec<f64> = before.iter().map(|&k| 0.1 + f64::from(k) / 3.0).collect();
     let same = weld.spread(&weld.means(&of_place, 1));
     assert_eq!(same, of_place);
-    // One of the copies known is enough.
+    // One known copy is enough.
     let seldom: Vec<f64> = (0..before.len())
         .map(|v| if weld.of[..v].contains(&weld.of[v]) { f64::NAN } else { 4.5 })
         .collect();
     assert!(weld.means(&seldom, 1).iter().all(|&x| x == 4.5));
     assert!(weld.means(&vec![f64::NAN; before.len()], 1).iter().all(|x| x.is_nan()));
-    // Forbidden at one is forbidden.
+    // A label that is forbidden at one copy is forbidden.
     let mut costs = vec![1.0; before.len()];
     costs[5] = f64::INFINITY;
     assert_eq!(weld.means(&costs, 1)[weld.of[5] as usize], f64::INFINITY);
@@ -156,14 +156,14 @@ fn means_keep_integrals_and_leave_out_what_is_unknown() {
 }
 
 #[test]
-fn sheets_on_each_other_become_non_manifold() {
+fn overlapping_sheets_become_non_manifold() {
     let grid = shape("grid:4x3");
     let mut back = grid.clone();
     back.faces.iter_mut().for_each(|face| face.swap(1, 2));
     let weld = Weld::exact(&disjoint([grid.clone(), back])).unwrap();
     let inner = Statistics::of(&grid).edges - Statistics::of(&grid).boundary_edges;
     assert_eq!(weld.new_non_manifold_edges, inner);
-    // Touching in a vertex makes none, and what was there before is not new.
+    // Touching at a vertex makes none, and earlier ones are not counted.
     let mut beside = grid.clone();
     beside.vertices.iter_mut().for_each(|x| *x += nalgebra::Vector3::new(1.0, 0.75, 0.0));
     let weld = Weld::exact(&disjoint([grid, beside])).unwrap();
@@ -180,7 +180,7 @@ fn sheets_on_each_other_become_non_manifold() {
 }
 
 #[test]
-fn soups_are_shattered_and_mended_at_the_least_tolerance() {
+fn soups_are_shattered_and_mended_at_the_smallest_tolerance() {
     let sphere = shape("sphere:3");
     let (mut soup, _) = taken_apart(&sphere);
     assert!(!is_shattered(&sphere) && is_shattered(&soup));
@@ -190,7 +190,7 @@ fn soups_are_shattered_and_mended_at_the_least_tolerance() {
     let tolerance = mending_tolerance(&soup).unwrap();
     assert!((1e-7..1e-5).contains(&tolerance), "{tolerance}");
     assert_eq!(Weld::within(&soup, tolerance).unwrap().mesh.vertices.len(), sphere.vertices.len());
-    // Two triangles far apart are two triangles.
+    // Two distant triangles are not a soup.
     assert!(!is_shattered(&disjoint([shape("grid:1x1"), shape("grid:1x1")])));
     let mut far = taken_apart(&sphere).0;
     for (j, x) in far.vertices.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The closed-form bounds against dense eigenvalues.
+//! The closed-form bounds are compared with dense eigenvalues.
 
 use nalgebra::{Matrix2, SymmetricEigen};
 use rand::RngExt;
@@ -8,7 +8,7 @@ use crate::operator::{Matrix, Operator, Stencil};
 use crate::samples::{assert_within, largest_curvature, needles, rng, shape, zoo};
 use crate::sweep::with_threads;
 
-/// sum_k weight_k g_k g_k^T as a matrix, and its largest eigenvalue by nalgebra.
+/// The largest eigenvalue of sum_k weight_k g_k g_k^T, by nalgebra.
 fn largest(columns: [[f64; 2]; 3], weight: impl Fn([f64; 2]) -> f64) -> f64 {
     let sum: Matrix2<f64> = columns
         .into_iter()
@@ -36,9 +36,9 @@ fn face_bounds_are_the_eigenvalues() {
     }
 }
 
-/// Several ranges of faces, whose lengths are no multiple of what is computed side by side.
+/// Numbers of faces that are not multiples of the block size.
 #[test]
-fn bounds_are_where_their_faces_are() {
+fn bounds_are_at_the_indices_of_their_faces() {
     let k = Stencil::new(&shape("torus:41x33"));
     let one_by_one: Vec<f64> = (0..k.faces()).map(|j| row_bound(k.face(j).columns)).collect();
     for threads in [1, 3] {
@@ -47,7 +47,7 @@ fn bounds_are_where_their_faces_are() {
 }
 
 #[test]
-fn the_diagonal_lies_above() {
+fn the_diagonal_is_an_upper_bound() {
     let mut rng = rng(21);
     for (name, mesh) in zoo() {
         let n = mesh.faces.len();
@@ -64,16 +64,16 @@ fn the_diagonal_lies_above() {
             ] {
                 let largest = largest_curvature(&Stencil::new(&mesh), |j| w[j], |v| above[v]);
                 assert!(largest <= 1.0 + 1e-10, "{name}: {largest}");
-                // Not by a wide margin: no more than the number of corners of a face, by b_j <= 3.
+                // The bound is not too large: at most 3 times the value, since b_j <= 3.
                 assert!(largest >= 1.0 / 3.0, "{name}: {largest}");
             }
         }
     }
 }
 
-/// On right-angled isosceles faces the function +-1 of a chessboard attains the bound, but for the border.
+/// On right-angled isosceles faces the checkerboard function +-1 attains the bound, except at the border.
 #[test]
-fn the_diagonal_is_attained_on_a_grid() {
+fn the_diagonal_bound_is_attained_on_a_grid() {
     let ratio = |cells: u32| {
         let mesh = shape(&format!("grid:{cells}x{cells}"));
         let k = Stencil::new(&mesh);
@@ -87,9 +87,9 @@ fn the_diagonal_is_attained_on_a_grid() {
     assert!((ratio(11) - 1.0).abs() < 1e-12, "{}", ratio(11));
 }
 
-/// The steps of the local preconditioning: || Sigma^1/2 K T^1/2 || <= 1 on needles of any aspect.
+/// The steps of local preconditioning: || Sigma^1/2 K T^1/2 || <= 1 on needles of any aspect.
 #[test]
-fn the_diagonal_lies_above_on_needles() {
+fn the_diagonal_is_an_upper_bound_on_needles() {
     for aspect in [1e-1, 1e-3, 1e-6, 1e-9] {
         let mesh = needles(3, aspect);
         let k = Stencil::new(&mesh);

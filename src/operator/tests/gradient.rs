@@ -1,4 +1,4 @@
-//! K is A times the gradient: adjointness, constants, linear functions, four formulas, two operators.
+//! K is A times the gradient: adjointness, constants, linear functions, four formulas, both operators.
 
 use nalgebra::{Matrix3x2, Vector3};
 
@@ -11,8 +11,8 @@ use crate::samples::{
     random_vector, rng, shape, zoo,
 };
 
-/// <K u, q> = c <u, K^T q> with c = 1, c fitted over many pairs so that no wrong scale passes; the
-/// residual of each pair is small against the sum of the absolute terms.
+/// <K u, q> = c <u, K^T q> with c = 1, where c is fitted over many pairs to detect a wrong scale; the residual of each
+/// pair is small relative to the sum of the absolute terms.
 struct Adjointness;
 
 impl OnAny for Adjointness {
@@ -41,7 +41,7 @@ fn the_adjoint_is_the_adjoint() {
     zoo().iter().for_each(|(name, mesh)| Adjointness.on_both(name, mesh));
 }
 
-/// K 1 = 0, to the rounding error of the largest column.
+/// K 1 = 0, up to the rounding error of the largest column.
 struct Constants;
 
 impl OnAny for Constants {
@@ -88,7 +88,7 @@ fn linear_functions_are_exact() {
     }
 }
 
-/// A |grad| of nodal values on one triangle, by the four routes.
+/// A |grad| of nodal values on one triangle, by four formulas.
 fn routes(mesh: &Mesh, j: usize, values: [f64; 3]) -> [f64; 4] {
     let x = mesh.corners(j);
     let (a, b) = (x[1] - x[0], x[2] - x[0]);
@@ -144,8 +144,8 @@ fn four_formulas_agree_with_both_operators() {
     }
 }
 
-/// The same rows, columns and adjoint rows, where both frames start along the edge 12. On needles the
-/// formulas differ by the rounding error of the normal, relative to the face's aspect.
+/// The same rows, columns and adjoint rows, where both frames start along the edge 12. On needles the formulas differ
+/// by the rounding error of the normal, which depends on the aspect ratio of the face.
 #[test]
 fn stencil_and_matrix_agree() {
     let mut random = rng(4);

@@ -1,4 +1,4 @@
-//! What implicit steps solve with: D + K^T diag(w) K, its factorization and its Gauss-Seidel sweep.
+//! The matrix of implicit steps, D + K^T diag(w) K, its factorization and its Gauss-Seidel sweep.
 
 use rand::RngExt;
 use sprs::CsMat;
@@ -10,21 +10,21 @@ use crate::operator::{Adjoint, Cholesky, GaussSeidel, Matrix, Operator, Stencil,
 use crate::samples::{assert_within, disjoint, random_rows, rng, shape, zoo};
 use crate::sweep::with_threads;
 
-/// The zoo, and meshes with enough vertices that the sweep cuts them into parts, one of them numbered at random.
+/// The zoo, and meshes that are large enough for the sweep to cut them into parts, one of them randomly numbered.
 fn meshes() -> Vec<(&'static str, Mesh)> {
     let mut shuffled = shape("torus:70x40");
     let n = shuffled.vertices.len();
-    let place = |v: usize| v * 1013 % n;
+    let index = |v: usize| v * 1013 % n;
     let vertices = shuffled.vertices.clone();
-    vertices.iter().enumerate().for_each(|(v, x)| shuffled.vertices[place(v)] = *x);
+    vertices.iter().enumerate().for_each(|(v, x)| shuffled.vertices[index(v)] = *x);
     for v in shuffled.faces.iter_mut().flatten() {
-        *v = place(*v as usize) as u32;
+        *v = index(*v as usize) as u32;
     }
     let parts = disjoint([shape("grid:40x30"), shape("sphere:3").scaled(0.01), shuffled.clone()]);
     zoo().into_iter().chain([("shuffled", shuffled), ("parts", parts)]).collect()
 }
 
-/// D and w from 1e-3 to 1e3 times what balances them.
+/// Random D and w, from 1e-3 to 1e3 times balanced values.
 fn wild(k: &impl Operator) -> (Vec<f64>, Vec<f64>) {
     let mut rng = rng(31);
     let mut factor = || 10_f64.powf(rng.random_range(-3.0..3.0));
@@ -47,7 +47,7 @@ fn dot<const M: usize>(a: &[Row<M>], b: &[Row<M>]) -> f64 {
 }
 
 #[test]
-fn the_normal_matrix_is_what_it_is_named() {
+fn the_normal_matrix_matches_its_definition() {
     for (name, mesh) in meshes() {
         let k = Stencil::new(&mesh);
         let (d, w) = wild(&k);
@@ -62,7 +62,7 @@ fn the_normal_matrix_is_what_it_is_named() {
             assert!((tx - exact).max_abs() <= 1e-13 * size, "{name}: {tx:?} {exact:?}");
             assert!(row.indices().is_sorted_by(|a, b| a < b), "{name}");
             for (column, &value) in row.iter() {
-                // Entry by entry symmetric, and the same from another K to rounding.
+                // Symmetric entry by entry, and equal for both operators up to rounding.
                 assert_eq!(t.get(column, v), Some(&value), "{name}");
                 assert_within(other.get(v, column).copied().unwrap_or(0.0), value, 1e-9, size);
             }
@@ -79,7 +79,7 @@ fn cholesky_solves() {
         let b = random_rows::<5>(mesh.vertices.len(), &mut rng(33));
         let mut x = b.clone();
         Cholesky::new(&t).unwrap().solve(&mut x);
-        // The factor has a diagonal at least, and no more than a full triangle.
+        // The factor has at least a diagonal, and at most a full triangle.
         let n = mesh.vertices.len();
         assert!(Cholesky::within(&t, n - 1).is_none() && Cholesky::within(&t, n * n).is_some());
         let size = |row: &Row<5>| row.max_abs();
@@ -94,7 +94,7 @@ fn cholesky_solves() {
 /// M is symmetric and M >= T: x^T T x <= x^T M x = x^T r for x = M^-1 r. The r are driven towards the worst
 /// by the power method on T M^-1.
 #[test]
-fn the_sweep_is_never_below_the_matrix() {
+fn the_sweep_is_an_upper_bound_of_the_matrix() {
     for (name, mesh) in meshes() {
         let k = Stencil::new(&mesh);
         let local: Vec<f64> =
@@ -121,7 +121,7 @@ fn the_sweep_is_never_below_the_matrix() {
                 let norm = dot(&tx, &tx).sqrt();
                 r = tx.into_iter().map(|row| row * (1.0 / norm)).collect();
             }
-            // Nor is it far above where it matters.
+            // M is not much larger than T where it matters.
             assert!(ratio >= 0.5, "{name}: {ratio}");
         }
     }

@@ -1,4 +1,4 @@
-//! The mass matrices are quadratures of the surface; the Laplacian is the one of cotangents.
+//! The mass matrices are quadratures on the surface; the Laplacian is the cotangent Laplacian.
 
 use nalgebra::{DMatrix, Point3};
 use sprs::CsMat;
@@ -37,7 +37,7 @@ fn weights_are_row_sums_and_add_up_to_the_area() {
     }
 }
 
-/// The mixed cells of an obtuse face, by their definition; raw Voronoi areas would be negative here.
+/// The mixed cells of an obtuse face, by their definition; plain Voronoi areas would be negative here.
 #[test]
 fn voronoi_cells_of_obtuse_faces() {
     let corners = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [1.0, 1.0, 0.0]].map(Point3::from);
@@ -45,7 +45,7 @@ fn voronoi_cells_of_obtuse_faces() {
     assert_eq!(mixed_voronoi_areas(&mesh), vec![1.25, 1.25, 2.5]);
 }
 
-/// int u w over a triangle for linear u, w, by the three midpoints of its edges, which is exact.
+/// int u w over a triangle for linear u, w, by the edge midpoint rule, which is exact.
 #[test]
 fn the_consistent_mass_integrates_products_of_linear_functions() {
     let mut rng = rng(31);
@@ -95,7 +95,7 @@ fn the_consistent_mass_is_inverted() {
         let mut solved = Mass::Consistent.on(&mesh).integrate(&s);
         consistent_inverse(&mesh).solve(&mut solved);
         let area = barycentric_areas(&mesh);
-        // Where areas differ by 1e6, as on needles, so does the condition number.
+        // On needles areas differ by 1e6, and so does the condition number.
         let tolerance = if name == "needles" { 1e-9 } else { 1e-11 };
         for v in (0..s.len()).filter(|&v| area[v] > 0.0) {
             assert!((solved[v] - s[v]).max_abs() <= tolerance, "{name}, vertex {v}");
@@ -103,7 +103,7 @@ fn the_consistent_mass_is_inverted() {
     }
 }
 
-/// A vertex without faces has no weight, and the inverse leaves it alone.
+/// A vertex without faces has no weight, and the inverse does not change its value.
 #[test]
 fn isolated_vertices_weigh_nothing() {
     let mesh = with_isolated_vertices(crate::samples::bumpy(4));
@@ -121,7 +121,7 @@ fn isolated_vertices_weigh_nothing() {
 
 /// K^T A^-1 K = sum over faces and corners of cot(angle) / 2 on the opposite edge.
 #[test]
-fn the_laplacian_is_that_of_cotangents() {
+fn the_laplacian_is_the_cotangent_laplacian() {
     for (name, mesh) in zoo() {
         let n = mesh.vertices.len();
         let mut expected = DMatrix::<f64>::zeros(n, n);

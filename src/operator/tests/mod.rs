@@ -1,4 +1,4 @@
-//! What must hold of the operators on every mesh, by kind of theorem.
+//! Theorems about the operators on every mesh, one kind per file.
 
 mod bounds;
 mod gradient;
@@ -15,7 +15,7 @@ fn column(values: impl IntoIterator<Item = f64>) -> Vec<Row<2>> {
     values.into_iter().map(|value| Row([value, 0.0])).collect()
 }
 
-/// A test that takes any operator, on both.
+/// A test for any operator, run with both.
 trait OnAny {
     fn check<K: Operator>(&self, name: &str, k: &K);
 

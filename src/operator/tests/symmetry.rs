@@ -1,4 +1,4 @@
-//! The total variation knows neither the position, nor the numbering, nor, but for a factor, the scale.
+//! The total variation is invariant under rigid motions and renumbering, and scales with the length.
 
 use rand::RngExt;
 
@@ -12,7 +12,7 @@ fn norms(mesh: &Mesh, u: &[Row<3>]) -> Vec<f64> {
     (0..k.faces()).map(|j| k.at(u, j).norm()).collect()
 }
 
-/// Norm by norm, relative to what the longest edge could give.
+/// Compares norms one by one, relative to the largest possible value for the longest edge.
 #[track_caller]
 fn assert_same(mesh: &Mesh, a: &[f64], b: &[f64], tolerance: f64) {
     for (j, (a, b)) in a.iter().zip(b).enumerate() {
@@ -31,7 +31,7 @@ fn rigid_motions_change_nothing() {
         let shift = random_vector(&mut rng) * mesh.area().sqrt();
         let mut moved = mesh.clone();
         moved.vertices.iter_mut().for_each(|x| *x = turn * *x + shift);
-        // Moved coordinates are rounded to their own size: a needle loses what its aspect costs.
+        // Moved coordinates are rounded relative to their size, and the aspect ratio of a needle amplifies the error.
         let tolerance = if name == "needles" { 1e-7 } else { 1e-11 };
         assert_same(&mesh, &norms(&mesh, &u), &norms(&moved, &u), tolerance);
         let mut mirrored = mesh.clone();
@@ -46,16 +46,16 @@ fn numbering_changes_nothing() {
     for (_, mesh) in zoo() {
         let n = mesh.vertices.len();
         let u = random_rows::<3>(n, &mut rng);
-        let mut place: Vec<usize> = (0..n).collect();
+        let mut index: Vec<usize> = (0..n).collect();
         for i in (1..n).rev() {
-            place.swap(i, rng.random_range(0..=i));
+            index.swap(i, rng.random_range(0..=i));
         }
         let (mut renumbered, mut moved) = (mesh.clone(), u.clone());
         for k in 0..n {
-            renumbered.vertices[place[k]] = mesh.vertices[k];
-            moved[place[k]] = u[k];
+            renumbered.vertices[index[k]] = mesh.vertices[k];
+            moved[index[k]] = u[k];
         }
-        renumbered.faces.iter_mut().flatten().for_each(|k| *k = place[*k as usize] as u32);
+        renumbered.faces.iter_mut().flatten().for_each(|k| *k = index[*k as usize] as u32);
         assert_eq!(norms(&mesh, &u), norms(&renumbered, &moved));
         let mut backwards = mesh.clone();
         backwards.faces.reverse();
@@ -66,7 +66,7 @@ fn numbering_changes_nothing() {
 }
 
 #[test]
-fn the_first_corner_is_no_different() {
+fn the_choice_of_the_first_corner_changes_nothing() {
     let mut rng = rng(13);
     for (name, mesh) in zoo() {
         let u = random_rows(mesh.vertices.len(), &mut rng);

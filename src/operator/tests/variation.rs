@@ -20,7 +20,7 @@ fn assert_order_2(steps: &[f64], errors: &[f64]) {
     assert!((order - 2.0).abs() < 0.05, "observed order {order} of {errors:?}");
 }
 
-/// Lane by lane or face by face, in blocks of any size: the same bits.
+/// The norms are bitwise equal lane by lane or face by face, in blocks of any size.
 fn assert_same_norms<const M: usize>(mesh: &Mesh) {
     let k = Stencil::new(mesh);
     let u = random_rows::<M>(k.vertices(), &mut rng(M as u64));

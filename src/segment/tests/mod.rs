@@ -72,7 +72,7 @@ fn matched<D: DataModel>(parameters: &[D::Parameters], tolerance: f64) -> [usize
         let distance = |mean: &[f64]| -> f64 {
             mean.iter().zip(color).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
         };
-        let of = |p: usize| distance(D::told(&parameters[p]));
+        let of = |p: usize| distance(D::value(&parameters[p]));
         let best = (0..3).min_by(|&a, &b| of(a).total_cmp(&of(b))).unwrap();
         assert!(of(best) <= tolerance, "{color:?} is missing in {parameters:?}");
         best

@@ -41,9 +41,9 @@ impl DataModel for Odd<'_> {
 
     type Datum = [f64];
 
-    const TOLD: &'static str = "mean";
+    const VALUE_NAME: &'static str = "mean";
 
-    fn told(mu: &Mean) -> &[f64] {
+    fn value(mu: &Mean) -> &[f64] {
         &mu.mean
     }
 

@@ -170,7 +170,7 @@ fn rows_of_nan_are_unknown() {
     let answer = folder.answer("o");
     assert!(unknown > 0);
     let warnings = answer.summary["warnings"].to_string();
-    assert!(warnings.contains(&format!("nothing is known of {unknown} vertices")), "{warnings}");
+    assert!(warnings.contains(&format!("{unknown} vertices have no data")), "{warnings}");
     let means = answer.summary["region_parameters"].as_array().unwrap();
     assert!(means.iter().all(|region| region["mean"][0].as_f64().is_some()), "{means:?}");
 }

@@ -69,7 +69,7 @@ fn each_face_takes_the_image_of_its_material() {
         let (one, messages) =
             segment(&folder, &format!("{mesh} --data texture:other.png --regions 2"));
         assert!(shares(&one).contains(&1.0), "{}", one.summary);
-        assert!(messages.contains("none of the 2 images"), "{messages}");
+        assert!(messages.contains("not one of the 2 images"), "{messages}");
     }
 }
 
@@ -90,7 +90,7 @@ fn a_missing_image() {
 fn faces_without_coordinates_are_unknown() {
     let folder = case("10-obj-some-uv");
     let (answer, messages) = segment(&folder, "model.obj --data texture:atlas.png --regions 2");
-    assert!(messages.contains("without texture coordinates"), "{messages}");
+    assert!(messages.contains("no texture coordinates"), "{messages}");
     assert!(shares(&answer).iter().all(|share| *share > 0.1), "{}", answer.summary);
 }
 
@@ -174,7 +174,7 @@ fn an_atlas_of_16k() {
     drop(writer);
     let (answer, messages) = segment(&folder, "terrain.obj --data texture:atlas.png --regions 2");
     half_and_half(&answer);
-    assert!(messages.contains("16384 x 16384 pixels were shrunk by 2"), "{messages}");
+    assert!(messages.contains("16384 x 16384 pixels was shrunk by a factor of 2"), "{messages}");
 }
 
 /// Colors of transparent pixels are read as stored, and a warning says so.
@@ -191,7 +191,7 @@ fn transparent_pixels_are_counted() {
     for (name, share) in [("clear", true), ("glass", true), ("opaque", false)] {
         let line = format!("grid:30x20 --data image:{name}.png --regions 2");
         let (answer, messages) = segment(&folder, &line);
-        let expected = format!("{name}.png: 600 of 2400 pixels are transparent");
+        let expected = format!("{name}.png: 600 of 2400 pixels are fully or partly transparent");
         assert_eq!(messages.contains(&expected), share, "{messages}");
         assert_eq!(messages.contains("transparent"), share, "{messages}");
         let quarter = agreement(&answer, "grid:30x20", |x| x[0] < 0.25);
@@ -230,17 +230,17 @@ fn every_projection_puts_the_image_where_it_should_be() {
     two_halves(&folder);
     type Dark = fn([f64; 3]) -> bool;
     for (mesh, project, dark, expected) in [
-        ("grid:61x41", "", (|[x, ..]| x < 0.5) as Dark, "laid over xy"),
-        ("grid:61x41", "--project -x,y", |[x, ..]| x > 0.5, "laid over -x,y"),
+        ("grid:61x41", "", (|[x, ..]| x < 0.5) as Dark, "projected onto xy"),
+        ("grid:61x41", "--project -x,y", |[x, ..]| x > 0.5, "projected onto -x,y"),
         (
             "grid:41x61",
             "--project y,-x --fit stretch",
             |[_, y, _]| y < 0.5 * 61.0 / 41.0,
-            "laid over y,-x",
+            "projected onto y,-x",
         ),
         ("torus:60x30", "", |[_, y, _]| y > 0.0, "texture coordinates"),
         ("sphere:4", "", |[_, y, _]| y < 0.0, "texture coordinates"),
-        ("sphere:4", "--project xz", |[x, ..]| x < 0.0, "laid over xz"),
+        ("sphere:4", "--project xz", |[x, ..]| x < 0.0, "projected onto xz"),
         ("sphere:4", "--project cylinder", |[_, y, _]| y < 0.0, "cylinder"),
         ("sphere:4", "--project sphere:x", |[_, _, z]| z < 0.0, "sphere"),
     ] {
@@ -252,7 +252,7 @@ fn every_projection_puts_the_image_where_it_should_be() {
     }
     let (_, messages) = segment(&folder, "grid:40x40 --data image:halves.png --regions 2");
     assert!(
-        messages.contains("image 60 x 40 laid over xy, 33.3 % of its width cut off"),
+        messages.contains("image 60 x 40 projected onto xy, 33.3 % of its width cropped"),
         "{messages}"
     );
 }
@@ -306,10 +306,7 @@ fn errors_list_the_possible_choices() {
             ["bare.off: has no extent along z", "--project"],
         ),
         ("bare.off --data image:none.png --project xy", ["none.png: No such file", "error"]),
-        (
-            "grid:4x4 --data texture",
-            ["has no materials that name an image", "--data texture:IMAGE"],
-        ),
+        ("grid:4x4 --data texture", ["has no material with an image", "--data texture:IMAGE"]),
         (
             "grid:4x4 --data colors",
             ["has no colors of vertices, faces or materials", "--data image:IMAGE"],
@@ -317,7 +314,7 @@ fn errors_list_the_possible_choices() {
         ("builtin:spot --data colors", ["has no colors", "--data texture, "]),
         (
             "grid:4x4 --data curvature --project xy",
-            ["--project lays an image", "--data image:IMAGE"],
+            ["--project needs an image", "--data image:IMAGE"],
         ),
     ] {
         let messages = refused(&folder, &format!("{line} --regions 2"));
@@ -415,13 +412,13 @@ fn photos_are_turned_by_their_orientation() {
         turned_photo(&folder, "photo.jpg", orientation);
         let (answer, messages) =
             segment(&folder, &format!("{mesh} --data image:photo.jpg --regions 2"));
-        assert!(!messages.contains("EXIF") && !messages.contains("cut off"), "{messages}");
+        assert!(!messages.contains("EXIF") && !messages.contains("cropped"), "{messages}");
         let right = agreement(&answer, mesh, dark);
         assert!(right > 0.97, "{orientation}: {right}");
         let (answer, messages) =
             segment(&folder, "grid:64x48 --data texture:photo.jpg --regions 2");
         assert_eq!(
-            messages.contains("EXIF orientation is left out"),
+            messages.contains("EXIF orientation is ignored"),
             orientation != 1,
             "{messages}"
         );

@@ -261,12 +261,12 @@ fn off(faces: [&str; 2]) -> String {
 fn invalid_colors_of_off_faces_are_left_out() {
     let indexed = messages_about("a.off", &off(["7", "12"]));
     assert!(
-        indexed.contains("places in a color map") && indexed.contains("(2, the first: line 7)"),
+        indexed.contains("indices into a color map") && indexed.contains("(2, the first: line 7)"),
         "{indexed}"
     );
     assert_eq!(indexed.lines().count(), 1, "{indexed}");
     let odd = messages_about("a.off", &off(["1 2", "0.5"]));
-    assert!(odd.contains("behind") || odd.contains("what follows the corners of faces"), "{odd}");
+    assert!(odd.contains("values after the corners of faces"), "{odd}");
     assert!(odd.contains("(2, the first: line 7)"), "{odd}");
     assert_eq!(messages_about("a.off", &off(["255 0 0", "0 0 255 128"])), "");
 }
@@ -319,7 +319,7 @@ fn colors_of_two_ranges_in_one_file() {
         odd.contains("outside [0, 1] or [0, 255] are left out (1, the first: vertex 2)"),
         "{odd}"
     );
-    assert!(odd.contains("1 of 4 vertices have no color and count as unknown"), "{odd}");
+    assert!(odd.contains("1 of 4 vertices have no color and are unknown"), "{odd}");
     // Fractions below and above 1 are in one range, and so are integers.
     for colors in [
         ["200.5 0 0", "0 254.9 0", "0.5 0.25 1", "0 0 0"],
@@ -343,10 +343,10 @@ fn texture_coordinates_beyond_all_images() {
         [("a.obj", obj, "line 5"), ("a.ply", ply, "vertex 1"), ("a.off", off, "line 4")]
     {
         let messages = messages_about(name, text);
-        let expected = format!("or are beyond 1e9, count as unknown (1, the first: {place})");
+        let expected = format!("or are beyond 1e9, are unknown (1, the first: {place})");
         assert!(messages.contains(&expected), "{messages}");
         assert!(
-            messages.contains("1 of 1 faces have corners without texture coordinates"),
+            messages.contains("1 of 1 face has corners without texture coordinates"),
             "{messages}"
         );
         assert_eq!(messages.lines().count(), 2, "{messages}");
@@ -362,7 +362,10 @@ fn texture_coordinates_at_some_corners() {
     );
     let convert = |out: &str| stderr(&folder.run(&format!("mesh convert a.obj --out {out}")));
     let messages = convert("a.ply");
-    assert!(messages.contains("left out: the texture coordinates of 1 faces"), "{messages}");
+    assert!(
+        messages.contains("left out: the texture coordinates of 1 face that has them"),
+        "{messages}"
+    );
     let messages = convert("b.obj");
     assert!(
         messages.contains("1 of 2 faces have corners without") && !messages.contains("left out"),
@@ -378,7 +381,7 @@ fn texture_coordinates_at_some_corners() {
          property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n\
          3 0 1 2 1 0.5\n",
     );
-    assert!(messages.contains("texcoord is not a pair for each corner"), "{messages}");
+    assert!(messages.contains("texcoord does not have one pair per corner"), "{messages}");
 }
 
 /// Numbers are printed with their significant digits, whatever the unit of the mesh.

@@ -189,7 +189,7 @@ fn nearly_equal_corners_are_counted_and_welded_on_request() {
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     let output = folder.run(&format!("{segment} --weld 5.3e-5"));
     // Two corners of the grid belong to one face only.
-    let expected = "welded 1959 vertices onto 439 others within 5.3e-5 of them";
+    let expected = "welded 1959 vertices onto 439 others within a distance of 5.3e-5";
     assert!(
         stderr(&output).contains(expected) && !stderr(&output).contains("hardly"),
         "{}",
@@ -242,11 +242,11 @@ fn tolerances_that_are_no_lengths_or_leave_no_face_are_refused() {
     // A face that collapses is left out: a sliver whose short side is below the tolerance.
     folder.write("sliver.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1 0.99999 0\nf 1 2 4\nf 1 4 3\n");
     let output = folder.run("mesh convert sliver.obj --weld 1e-4 --out one.ply");
-    assert!(stderr(&output).contains("1 faces collapsed"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("1 face collapsed"), "{}", stderr(&output));
     assert_eq!(io::read(&folder.path("one.ply")).unwrap().faces.len(), 1);
     folder.array("d.npy", &costs(4, 1));
     let output = folder.run("segment sliver.obj --weld 1e-4 --data d.npy --regions 2 --out sliver");
-    assert!(stderr(&output).contains("1 faces without area were left out"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("1 face without area was left out"), "{}", stderr(&output));
     assert_eq!(folder.answer("sliver").u.nrows(), 4);
 }
 
@@ -410,7 +410,7 @@ fn a_welded_solution_is_evaluated_as_it_was_certified() {
         let output = folder.run(&format!("evaluate {problem} --u {mass}/u.npy --q {mass}/q.npy"));
         let messages = stderr(&output);
         assert!(output.status.success() && messages.contains("welded "), "{messages}");
-        assert!(!messages.contains("rows of U differ"), "{messages}");
+        assert!(!messages.contains("of U differ"), "{messages}");
         let evaluation: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         for key in ["energy", "dual_bound", "rounded_energy", "area", "vertices", "faces"] {
             let (x, y) = (evaluation[key].as_f64().unwrap(), answer.number(key));

@@ -35,7 +35,7 @@ fn curvature_does_not_depend_on_the_winding() {
     };
     io::write(&folder.path("torus.obj"), &torus).unwrap();
     let (exact, message) = segment("torus");
-    assert!(!message.contains("turned"), "{message}");
+    assert!(!message.contains("flipped"), "{message}");
     let counts: BTreeSet<i32> = exact.labels.iter().copied().collect();
     assert_eq!(counts.len(), 2);
     for (name, mesh, turned) in
@@ -43,8 +43,7 @@ fn curvature_does_not_depend_on_the_winding() {
     {
         io::write(&folder.path(&format!("{name}.obj")), mesh).unwrap();
         let (answer, message) = segment(name);
-        let expected =
-            format!("{turned} of {} faces were turned for the curvature", torus.faces.len());
+        let expected = format!("{turned} of {} faces were flipped", torus.faces.len());
         assert!(message.contains(&expected), "{message}");
         assert_eq!(answer.labels, exact.labels, "{name}");
         let again = io::read(&folder.path(&format!("{name}/segmented.ply"))).unwrap();
@@ -138,7 +137,7 @@ fn curvature_of_a_tube_is_nothing_to_segment() {
     fs::copy(case("39-skinny/tube.obj"), folder.path("tube.obj")).unwrap();
     let output = folder.run("segment tube.obj --data curvature --regions 2 --no-preview --out out");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let expected = "the mean curvature is the same everywhere to rounding";
+    let expected = "the mean curvature is constant up to rounding";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     assert!(stderr(&output).contains("there is nothing to segment"));
     let answer = folder.answer("out");
@@ -167,13 +166,13 @@ fn data_of_one_value_are_nothing_to_segment() {
         (
             "colors",
             Some(
-                "colors: all vertices have the same colors: there is nothing to segment; choose other data",
+                "colors: all vertices have the same colors, so there is nothing to segment; choose other data",
             ),
         ),
         (
             "rounded.npy",
             Some(
-                "rounded.npy: no values differ by more than 1e-13 of their size, which is rounding: there is nothing to \
+                "rounded.npy: the values differ by at most 1e-13 of their size, which is rounding, so there is nothing to \
                  segment; choose other data",
             ),
         ),

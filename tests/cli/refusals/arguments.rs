@@ -48,7 +48,7 @@ fn numbers_out_of_range_are_refused() {
         refuse(&folder, &format!("{line} {epsilon}"), &["epsilon ="]);
     }
     for (shape, part) in [
-        ("cube:3", "is no shape"),
+        ("cube:3", "is not a shape"),
         ("torus:400", "torus:400x250"),
         ("sphere:11", "level 0 to 10"),
         ("grid:0x1", "at least 1x1"),

@@ -114,9 +114,9 @@ fn malformed_arrays_are_refused_wherever_one_is_read() {
 fn costs_that_do_not_fit_are_refused() {
     let folder = folder();
     for (bytes, part) in [
-        (npy(Array1::<f64>::zeros(4)), "1 axes, not 2"),
-        (npy(Array2::<f64>::zeros((3, 2))), "3 rows, the mesh 4 vertices"),
-        (npy(Array2::<f64>::zeros((2, 4))), "2 rows, the mesh 4 vertices"),
+        (npy(Array1::<f64>::zeros(4)), "has 1 axis; it must have 2"),
+        (npy(Array2::<f64>::zeros((3, 2))), "3 rows, but the mesh has 4 vertices"),
+        (npy(Array2::<f64>::zeros((2, 4))), "2 rows, but the mesh has 4 vertices"),
         (npy(Array2::<f64>::zeros((0, 2))), "0 rows"),
         (npy(Array2::<f64>::zeros((4, 0))), "0 regions: must be from 2 to 64"),
         (npy(Array2::<f64>::zeros((4, 1))), "1 regions: must be from 2 to 64"),
@@ -163,8 +163,8 @@ fn data_that_do_not_fit_are_refused() {
     let folder = folder();
     let line = "segment square.obj --data a.npy --regions 2 --out out";
     for (bytes, part) in [
-        (npy(Array1::<f64>::zeros(3)), "3 rows, the mesh 4 vertices"),
-        (npy(Array2::<u8>::zeros((5, 3))), "5 rows, the mesh 4 vertices"),
+        (npy(Array1::<f64>::zeros(3)), "3 rows, but the mesh has 4 vertices"),
+        (npy(Array2::<u8>::zeros((5, 3))), "5 rows, but the mesh has 4 vertices"),
         (npy(Array2::<f64>::zeros((4, 0))), "no columns"),
         (npy(Array1::from_elem(4, f64::NAN)), "NaN"),
         (npy(array![0.0, 1e300, 0.0, 1.0]), "double precision"),

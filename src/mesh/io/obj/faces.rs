@@ -4,8 +4,9 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
-use crate::mesh::io::places::{Places, warn};
+use crate::mesh::io::occurrences::{Occurrences, warn};
 use crate::mesh::io::polygon::Polygons;
 use crate::mesh::io::text::{Text, parse_integer, quote};
 use crate::mesh::io::{TOO_FEW_CORNERS, check_faces, fan, warn_untextured};
@@ -13,17 +14,17 @@ use crate::mesh::io::{TOO_FEW_CORNERS, check_faces, fan, warn_untextured};
 /// A corner without texture coordinates.
 const NO_TEXTURE: u32 = u32::MAX;
 
-/// The triangles so far.
+/// The triangles read so far.
 #[derive(Default)]
 pub struct Faces {
     corners: Vec<[u32; 3]>,
-    /// Indices of texture coordinates, from the first face that has some; then of every face.
+    /// Indices of texture coordinates; empty until the first face that has some, then for every face.
     textures: Vec<[u32; 3]>,
     polygons: Polygons,
     vertex_references: References,
-    wrong_textures: Places,
-    too_few: Places,
-    /// The polygon that is being read.
+    invalid_textures: Occurrences,
+    too_few: Occurrences,
+    /// The polygon being read.
     polygon: Vec<u32>,
     polygon_textures: Vec<u32>,
 }
@@ -36,7 +37,7 @@ impl Faces {
         self.corners.len()
     }
 
-    /// One polygon, after that many vertices and texture coordinates.
+    /// Reads one polygon, after the given numbers of vertices and texture coordinates.
     pub fn read(&mut self, text: &mut Text, vertices: usize, textures: usize) -> Result<()> {
         self.polygon.clear();
         self.polygon_textures.clear();
@@ -53,7 +54,7 @@ impl Faces {
                         t
                     }
                     Err(_) => {
-                        self.wrong_textures.add(|| format!("line {}", text.line()));
+                        self.invalid_textures.add(|| format!("line {}", text.line()));
                         NO_TEXTURE
                     }
                 },
@@ -85,17 +86,17 @@ impl Faces {
         check_faces(path, &self.corners)?;
         self.too_few.warn(path, TOO_FEW_CORNERS);
         if textures.is_empty() {
-            if !self.textures.is_empty() || !self.wrong_textures.is_empty() {
+            if !self.textures.is_empty() || !self.invalid_textures.is_empty() {
                 warn(
                     path,
-                    "faces refer to texture coordinates, and the file has none; this is ignored",
+                    "faces refer to texture coordinates, but the file has none; the references are ignored",
                 );
             }
             self.textures.clear();
         } else {
-            self.wrong_textures.warn(
+            self.invalid_textures.warn(
                 path,
-                "references to texture coordinates that are no indices count as unknown",
+                "references to texture coordinates that are not valid indices are unknown",
             );
         }
         let textured = !self.textures.is_empty();
@@ -123,7 +124,8 @@ impl Faces {
             warn(
                 path,
                 &format!(
-                    "{missing} corners of faces refer to texture coordinates beyond the {} of the file and count as unknown",
+                    "{} to texture coordinates beyond the {} in the file and have none",
+                    counted(missing, "corner of a face refers", "corners of faces refer"),
                     textures.len()
                 ),
             );
@@ -133,30 +135,30 @@ impl Faces {
     }
 }
 
-/// The largest index that was referred to, and where: the vertex may follow later in the file.
+/// The largest referenced index and its line: the vertex may follow later in the file.
 #[derive(Default)]
 struct References {
     largest: Option<u32>,
     line: usize,
 }
 
-/// What is wrong with an index.
-enum Wrong {
-    NoNumber,
+/// Why an index is invalid.
+enum InvalidIndex {
+    NotANumber,
     Zero,
     Outside(i64),
 }
 
-/// An index from 0 of what a token means when `defined` vertices came before it.
+/// The index from 0 that a token denotes after `defined` vertices.
 #[inline]
-fn resolved(token: &[u8], defined: usize) -> std::result::Result<u32, Wrong> {
-    let index = parse_integer(token).ok_or(Wrong::NoNumber)?;
+fn resolved(token: &[u8], defined: usize) -> std::result::Result<u32, InvalidIndex> {
+    let index = parse_integer(token).ok_or(InvalidIndex::NotANumber)?;
     let from_zero = match index {
         1.. => index - 1,
-        0 => return Err(Wrong::Zero),
+        0 => return Err(InvalidIndex::Zero),
         _ => index.saturating_add(defined as i64),
     };
-    u32::try_from(from_zero).ok().filter(|&k| k < NO_TEXTURE).ok_or(Wrong::Outside(index))
+    u32::try_from(from_zero).ok().filter(|&k| k < NO_TEXTURE).ok_or(InvalidIndex::Outside(index))
 }
 
 impl References {
@@ -164,12 +166,15 @@ impl References {
     fn resolve(&mut self, text: &Text, token: &[u8], defined: usize) -> Result<u32> {
         let k = resolved(token, defined).map_err(|wrong| {
             text.error(match wrong {
-                Wrong::NoNumber => {
+                InvalidIndex::NotANumber => {
                     format!("expected a vertex index, a whole number, not {}", quote(token))
                 }
-                Wrong::Zero => "a vertex index is 0; indices count from 1".to_owned(),
-                Wrong::Outside(index) => {
-                    format!("refers to vertex {index}, but {defined} are defined here")
+                InvalidIndex::Zero => "a vertex index is 0, but indices count from 1".to_owned(),
+                InvalidIndex::Outside(index) => {
+                    format!(
+                        "refers to vertex {index}, but only {} here",
+                        counted(defined, "vertex is defined", "vertices are defined")
+                    )
                 }
             })
         })?;
@@ -186,8 +191,9 @@ impl References {
                 path,
                 self.line,
                 format!(
-                    "refers to vertex {}, but the file has {defined} vertices",
-                    u64::from(largest) + 1
+                    "refers to vertex {}, but the file has {}",
+                    u64::from(largest) + 1,
+                    counted(defined, "vertex", "vertices")
                 ),
             )),
             _ => Ok(()),

@@ -1,26 +1,27 @@
-//! Colors of sculpting programs, in comments of an OBJ file: `#MRGB` and 8 hexadecimal digits a vertex (mask, red,
-//! green, blue), many vertices a line, in the order of the vertices.
+//! Vertex colors in comments of an OBJ file, as sculpting programs write them: `#MRGB` followed by 8 hexadecimal digits
+//! per vertex (mask, red, green, blue), many vertices per line, in the order of the vertices.
 
 use std::path::Path;
 
-use crate::mesh::io::places::{Places, warn};
+use crate::counted::counted;
+use crate::mesh::io::occurrences::{Occurrences, warn};
 
 pub const KEYWORD: &[u8] = b"#MRGB";
 
 #[derive(Default)]
-pub struct Sculpted {
+pub struct MrgbColors {
     colors: Vec<[f64; 3]>,
-    wrong: Places,
+    invalid: Occurrences,
 }
 
-impl Sculpted {
-    /// What follows the beginning on one line.
-    pub fn read(&mut self, remark: &[u8], place: impl FnOnce() -> String) {
+impl MrgbColors {
+    /// Reads the colors after the keyword on one line.
+    pub fn read(&mut self, remark: &[u8], location: impl FnOnce() -> String) {
         let digits: Vec<u8> =
             remark.iter().copied().filter(|digit| !digit.is_ascii_whitespace()).collect();
         let (entries, rest) = digits.as_chunks::<8>();
         if !rest.is_empty() || !digits.iter().all(u8::is_ascii_hexdigit) {
-            self.wrong.add(place);
+            self.invalid.add(location);
             return;
         }
         let value = |digit: u8| f64::from(char::from(digit).to_digit(16).unwrap_or_default());
@@ -29,12 +30,12 @@ impl Sculpted {
         }));
     }
 
-    /// Of that many vertices: NaN where the comments end early.
+    /// The colors of the given number of vertices; NaN after the end of the comments.
     pub fn finish(mut self, path: &Path, vertices: usize) -> Option<Vec<[f64; 3]>> {
-        if !self.wrong.is_empty() {
-            self.wrong.warn(
+        if !self.invalid.is_empty() {
+            self.invalid.warn(
                 path,
-                "the colors in #MRGB comments are left out, some are not 8 hexadecimal digits",
+                "the colors in #MRGB comments are left out because some do not have 8 hexadecimal digits",
             );
             return None;
         }
@@ -46,7 +47,9 @@ impl Sculpted {
             warn(
                 path,
                 &format!(
-                    "has {colors} colors in #MRGB comments for {vertices} vertices; vertices without one count as unknown"
+                    "has {} in #MRGB comments for {}; vertices without a color are unknown",
+                    counted(colors, "color", "colors"),
+                    counted(vertices, "vertex", "vertices")
                 ),
             );
         }

@@ -1,4 +1,4 @@
-//! MTL, the descriptions of materials that an OBJ file names.
+//! MTL, the material libraries of OBJ files.
 //!
 //! ```text
 //! newmtl NAME
@@ -6,37 +6,37 @@
 //! map_Kd [-option values ...] FILE     the image of its diffuse color
 //! ```
 //!
-//! Of the options, these are kept:
+//! These options are supported:
 //!
 //! ```text
-//! -s u [v [w]]                         the image is seen at s t + o instead of t, both 1 and 0 where they are not said;
-//! -o u [v [w]]                         w is of no image
+//! -s u [v [w]]                         the image is sampled at s t + o instead of t; s is 1 and o is 0 by default;
+//! -o u [v [w]]                         w is ignored
 //! -clamp on|off                        on: one copy of the image instead of many
 //! ```
 //!
 //! The manual says "expanding or shrinking the pattern" and "shifting the position of the map origin"; the formula is
-//! that of the programs that read and write these options (Blender, three.js, Assimp). Others that change the picture are
-//! skipped with a warning, everything else without one. Names may contain blanks, stand in quotes, and separate
-//! folders by backslashes.
+//! that of programs that read and write these options (Blender, three.js, Assimp). Other options that change the image
+//! are skipped with a warning, everything else without one. Names may contain blanks, be quoted, and separate folders
+//! by backslashes.
 //!
-//! Reference: Wavefront Technologies, *Advanced Visualizer Manual*, "Material Library File", and "Texture Map Options" there.
+//! Reference: Wavefront Technologies, *Advanced Visualizer Manual*, "Material Library File" and "Texture Map Options".
 
 use std::collections::HashMap;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::paths::relative;
-use crate::mesh::io::places::Places;
 use crate::mesh::io::text::{Text, decode, file_name, parse_float, without_comment};
 use crate::mesh::{Material, Materials, Placement};
 
-/// The materials of a library by name. Images are as found from the folder of the library.
+/// The materials of a library by name. The paths of images are resolved against the folder of the library.
 pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut text = Text::new(path, bytes).with_comments();
     let mut all = HashMap::new();
     let mut current = None;
-    let mut skipped = Places::default();
+    let mut skipped = Occurrences::default();
     while text.next_line() {
         let keyword = text.token().unwrap_or_default().to_ascii_lowercase();
         if keyword == b"newmtl" {
@@ -61,7 +61,8 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
     }
     skipped.warn(
         path,
-        "options of map_Kd that disturb the image or change its colors (-t, -mm, -cc), or lack their numbers, are ignored",
+        "options of map_Kd that distort the image or change its colors (-t, -mm, -cc), or lack their numbers, are \
+         ignored",
     );
     all
 }
@@ -78,17 +79,17 @@ fn color(text: &mut Text) -> Option<[f64; 3]> {
     Some(color.map(|c| c / full))
 }
 
-/// What `map_Kd` says.
+/// The arguments of `map_Kd`.
 #[derive(Debug, PartialEq)]
 struct Map<'a> {
     name: &'a [u8],
     placement: Placement,
-    /// Whether that is all that it says of the picture.
+    /// Whether all options that change the image are supported.
     complete: bool,
 }
 
 impl<'a> Map<'a> {
-    /// The options, and the name of the file behind them.
+    /// Parses the options and the file name that follows them.
     fn of(mut rest: &'a [u8]) -> Self {
         let mut placement = Placement::default();
         let mut complete = true;
@@ -107,7 +108,7 @@ impl<'a> Map<'a> {
             for i in 0..most {
                 let (value, further) = split(behind);
                 let number = parse_float(value).filter(|number| number.is_finite());
-                // As many as are numbers, but the last word is the file.
+                // All following words that are numbers, but the last word is the file.
                 if further.is_empty() || (i >= least && number.is_none()) {
                     break;
                 }
@@ -131,18 +132,18 @@ impl<'a> Map<'a> {
     }
 }
 
-/// The first two of numbers, of which some may be missing.
+/// The first two numbers; missing ones have the given value.
 fn plane(numbers: &[f64], missing: f64) -> [f64; 2] {
     [0, 1].map(|axis| numbers.get(axis).copied().unwrap_or(missing))
 }
 
-/// The first word, and what follows it.
+/// The first word and the rest.
 fn split(text: &[u8]) -> (&[u8], &[u8]) {
     let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
     (&text[..end], text[end..].trim_ascii_start())
 }
 
-/// A library for an OBJ file in `folder`, to which the names of images become relative.
+/// Writes a library for an OBJ file in `folder`, to which the names of images are relative.
 pub fn write(out: &mut dyn Write, materials: &Materials, folder: &Path) -> io::Result<()> {
     for Material { name, color, image, placement } in &materials.all {
         writeln!(out, "newmtl {name}")?;
@@ -154,7 +155,7 @@ pub fn write(out: &mut dyn Write, materials: &Materials, folder: &Path) -> io::R
             let Placement { scale, offset, clamp } = placement;
             for (option, [u, v], neutral) in [("-s", scale, 1.0), ("-o", offset, 0.0)] {
                 if [*u, *v] != [neutral; 2] {
-                    // All three, since the name may begin with a number.
+                    // All three numbers, since the file name may begin with a number.
                     write!(out, "{option} {u} {v} {neutral} ")?;
                 }
             }
@@ -170,7 +171,7 @@ pub fn write(out: &mut dyn Write, materials: &Materials, folder: &Path) -> io::R
     Ok(())
 }
 
-/// The files that a line of an OBJ file in `folder` names: one name with blanks, or several.
+/// The files named by a `mtllib` line of an OBJ file in `folder`: one name with blanks, or several.
 pub fn libraries(folder: &Path, names: &[u8]) -> Vec<PathBuf> {
     let whole = folder.join(file_name(names));
     if whole.is_file() {

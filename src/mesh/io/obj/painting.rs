@@ -1,18 +1,18 @@
-//! Which face of an OBJ file has which material, and what the libraries say about these.
+//! The materials of an OBJ file: the material of each face, and their descriptions in libraries.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use super::mtl;
 use crate::file;
-use crate::mesh::io::places::{Places, warn};
+use crate::mesh::io::occurrences::{Occurrences, warn};
 use crate::mesh::io::text::{decode, quote, without_comment};
 use crate::mesh::{Material, Materials};
 
 #[derive(Default)]
 pub struct Painting {
     libraries: Vec<Vec<u8>>,
-    /// In the order in which the faces use them.
+    /// Names of the materials in the order of first use.
     names: Vec<String>,
     index_of: HashMap<String, u32>,
     current: Option<u32>,
@@ -21,7 +21,7 @@ pub struct Painting {
 
 impl Painting {
     pub fn library(&mut self, names: &[u8]) {
-        // Often repeated before each object.
+        // The same line is often repeated before each object.
         if !self.libraries.iter().any(|library| library == names) {
             self.libraries.push(names.to_vec());
         }
@@ -33,7 +33,7 @@ impl Painting {
         let name = decode(name);
         self.current = Some(*self.index_of.entry(name.clone()).or_insert_with(|| {
             self.names.push(name);
-            // One a line of a file that fits into memory.
+            // There is at most one name per line of a file that fits into memory.
             self.names.len() as u32 - 1
         }));
     }
@@ -44,11 +44,11 @@ impl Painting {
         }
         self.of_faces.resize(faces, self.current);
         let mut described = HashMap::new();
-        let mut unreadable = Places::default();
+        let mut unreadable = Occurrences::default();
         if let Some(folder) = folder {
             for path in self.libraries.iter().flat_map(|names| mtl::libraries(folder, names)) {
                 match file::read(&path) {
-                    // The first description of a name holds.
+                    // The first description of a name counts.
                     Ok(bytes) => {
                         mtl::parse(&path, &bytes).into_iter().for_each(|(name, material)| {
                             described.entry(name).or_insert(material);
@@ -59,10 +59,8 @@ impl Painting {
             }
         }
         if !unreadable.is_empty() {
-            unreadable.warn(
-                path,
-                "libraries of materials cannot be read, so colors and images are missing",
-            );
+            unreadable
+                .warn(path, "material libraries cannot be read, so colors and images are missing");
         } else if folder.is_some() && !self.libraries.is_empty() {
             let unknown: Vec<_> =
                 self.names.iter().filter(|name| find(&described, name).is_none()).collect();
@@ -71,7 +69,8 @@ impl Painting {
                 warn(
                     path,
                     &format!(
-                        "materials that no library describes have no color and no image ({}, the first: {first})",
+                        "materials without a description in a library have no color and no image ({}, the first: \
+                         {first})",
                         unknown.len()
                     ),
                 );
@@ -86,7 +85,7 @@ impl Painting {
     }
 }
 
-/// The description of a material, behind whose name a comment may stand.
+/// The description of a material, whose name may be followed by a comment.
 fn find<'a>(described: &'a HashMap<String, Material>, name: &str) -> Option<&'a Material> {
     described
         .get(name)

@@ -1,4 +1,4 @@
-//! Writing OBJ: numbers with the fewest digits that read back to the same bits.
+//! Writing OBJ, with numbers in the fewest digits that are read back to the same bits.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -7,8 +7,7 @@ use std::io::{self, Write};
 use crate::mesh::Mesh;
 use crate::mesh::io::coordinates;
 
-/// A vertex without a color is written without one, a corner without texture coordinates likewise. Materials are
-/// in the file `library`.
+/// Writes the mesh. Unknown colors and texture coordinates are omitted. Materials are in the file `library`.
 pub fn write(out: &mut dyn Write, mesh: &Mesh, library: Option<&str>) -> io::Result<()> {
     if let Some(library) = library {
         writeln!(out, "mtllib {library}")?;

@@ -1,4 +1,4 @@
-//! The faces of a PLY file: polygons and triangle strips, with what they carry.
+//! The faces of a PLY file: polygons and triangle strips, with their colors, texture coordinates and images.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use super::values::Values;
 use super::{colors_of, list_length, skip_property, vertex_index, wrong};
 use crate::error::Result;
 use crate::mesh::io::colors::Colors;
-use crate::mesh::io::places::Places;
+use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::polygon::Polygons;
-use crate::mesh::io::{INVALID_TEXTURE, TOO_FEW_CORNERS, fan, place_in_image};
+use crate::mesh::io::{INVALID_TEXTURE, TOO_FEW_CORNERS, fan, valid_uv};
 
-/// What the elements `face` and `tristrips` hold. What only some faces have may end early.
+/// The contents of the elements `face` and `tristrips`. Vectors of optional values may be shorter than the faces.
 #[derive(Default)]
 pub struct Faces {
-    /// How many vertices and images there are.
+    /// The numbers of vertices and images.
     vertices: usize,
     textures: usize,
     pub corners: Vec<[u32; 3]>,
@@ -24,22 +24,22 @@ pub struct Faces {
     pub colors: Option<Colors>,
     pub uv: Option<Vec<[[f64; 2]; 3]>>,
     pub images: Option<Vec<Option<u32>>>,
-    /// Of the faces as they are in the file: with too few corners, texture coordinates that are not a pair for each
-    /// corner or no numbers, images that are not there.
-    too_few: Places,
-    odd: Places,
-    no_numbers: Places,
-    no_image: Places,
+    /// Faces of the file with too few corners, with texture coordinates that are not one pair per corner or are
+    /// invalid, or with an image that does not exist.
+    too_few: Occurrences,
+    wrong_length: Occurrences,
+    invalid_uv: Occurrences,
+    no_image: Occurrences,
 }
 
-/// What the file says of one face.
+/// The values of one face.
 #[derive(Default)]
 struct Face {
-    /// Its corners, before and after they are checked.
+    /// Its corners, before and after the check.
     list: Vec<i64>,
     polygon: Vec<u32>,
     texture: Vec<[f64; 2]>,
-    /// In numbers.
+    /// Number of items of the list `texcoord`.
     texture_length: u64,
     color: [f64; 3],
     image: Option<u32>,
@@ -55,7 +55,7 @@ impl Face {
     }
 }
 
-/// What a property of a face is good for.
+/// The meaning of a property of a face.
 #[derive(Clone, Copy)]
 enum Role {
     Corners,
@@ -89,7 +89,7 @@ impl Faces {
         Ok(())
     }
 
-    /// The roles of the properties; makes room for what they hold.
+    /// The roles of the properties; reserves memory for their values.
     fn roles(&mut self, path: &Path, element: &Element) -> Result<Vec<Role>> {
         let mut roles = vec![Role::Other; element.properties.len()];
         self.colors = colors_of(element).map(|(indices, colors)| {
@@ -135,7 +135,7 @@ impl Faces {
                 let n = list_length(values, count)?;
                 for _ in 0..n / 2 {
                     let t = [values.number_or_nan(item)?, values.number_or_nan(item)?];
-                    let t = place_in_image(t, &mut self.no_numbers, || format!("face {j}"));
+                    let t = valid_uv(t, &mut self.invalid_uv, || format!("face {j}"));
                     face.texture.push(t);
                 }
                 values.skip(item, n % 2)?;
@@ -157,7 +157,7 @@ impl Faces {
         Ok(())
     }
 
-    /// The triangles of a face, with what the face carries.
+    /// Adds the triangles of a face, with its color, texture coordinates and image.
     #[inline(always)]
     fn add(&mut self, j: usize, face: &Face) {
         let n = face.polygon.len();
@@ -174,7 +174,7 @@ impl Faces {
                 uv.resize(first, [[f64::NAN; 2]; 3]);
                 uv.extend(fan(&face.texture));
             } else if face.texture_length > 0 {
-                self.odd.add(|| format!("face {j}"));
+                self.wrong_length.add(|| format!("face {j}"));
             }
         }
         if let Some(colors) = &mut self.colors {
@@ -234,15 +234,15 @@ impl Faces {
         self.corners.extend(triangles.filter(|[a, b, c]| a != b && b != c && c != a));
     }
 
-    /// What was left out, and polygons cut inside themselves, now that the positions are known.
+    /// Warns of what was left out, and triangulates the polygons inside themselves, now that the positions are known.
     pub fn finish(&mut self, path: &Path, vertices: &[Point3<f64>]) {
         self.too_few.warn(path, TOO_FEW_CORNERS);
-        self.no_numbers.warn(path, INVALID_TEXTURE);
-        self.odd.warn(
+        self.invalid_uv.warn(path, INVALID_TEXTURE);
+        self.wrong_length.warn(
             path,
-            "faces whose texcoord is not a pair for each corner have unknown texture coordinates",
+            "texture coordinates of faces whose texcoord does not have one pair per corner are unknown",
         );
-        self.no_image.warn(path, "faces whose texnumber is none of the images have none");
+        self.no_image.warn(path, "faces whose texnumber is not that of an image have no image");
         self.polygons.triangulate(path, vertices, &mut self.corners, self.uv.as_deref_mut());
     }
 }

@@ -14,7 +14,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::mesh::io::text::{BYTE_ORDER_MARK, file_name, quote};
 
-/// Elements that a header may declare.
+/// The maximum number of elements that a header may declare.
 const MAX_ELEMENTS: usize = 1000;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +56,7 @@ impl Scalar {
         }
     }
 
-    /// In bytes.
+    /// Size in bytes.
     pub fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 => 1,
@@ -70,7 +70,7 @@ impl Scalar {
         !matches!(self, Scalar::F32 | Scalar::F64)
     }
 
-    /// The value of a full color component, if it follows from the type.
+    /// The value of full intensity of a color component, if the type determines it.
     pub fn full_intensity(self) -> Option<f64> {
         match self {
             Scalar::F32 | Scalar::F64 => None,
@@ -83,7 +83,7 @@ impl Scalar {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Scalar(Scalar),
-    /// First how many items follow, then the items.
+    /// First the number of items, then the items.
     List {
         count: Scalar,
         item: Scalar,
@@ -104,8 +104,8 @@ pub struct Element {
 }
 
 impl Element {
-    /// Bytes of the shortest such element in a binary file.
-    pub fn least_size(&self) -> usize {
+    /// The minimum number of bytes of the element in a binary file.
+    pub fn min_size(&self) -> usize {
         let sizes = self.properties.iter().map(|property| match property.kind {
             Kind::Scalar(scalar) => scalar.size(),
             Kind::List { count, .. } => count.size(),
@@ -113,7 +113,7 @@ impl Element {
         sizes.sum()
     }
 
-    /// The index of the property of that name.
+    /// The index and kind of the property with the given name.
     fn find(&self, path: &Path, name: &str) -> Result<Option<(usize, Kind)>> {
         let mut found =
             self.properties.iter().enumerate().filter(|(_, property)| property.name == name);
@@ -128,10 +128,13 @@ impl Element {
         Error::malformed(path, format!("{} property {name} {message}", self.name))
     }
 
-    /// The index of a scalar property that must be there.
+    /// The index of a required scalar property.
     pub fn scalar(&self, path: &Path, name: &str) -> Result<usize> {
         match self.find(path, name)? {
-            None => Err(Error::malformed(path, format!("the element {} has no {name}", self.name))),
+            None => Err(Error::malformed(
+                path,
+                format!("the element {} has no property {name}", self.name),
+            )),
             Some((at, Kind::Scalar(_))) => Ok(at),
             Some((_, Kind::List { .. })) => {
                 Err(self.error(path, name, "is a list; it must be a number"))
@@ -139,7 +142,7 @@ impl Element {
         }
     }
 
-    /// The index and type of the first property of that name, if it is a scalar.
+    /// The index and type of the first property with the given name, if it is a scalar.
     pub fn any_scalar(&self, name: &str) -> Option<(usize, Scalar)> {
         let mut named = self.properties.iter().enumerate().filter(|(_, p)| p.name == name);
         named.find_map(|(at, property)| match property.kind {
@@ -148,12 +151,12 @@ impl Element {
         })
     }
 
-    /// The index of the first property of that name, if it is a list.
+    /// The index of the first property with the given name, if it is a list.
     pub fn any_list(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name && matches!(p.kind, Kind::List { .. }))
     }
 
-    /// The index of a list property that must be there if it is named, and the type of its items.
+    /// The index of an optional list property, which must not be a scalar, and the type of its items.
     fn list(&self, path: &Path, name: &str) -> Result<Option<(usize, Scalar)>> {
         match self.find(path, name)? {
             None => Ok(None),
@@ -172,15 +175,15 @@ impl Element {
                 return if item.is_integer() {
                     Ok(at)
                 } else {
-                    Err(self.error(path, name, "has items that are no whole numbers"))
+                    Err(self.error(path, name, "must have items of an integer type"))
                 };
             }
         }
-        let message = format!("the element {} has no list {}", self.name, names[0]);
+        let message = format!("the element {} has no list property {}", self.name, names[0]);
         Err(Error::malformed(path, message))
     }
 
-    /// The first group of names of which all are scalar properties.
+    /// The first group of names that are all scalar properties.
     pub fn first_complete<const N: usize>(
         &self,
         groups: &[[&str; N]],
@@ -197,9 +200,9 @@ impl Element {
 pub struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// The images that comments name, `comment TextureFile NAME`.
+    /// The images named by comments, `comment TextureFile NAME`.
     pub textures: Vec<String>,
-    /// How many bytes and lines the header has.
+    /// The length of the header in bytes and lines.
     pub length: usize,
     pub lines: usize,
 }
@@ -213,8 +216,8 @@ fn mark_length(bytes: &[u8]) -> usize {
     if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 }
 }
 
-/// The line end after the first line: the header keeps to it. Binary data right behind a lone CR may begin
-/// with the byte of an LF, so the kinds must not be mixed.
+/// The line end after the first line, which the whole header must use: binary data after a lone CR may begin with the
+/// byte of an LF.
 fn line_end(bytes: &[u8]) -> Option<&'static [u8]> {
     let rest = bytes.strip_prefix(b"ply")?;
     let blanks = rest.iter().take_while(|&&b| b == b' ' || b == b'\t');
@@ -225,8 +228,9 @@ fn line_end(bytes: &[u8]) -> Option<&'static [u8]> {
 impl Header {
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
         let mark = mark_length(bytes);
-        let end = line_end(&bytes[mark..])
-            .ok_or_else(|| Error::malformed_line(path, 1, "expected ply; this is no PLY file"))?;
+        let end = line_end(&bytes[mark..]).ok_or_else(|| {
+            Error::malformed_line(path, 1, "expected ply; this is not a PLY file")
+        })?;
         let mut declared = Declared::default();
         let (mut at, mut number) = (mark, 0);
         loop {
@@ -249,12 +253,12 @@ impl Header {
         }
         let Declared { encoding, elements, textures } = declared;
         let encoding =
-            encoding.ok_or_else(|| Error::malformed(path, "the header has no line format"))?;
+            encoding.ok_or_else(|| Error::malformed(path, "the header has no format line"))?;
         Ok(Header { encoding, elements, textures, length: at, lines: number })
     }
 }
 
-/// What the lines of a header declare.
+/// The declarations in the lines of a header.
 #[derive(Default)]
 struct Declared {
     encoding: Option<Encoding>,
@@ -263,25 +267,30 @@ struct Declared {
 }
 
 impl Declared {
-    /// One more line, or what is wrong with it.
+    /// Adds a line; fails with a message if it is invalid.
     fn add(&mut self, line: &[u8], words: &[&[u8]]) -> std::result::Result<(), String> {
         match *words {
             [b"comment", b"TextureFile", _, ..] => self.textures.push(texture_file(line)),
             [] | [b"comment" | b"obj_info", ..] => {}
             [b"format", _, version] if version != b"1.0" => {
-                return Err(format!("unknown version {}; it should be 1.0", quote(version)));
+                return Err(format!("the version is {}; it must be 1.0", quote(version)));
             }
             [b"format", name, _] if self.encoding.is_none() => {
                 self.encoding = Some(match name {
                     b"ascii" => Encoding::Ascii,
                     b"binary_little_endian" => Encoding::LittleEndian,
                     b"binary_big_endian" => Encoding::BigEndian,
-                    _ => return Err(format!("unknown format {}", quote(name))),
+                    _ => {
+                        return Err(format!(
+                            "the format {} is unknown; use ascii, binary_little_endian or binary_big_endian",
+                            quote(name)
+                        ));
+                    }
                 });
             }
             [b"element", name, count] => self.add_element(name, count)?,
             [b"property", ..] => self.add_property(words)?,
-            _ => return Err(format!("{} is no line of a PLY header", quote(line))),
+            _ => return Err(format!("{} is not a valid line of a PLY header", quote(line))),
         }
         Ok(())
     }
@@ -290,7 +299,7 @@ impl Declared {
         let name = String::from_utf8_lossy(name).into_owned();
         if self.elements.len() == MAX_ELEMENTS || self.elements.iter().any(|e| e.name == name) {
             return Err(format!(
-                "element {} is declared twice, or there are too many",
+                "the element {} is declared twice, or there are too many elements",
                 quote(name.as_bytes())
             ));
         }
@@ -301,13 +310,14 @@ impl Declared {
 
     fn add_property(&mut self, words: &[&[u8]]) -> std::result::Result<(), String> {
         let property = parse_property(words)?;
-        let element = self.elements.last_mut().ok_or("a property before the first element")?;
+        let element =
+            self.elements.last_mut().ok_or("a property is declared before the first element")?;
         element.properties.push(property);
         Ok(())
     }
 }
 
-/// The name in such a comment, which may contain blanks.
+/// The file name in a `TextureFile` comment, which may contain blanks.
 fn texture_file(line: &[u8]) -> String {
     const KEYWORD: &[u8] = b"TextureFile";
     let at = line.windows(KEYWORD.len()).position(|window| window == KEYWORD).unwrap_or_default();
@@ -322,28 +332,28 @@ fn parse_count(element: &str, token: &[u8]) -> std::result::Result<usize, String
     let count = std::str::from_utf8(token)
         .ok()
         .and_then(|token| token.parse::<usize>().ok())
-        .ok_or_else(|| format!("{} is no number of elements", quote(token)))?;
+        .ok_or_else(|| format!("{} is not a valid number of elements", quote(token)))?;
     if element == "vertex" && u32::try_from(count).is_err() {
-        return Err(format!("{count} vertices; at most 2^32 - 1 are possible"));
+        return Err(format!("{count} vertices are too many; at most 2^32 - 1 are possible"));
     }
     Ok(count)
 }
 
 fn parse_property(words: &[&[u8]]) -> std::result::Result<Property, String> {
     let scalar = |name: &[u8]| {
-        Scalar::parse(name).ok_or_else(|| format!("unknown property type {}", quote(name)))
+        Scalar::parse(name).ok_or_else(|| format!("the property type {} is unknown", quote(name)))
     };
     let (kind, name) = match *words {
         [_, b"list", count, item, name] => {
             let count = scalar(count)?;
             if !count.is_integer() {
-                return Err("a list must be counted by an integer type".into());
+                return Err("the length of a list must be of an integer type".into());
             }
             let item = scalar(item)?;
             (Kind::List { count, item }, name)
         }
         [_, kind, name] => (Kind::Scalar(scalar(kind)?), name),
-        _ => return Err("a property has a type and a name".into()),
+        _ => return Err("a property needs a type and a name".into()),
     };
     Ok(Property { name: String::from_utf8_lossy(name).into_owned(), kind })
 }

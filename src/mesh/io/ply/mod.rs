@@ -13,12 +13,12 @@
 //! | | scalar `texnumber` | which `comment TextureFile NAME` of the header has the image; with one such comment, all have it |
 //! | `tristrips` | list `vertex_indices` | strips, separated by -1; a repeated index is a stitch, not a face |
 //!
-//! and whatever else there is is skipped. Positions and indices must be right; colors and texture coordinates that are
-//! not are left out with a warning. Nothing may follow the last element but blanks and zero bytes: a
-//! count that is too low would otherwise pass for a smaller mesh.
+//! and everything else is skipped. Positions and indices must be valid; invalid colors and texture coordinates are left
+//! out with a warning. Only blanks and zero bytes may follow the last element: otherwise a count that is too low would
+//! pass for a smaller mesh.
 //!
-//! The parser is our own: ply-rs-bw never ends at `element x 1000000000000000000` without properties, lets the
-//! second of two elements of one name replace the first, and spreads its messages over several lines.
+//! We use our own parser: ply-rs-bw does not terminate on `element x 1000000000000000000` without properties, lets the
+//! second of two elements with the same name replace the first, and prints messages of several lines.
 //!
 //! Reference: Greg Turk, *The PLY Polygon File Format*, 1994.
 
@@ -37,9 +37,9 @@ use self::header::{Element, Encoding, Header, Kind};
 use self::items::{colors_of, list_length, skip_property, vertex_index, wrong};
 use self::values::{Ascii, Binary, Values};
 use super::colors::Colors;
-use super::places::{Places, warn};
+use super::occurrences::{Occurrences, warn};
 use super::{
-    INVALID_TEXTURE, check_coordinate, check_faces, place_in_image, uv_of_vertices, warn_untextured,
+    INVALID_TEXTURE, check_coordinate, check_faces, uv_of_vertices, valid_uv, warn_untextured,
 };
 use crate::error::{Error, Result};
 use crate::mesh::{Material, Materials, Mesh, Placement};
@@ -48,7 +48,7 @@ use crate::sweep::join;
 pub use self::header::recognizes;
 pub use self::write::{write, write_labeled};
 
-/// `folder` is where images are.
+/// `folder` contains the images.
 pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
     let header = Header::parse(path, bytes)?;
     let mut mesh = match header.encoding {
@@ -75,14 +75,14 @@ fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<
         .find(|element| element.name == "vertex")
         .ok_or_else(|| Error::malformed(path, "has no vertices"))?
         .count;
-    // What comes behind vertices of one size can be read at the same time.
+    // If all vertices have the same size, the following elements are read concurrently.
     let (first, behind) = header.elements.split_first().expect("it has vertices");
-    let apart = match first.name == "vertex" && !first.properties.is_empty() {
-        true => values.apart(first)?,
+    let vertex_values = match first.name == "vertex" && !first.properties.is_empty() {
+        true => values.split_off(first)?,
         false => None,
     };
     let faces = Faces::new(vertex_count, header.textures.len());
-    let (vertices, mut faces) = match apart {
+    let (vertices, mut faces) = match vertex_values {
         Some(mut own) => {
             let (vertices, rest) = join(
                 || Vertices::read(path, first, &mut own),
@@ -93,7 +93,7 @@ fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<
         None => elements(path, &header.elements, faces, values)?,
     };
     check_faces(path, &faces.corners)?;
-    vertices.no_numbers.warn(path, INVALID_TEXTURE);
+    vertices.invalid_uv.warn(path, INVALID_TEXTURE);
     faces.finish(path, &vertices.positions);
     let count = faces.corners.len();
     let uv = match (faces.uv, vertices.uv) {
@@ -114,7 +114,7 @@ fn body(path: &Path, header: &Header, mut values: impl Values + Send) -> Result<
     })
 }
 
-/// Which image each face has, if the file names images.
+/// The image of each face, if the file names images.
 fn of_faces(
     path: &Path,
     header: &Header,
@@ -132,7 +132,7 @@ fn of_faces(
             warn(
                 path,
                 &format!(
-                    "names {n} images, but no face says by a texnumber which it has; they are left out"
+                    "names {n} images, but faces have no texnumber to choose one; the images are left out"
                 ),
             );
             None
@@ -140,7 +140,7 @@ fn of_faces(
     }
 }
 
-/// The elements that the rest of the file has.
+/// Reads the given elements.
 fn elements(
     path: &Path,
     elements: &[Element],
@@ -179,16 +179,16 @@ fn skip(element: &Element, values: &mut impl Values) -> Result<()> {
     Ok(())
 }
 
-/// What the element `vertex` holds.
+/// The contents of the element `vertex`.
 #[derive(Default)]
 struct Vertices {
     positions: Vec<Point3<f64>>,
     colors: Option<Colors>,
     uv: Option<Vec<[f64; 2]>>,
-    no_numbers: Places,
+    invalid_uv: Occurrences,
 }
 
-/// What a property of a vertex is good for.
+/// The meaning of a property of a vertex.
 #[derive(Clone, Copy)]
 enum Role {
     Coordinate(usize),
@@ -219,7 +219,7 @@ impl Vertices {
         });
 
         let mut positions = Vec::with_capacity(capacity);
-        let mut no_numbers = Places::default();
+        let mut invalid_uv = Occurrences::default();
         for k in 0..element.count {
             values.begin()?;
             let mut x = [0.0; 3];
@@ -245,9 +245,9 @@ impl Vertices {
                 colors.set(k, color, || format!("vertex {k}"));
             }
             if let Some(uv) = &mut uv {
-                uv.push(place_in_image(texture, &mut no_numbers, || format!("vertex {k}")));
+                uv.push(valid_uv(texture, &mut invalid_uv, || format!("vertex {k}")));
             }
         }
-        Ok(Vertices { positions, colors, uv, no_numbers })
+        Ok(Vertices { positions, colors, uv, invalid_uv })
     }
 }

@@ -1,28 +1,29 @@
-//! The numbers after the header, as text or as bytes, behind one face.
+//! The numbers after the header, as text or as bytes, behind one interface.
 
 use std::path::Path;
 
 use super::header::{Element, Header, Kind, Scalar};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::io::text::{Text, parse_float, quote};
 
 /// A source of numbers, in the order of the file.
 pub trait Values: Sized {
-    /// Before the first of such elements. Refuses more than the file can hold.
+    /// Called before the first element of a kind. Fails if there are more than the file can hold.
     fn expect(&mut self, element: &Element) -> Result<()>;
-    /// The numbers of the next elements by themselves, if it can be told where they end; reading goes on behind them.
-    fn apart(&mut self, element: &Element) -> Result<Option<Self>>;
-    /// Before each element.
+    /// Splits off the numbers of the next elements, if their size is known; reading continues after them.
+    fn split_off(&mut self, element: &Element) -> Result<Option<Self>>;
+    /// Called before each element.
     fn begin(&mut self) -> Result<()>;
-    /// After the last.
+    /// Called after the last element.
     fn finish(&mut self) -> Result<()>;
     /// A number of any type; it may be NaN or infinite.
     fn number(&mut self, scalar: Scalar) -> Result<f64>;
-    /// The same; text that is no number is NaN.
+    /// The same; invalid text is NaN.
     fn number_or_nan(&mut self, scalar: Scalar) -> Result<f64>;
-    /// A number of an integer type; of 64 bits without sign, at most the largest with one.
+    /// A number of an integer type; unsigned 64-bit values saturate at the largest signed one.
     fn integer(&mut self, scalar: Scalar) -> Result<i64>;
-    /// The next n numbers of an integer type, put behind what `list` has.
+    /// Appends the next n numbers of an integer type to `list`.
     fn integers(&mut self, scalar: Scalar, n: u64, list: &mut Vec<i64>) -> Result<()> {
         for _ in 0..n {
             list.push(self.integer(scalar)?);
@@ -30,15 +31,15 @@ pub trait Values: Sized {
         Ok(())
     }
     fn skip(&mut self, scalar: Scalar, n: u64) -> Result<()>;
-    /// For how many such elements memory may be taken at once.
+    /// The number of elements for which memory is reserved at once.
     fn capacity(&self, element: &Element) -> usize;
     fn error(&self, message: String) -> Error;
 }
 
-/// Words, on whatever lines they stand: some programs break elements over several, or put several on one.
+/// Words on any lines: some programs break elements over several lines, or put several on one.
 pub struct Ascii<'a> {
     text: Text<'a>,
-    /// Which element is read, how many of it were begun, and how many there should be.
+    /// The element being read, how many were begun, and how many there should be.
     element: String,
     begun: usize,
     count: usize,
@@ -61,7 +62,7 @@ impl<'a> Ascii<'a> {
         }
         if !self.text.seek_token() {
             return Err(self.text.error(format!(
-                "the file ends within number {} of {} elements {}; a value is missing",
+                "the file ends within element {} of {} {}; a value is missing",
                 self.begun,
                 self.count,
                 quote(self.element.as_bytes())
@@ -79,7 +80,7 @@ impl Values for Ascii<'_> {
         Ok(())
     }
 
-    fn apart(&mut self, _: &Element) -> Result<Option<Self>> {
+    fn split_off(&mut self, _: &Element) -> Result<Option<Self>> {
         Ok(None)
     }
 
@@ -87,7 +88,7 @@ impl Values for Ascii<'_> {
     fn begin(&mut self) -> Result<()> {
         if !self.text.seek_token() {
             return Err(self.text.error(format!(
-                "the file ends after {} of {} elements {}",
+                "the file ends after {} of {} {} elements",
                 self.begun,
                 self.count,
                 quote(self.element.as_bytes())
@@ -101,7 +102,7 @@ impl Values for Ascii<'_> {
         if self.text.seek_token() {
             let token = self.text.token().unwrap_or_default();
             return Err(self.text.error(format!(
-                "unexpected {}: more values than the header declares",
+                "unexpected {}: there are more values than the header declares",
                 quote(token)
             )));
         }
@@ -116,7 +117,7 @@ impl Values for Ascii<'_> {
 
     #[inline]
     fn number_or_nan(&mut self, _: Scalar) -> Result<f64> {
-        // Writers print NaN in many ways.
+        // NaN is written in many ways.
         Ok(parse_float(self.token()?).unwrap_or(f64::NAN))
     }
 
@@ -128,14 +129,14 @@ impl Values for Ascii<'_> {
 
     fn skip(&mut self, _: Scalar, n: u64) -> Result<()> {
         for _ in 0..n {
-            // Not even parsed: nobody needs these values.
+            // Not parsed, since these values are not needed.
             self.token()?;
         }
         Ok(())
     }
 
     fn capacity(&self, element: &Element) -> usize {
-        // As an element, with the blanks behind its values.
+        // In bytes, with a blank after each value.
         const SHORTEST_ELEMENT: usize = 6;
         element.count.min(self.text.remaining() / SHORTEST_ELEMENT + 1)
     }
@@ -145,7 +146,7 @@ impl Values for Ascii<'_> {
     }
 }
 
-/// Larger numbers are no index and no length of any file, as little as the largest that is left.
+/// A number that does not fit becomes the largest, which is no valid index or length either.
 fn signed(n: u64) -> i64 {
     i64::try_from(n).unwrap_or(i64::MAX)
 }
@@ -198,19 +199,19 @@ impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
     fn too_short(&self) -> Error {
         Error::malformed(
             self.path,
-            "ends before the last element; it was cut off, or its header is wrong",
+            "ends before the last element; it is truncated, or its header is wrong",
         )
     }
 }
 
 impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
     fn expect(&mut self, element: &Element) -> Result<()> {
-        match element.count.checked_mul(element.least_size()) {
+        match element.count.checked_mul(element.min_size()) {
             Some(size) if size <= self.rest.len() => Ok(()),
             _ => Err(Error::malformed(
                 self.path,
                 format!(
-                    "the header declares {} elements {}, for which the file is too short",
+                    "the header declares {} {} elements, for which the file is too short",
                     element.count,
                     quote(element.name.as_bytes())
                 ),
@@ -218,12 +219,12 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         }
     }
 
-    fn apart(&mut self, element: &Element) -> Result<Option<Self>> {
+    fn split_off(&mut self, element: &Element) -> Result<Option<Self>> {
         if element.properties.iter().any(|property| matches!(property.kind, Kind::List { .. })) {
             return Ok(None);
         }
         self.expect(element)?;
-        let (own, behind) = self.rest.split_at(element.count * element.least_size());
+        let (own, behind) = self.rest.split_at(element.count * element.min_size());
         self.rest = behind;
         Ok(Some(Binary { path: self.path, rest: own }))
     }
@@ -240,7 +241,10 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         }
         Err(Error::malformed(
             self.path,
-            format!("{} bytes follow the last element that the header declares", self.rest.len()),
+            format!(
+                "{} the last element that the header declares; the header is wrong",
+                counted(self.rest.len(), "byte follows", "bytes follow")
+            ),
         ))
     }
 
@@ -300,7 +304,7 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
         }
     }
 
-    /// All of them: `expect` made sure that the file is long enough.
+    /// All elements: `expect` has checked that the file is long enough.
     fn capacity(&self, element: &Element) -> usize {
         element.count
     }

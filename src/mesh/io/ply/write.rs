@@ -1,4 +1,4 @@
-//! Writing PLY: binary little endian, coordinates as doubles so that they read back to the same bits.
+//! Writing PLY: binary little endian, with coordinates as doubles, which are read back to the same bits.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::mesh::io::{coordinates, known};
 use crate::mesh::{Materials, Mesh};
 use crate::sweep::collect;
 
-/// Images are named as found from `folder`.
+/// Writes the mesh. The names of images are relative to `folder`.
 pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> {
     match &mesh.colors {
         None => {
@@ -31,8 +31,8 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> 
     faces(out, mesh)
 }
 
-/// Writes a mesh with a color and a label per vertex (`uchar` all of them: some readers abort on vertices with
-/// extras of several types).
+/// Writes a mesh with a color and a label per vertex. All are `uchar`: some readers abort on vertices with additional
+/// properties of several types.
 ///
 /// `labels` has one entry per vertex, `colors` one RGB in [0, 1] per label.
 ///
@@ -54,13 +54,13 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
 
 const COLOR_PROPERTIES: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
-/// The images of the mesh's materials, and which each material has.
+/// The images of the mesh's materials, and the image of each material.
 fn images(mesh: &Mesh) -> Option<(Vec<&Path>, Vec<Option<usize>>)> {
     mesh.materials.as_ref().map(Materials::images).filter(|(images, _)| !images.is_empty())
 }
 
-/// What stands before the numbers; `extras` are the properties of a vertex besides its position. The paint of
-/// faces is left out without a folder from which images are found.
+/// Writes the header; `extras` are the properties of a vertex besides its position. Without a `folder`, which image
+/// names are relative to, texture coordinates, images and colors of faces are omitted.
 fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str, folder: Option<&Path>) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     let images = folder.and_then(|folder| Some((folder, images(mesh)?.0)));
@@ -93,12 +93,12 @@ fn faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
             corners(mesh, j, record);
             textures(&uv[j], &mut record[13..]);
         }),
-        // Lists of different lengths.
+        // Records differ in length.
         Some(_) => painted_faces_with(out, mesh, |_, _| {}),
     }
 }
 
-/// Faces with numbers of images and colors behind their lists.
+/// Writes faces with image numbers and colors after their lists.
 fn painted_faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
     let images = images(mesh);
     painted_faces_with(out, mesh, |j, record| {
@@ -135,7 +135,7 @@ fn painted_faces_with(
     Ok(())
 }
 
-/// Whether all corners have texture coordinates. Without them the list is empty.
+/// Whether all corners have texture coordinates; otherwise the list is empty.
 fn is_known(face: &[[f64; 2]; 3]) -> bool {
     face.iter().all(|t| !t[0].is_nan())
 }
@@ -147,7 +147,7 @@ fn textures(face: &[[f64; 2]; 3], record: &mut [u8]) {
     }
 }
 
-/// Writes n records of fixed size, made side by side.
+/// Writes n records of fixed size, which are encoded in parallel.
 fn records<const SIZE: usize>(
     out: &mut dyn Write,
     n: usize,
@@ -176,7 +176,7 @@ fn corners(mesh: &Mesh, j: usize, record: &mut [u8]) {
     }
 }
 
-/// A float becomes an integer by saturation, so that nothing outside [0, 1] wraps around.
+/// Conversion to integers saturates, so that values outside [0, 1] do not wrap around.
 fn bytes(color: [f64; 3]) -> [u8; 3] {
     color.map(|c| (255.0 * c).round() as u8)
 }

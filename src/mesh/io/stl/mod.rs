@@ -1,17 +1,17 @@
-//! STL, triangles without connectivity: ascii and binary.
+//! STL, ascii and binary: triangles without connectivity.
 //!
 //! ```text
 //! binary: 80 bytes of anything, F as u32, then F times: normal, 3 corners (12 f32), 2 bytes; little endian
 //! ascii:  solid NAME { facet normal N outer loop { vertex x y z } x3 endloop endfacet } endsolid NAME
-//!         a name ends with its line; all other words are apart by any blanks
+//!         a name ends with its line; all other words are separated by any blanks
 //! ```
 //!
-//! Corners at exactly the same position are welded; vertices are numbered in order of first appearance.
-//! Normals are skipped: they follow from the corners. Since many binary files begin with `solid` too, the
-//! length decides: a binary file has 84 + 50 F bytes, perhaps followed by zero bytes or blanks.
+//! Corners at exactly the same position are welded; vertices are numbered in order of first appearance. Normals are
+//! skipped, since they follow from the corners. Many binary files also begin with `solid`, so the length decides: a
+//! binary file has 84 + 50 F bytes, perhaps followed by zero bytes or blanks.
 //!
-//! The reader is our own: that of the crate takes `solid` at its word, rounds ascii coordinates to 32 bits,
-//! keeps 0 and -0 apart, and does not say in which line an error is.
+//! We use our own reader: that of the crate relies on `solid`, rounds ascii coordinates to 32 bits, distinguishes 0
+//! from -0, and does not report the line of an error.
 //!
 //! Reference: 3D Systems, *StereoLithography Interface Specification*, 1989.
 
@@ -24,6 +24,7 @@ use nalgebra::Point3;
 
 use super::check_coordinate;
 use super::text::{Text, quote};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
@@ -42,7 +43,7 @@ fn begins_with_solid(bytes: &[u8]) -> bool {
     text.next_line() && text.token().is_some_and(|token| token.eq_ignore_ascii_case(b"solid"))
 }
 
-/// Bytes of a binary file with the number of triangles that this one would declare.
+/// The length in bytes of a binary file with the number of triangles that this one declares.
 fn declared_length(bytes: &[u8]) -> Option<usize> {
     let count = bytes.get(HEADER_SIZE..)?.first_chunk::<COUNT_SIZE>()?;
     let triangles = usize::try_from(u32::from_le_bytes(*count)).ok()?;
@@ -51,7 +52,7 @@ fn declared_length(bytes: &[u8]) -> Option<usize> {
 
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     let exact = declared_length(bytes) == Some(bytes.len());
-    // Text has no zero bytes; the 80 bytes of a binary header that begins with "solid" nearly always do.
+    // Text has no zero bytes; a binary header of 80 bytes that begins with "solid" nearly always does.
     let head = &bytes[..bytes.len().min(HEADER_SIZE + COUNT_SIZE)];
     if !exact && begins_with_solid(bytes) && !head.contains(&0) {
         parse_ascii(path, bytes)
@@ -60,7 +61,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     }
 }
 
-/// The mesh of the triangles so far.
+/// The mesh of the triangles read so far.
 #[derive(Default)]
 struct Welder {
     vertices: Vec<Point3<f64>>,
@@ -75,7 +76,7 @@ impl Welder {
             let position = x.map(|x| (x + 0.0).to_bits());
             *self.index_of.entry(position).or_insert_with(|| {
                 self.vertices.push(Point3::from(x));
-                // Three corners of 50 bytes: memory ends long before the indices do.
+                // Each three corners take 50 bytes, so memory runs out long before the indices.
                 u32::try_from(self.vertices.len() - 1).expect("fewer than 2^32 vertices")
             })
         });
@@ -98,15 +99,19 @@ fn parse_binary(path: &Path, bytes: &[u8]) -> Result<Mesh> {
         return Err(Error::malformed(
             path,
             format!(
-                "declares {declared} triangles and has {has}; it was cut off, or is no STL file"
+                "declares {} but has {has}; it is truncated, or is not an STL file",
+                counted(declared, "triangle", "triangles")
             ),
         ));
     };
-    let behind = &bytes[length..];
-    if !behind.iter().all(|&b| b == 0 || b.is_ascii_whitespace()) {
+    let rest = &bytes[length..];
+    if !rest.iter().all(|&b| b == 0 || b.is_ascii_whitespace()) {
         return Err(Error::malformed(
             path,
-            format!("{} bytes follow the last triangle it declares", behind.len()),
+            format!(
+                "{} the last triangle that the header declares; the header is wrong",
+                counted(rest.len(), "byte follows", "bytes follow")
+            ),
         ));
     }
     let mut welder = Welder::default();
@@ -158,7 +163,7 @@ fn parse_ascii(path: &Path, bytes: &[u8]) -> Result<Mesh> {
     Ok(welder.finish())
 }
 
-/// Goes behind `outer`: before it stands a normal, whole, broken or none.
+/// Skips to after `outer`, which may follow a valid, an invalid or no normal.
 fn skip_normal(text: &mut Text) -> Result<()> {
     const NORMAL_WORDS: usize = 4;
     for _ in 0..NORMAL_WORDS {
@@ -169,11 +174,11 @@ fn skip_normal(text: &mut Text) -> Result<()> {
     expect(text, "outer")
 }
 
-/// Goes to the next word, on whatever line it is: some programs put several parts of a facet on one.
+/// Moves to the next word on any line: some programs put several parts of a facet on one line.
 fn seek(text: &mut Text, expected: &str) -> Result<()> {
     match text.seek_token() {
         true => Ok(()),
-        false => Err(text.error(format!("the file ends where {expected} should be"))),
+        false => Err(text.error(format!("the file ends where {expected} is expected"))),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Writing STL: binary, coordinates rounded to 32 bits.
 //!
-//! The rounding error of x is up to 2^-24 |x|. Where positions are far from the origin, as on a map, that merges
-//! vertices or bends small faces; they are then written relative to a local origin, which the header and a warning
-//! state. Positions never merge: if even that does not help, the mesh is refused.
+//! The rounding error of x is up to 2^-24 |x|. Far from the origin, as in map coordinates, this merges vertices or
+//! distorts small faces; positions are then written relative to a local origin, which the header and a warning state.
+//! Positions never merge: if the origin does not help, the mesh is refused.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,19 +10,20 @@ use std::path::Path;
 use nalgebra::{Point3, Vector3};
 
 use super::{COUNT_SIZE, HEADER_SIZE};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::io::coordinates;
-use crate::mesh::io::places::warn;
+use crate::mesh::io::occurrences::warn;
 
-/// Losses up to this fraction of the shortest edge need no warning.
+/// Rounding errors up to this fraction of the shortest edge cause no warning.
 const TOLERATED_LOSS: f64 = 1e-4;
-/// Another origin is used if it divides the error by at least this.
+/// A local origin is used if it reduces the error by at least this factor.
 const WORTHWHILE_GAIN: f64 = 8.0;
 
-/// What rounding does to the corners.
+/// The effect of rounding on the corners.
 struct Loss {
-    /// How many positions become one with another.
+    /// The number of positions that merge with another.
     merged: usize,
     /// The largest change of a coordinate; infinite if one does not fit.
     error: f64,
@@ -39,7 +40,7 @@ impl Loss {
                 let change = (x - f64::from(narrow)).abs();
                 error = error.max(if change.is_finite() { change } else { f64::INFINITY });
             }
-            // Both zeros have the same bits then.
+            // Makes the bits of both zeros equal.
             rounded.push(narrow.map(|x| (x + 0.0).to_bits()));
         }
         rounded.sort_unstable();
@@ -55,7 +56,7 @@ impl Loss {
 pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
     if u32::try_from(mesh.faces.len()).is_err() {
         return Err(Error::unsuitable(format!(
-            "{}: too many faces for STL; write PLY or OBJ",
+            "{}: the mesh has too many faces for STL; write PLY or OBJ",
             path.display()
         )));
     }
@@ -75,9 +76,9 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
     }
     if shifted.merged > 0 && plain.merged > 0 {
         return Err(Error::unsuitable(format!(
-            "{}: {} vertices would merge with others in the 32 bits of STL; write PLY or OBJ",
+            "{}: {} with others in the 32-bit coordinates of STL; write PLY or OBJ",
             path.display(),
-            shifted.merged
+            counted(shifted.merged, "vertex would merge", "vertices would merge")
         )));
     }
     let moves =
@@ -87,7 +88,7 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
         warn(
             path,
             &format!(
-                "coordinates are written relative to the origin {}, or their 32 bits would lose too much",
+                "coordinates are written relative to the origin {}, since 32 bits would lose too much otherwise",
                 shown(local)
             ),
         );
@@ -96,7 +97,8 @@ pub fn origin(path: &Path, mesh: &Mesh) -> Result<Vector3<f64>> {
         warn(
             path,
             &format!(
-                "the 32 bits of STL change coordinates by up to {error:.1e}, and the shortest edge is {shortest:.1e}; PLY and OBJ keep them"
+                "the 32 bits of STL change coordinates by up to {error:.1e}, while the shortest edge is \
+                 {shortest:.1e}; PLY and OBJ keep them"
             ),
         );
     }
@@ -107,7 +109,7 @@ fn shown(origin: Vector3<f64>) -> String {
     format!("{:?} {:?} {:?}", origin.x, origin.y, origin.z)
 }
 
-/// The different positions in faces.
+/// The distinct positions of corners of faces.
 fn corners(mesh: &Mesh) -> Vec<Point3<f64>> {
     let mut used = vec![false; mesh.vertices.len()];
     mesh.faces.as_flattened().iter().for_each(|&k| used[k as usize] = true);
@@ -123,7 +125,7 @@ fn corners(mesh: &Mesh) -> Vec<Point3<f64>> {
     points.into_iter().map(|bits| Point3::from(bits.map(f64::from_bits))).collect()
 }
 
-/// The length of the shortest side that has one.
+/// The smallest nonzero length of a side.
 fn shortest_side(mesh: &Mesh) -> f64 {
     let squares = (0..mesh.faces.len()).flat_map(|j| {
         let [a, b, c] = mesh.corners(j);
@@ -132,7 +134,7 @@ fn shortest_side(mesh: &Mesh) -> f64 {
     squares.filter(|&square| square > 0.0).fold(f64::INFINITY, f64::min).sqrt()
 }
 
-/// The middle of the bounding box, in a number of digits that can be read: down to a tenth of its size.
+/// The center of the bounding box, rounded to a tenth of its size so that it is readable.
 fn center(points: &[Point3<f64>]) -> Vector3<f64> {
     let Some(&first) = points.first() else { return Vector3::zeros() };
     let (low, high) =
@@ -145,14 +147,14 @@ fn center(points: &[Point3<f64>]) -> Vector3<f64> {
     let digits = (-size.log10()).floor() + 1.0;
     middle.map(|x| {
         let scale = 10.0_f64.powf(digits.abs());
-        // Dividing by a power of ten gives the number that its digits mean, multiplying does not.
+        // Dividing by a power of ten gives the nearest number to the decimal digits; multiplying does not.
         let rounded =
             if digits > 0.0 { (x * scale).round() / scale } else { (x / scale).round() * scale };
         if rounded.is_finite() { rounded } else { x }
     })
 }
 
-/// Unreferenced vertices have no place in the format.
+/// Writes the mesh. The format cannot hold unreferenced vertices.
 pub fn write(out: &mut dyn Write, mesh: &Mesh, origin: Vector3<f64>) -> io::Result<()> {
     let mut title = "binary STL".to_owned();
     if origin != Vector3::zeros() {

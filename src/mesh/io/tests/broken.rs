@@ -1,4 +1,4 @@
-//! Valid files with damage: whatever is still read is a mesh, and the rest gives one line.
+//! Damaged files: each is either still read as a valid mesh or gives an error of one line.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -7,7 +7,7 @@ use super::{FORMATS, PLY, decorated, message, read, written};
 use crate::mesh::Mesh;
 use crate::mesh::io::Format::{self, Obj, Off, Ply, Stl};
 
-/// Every face refers to vertices that are there, and everything per vertex or corner is complete, and finite or unknown.
+/// Every face refers to existing vertices, and values per vertex or corner are complete, and finite or unknown.
 fn assert_consistent(mesh: &Mesh) {
     assert!(!mesh.faces.is_empty());
     let is_color = |c: &f64| c.is_nan() || (0.0..=1.0).contains(c);
@@ -28,16 +28,16 @@ fn assert_consistent(mesh: &Mesh) {
     }
     if let Some(materials) = &mesh.materials {
         assert_eq!(materials.of_faces.len(), mesh.faces.len());
-        let mut places = materials.of_faces.iter().flatten();
-        assert!(places.all(|&place| (place as usize) < materials.all.len()));
+        let mut indices = materials.of_faces.iter().flatten();
+        assert!(indices.all(|&index| (index as usize) < materials.all.len()));
     }
-    // And can be written.
+    // The mesh can be written.
     for format in FORMATS {
         written(format, mesh);
     }
 }
 
-/// Valid files of every kind, to be broken.
+/// Valid files of every kind, to be damaged.
 fn corpus() -> Vec<(Format, Vec<u8>)> {
     let mesh = decorated();
     let mut corpus: Vec<_> = FORMATS.map(|format| (format, written(format, &mesh))).into();
@@ -78,7 +78,7 @@ fn corpus() -> Vec<(Format, Vec<u8>)> {
     corpus
 }
 
-/// A text may be valid when cut at a line end by luck; a binary file never is.
+/// A truncated text may happen to be valid; a truncated binary file never is.
 #[test]
 fn cut_off_anywhere() {
     for (format, bytes) in corpus() {
@@ -122,7 +122,7 @@ fn random_bytes_changed() {
     }
 }
 
-/// Every reader on every file, and on noise.
+/// Every reader gets every file, and noise.
 #[test]
 fn files_of_another_format() {
     let mut random = Pcg64::seed_from_u64(2);

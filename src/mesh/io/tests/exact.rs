@@ -1,4 +1,4 @@
-//! What is written is read again, to the bit where the format can hold it.
+//! Written meshes are read back bit for bit, as far as the format can hold them.
 
 use std::fs;
 
@@ -37,7 +37,7 @@ fn obj_and_ply_hold_all_but_materials() {
     }
 }
 
-/// Any coordinate that is let in, whatever its bits.
+/// Any valid coordinate, whatever its bits.
 #[test]
 fn every_coordinate_survives_text() {
     let mut random = Pcg64::seed_from_u64(3);
@@ -66,7 +66,7 @@ fn off_holds_all_but_texture_coordinates() {
     }
 }
 
-/// Coordinates of 32 bits, numbered in the order of the faces, pass through STL unchanged.
+/// Vertices with 32-bit coordinates, numbered in the order of the faces, pass through STL unchanged.
 #[test]
 fn stl_holds_the_surface() {
     let mut mesh = Shape::Sphere { level: 2 }.mesh();
@@ -129,7 +129,7 @@ fn labels_are_bytes_beside_the_colors() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_refused() {
+fn meshes_that_a_format_cannot_hold_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = awkward();
     let stl = io::write(&folder.path().join("a.stl"), &mesh).unwrap_err();
@@ -140,9 +140,9 @@ fn what_a_format_cannot_hold_is_refused() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// Colors and texture coordinates that are not known are unknown when read again; none is written as NaN.
+/// Unknown colors and texture coordinates are unknown when read back; none is written as NaN.
 #[test]
-fn unknown_stays_unknown() {
+fn unknown_values_stay_unknown() {
     let mut mesh = decorated();
     mesh.colors.as_mut().unwrap()[3] = [f64::NAN; 3];
     mesh.uv.as_mut().unwrap()[7] = [[f64::NAN; 2]; 3];
@@ -165,7 +165,7 @@ fn unknown_stays_unknown() {
     }
 }
 
-/// The colors of faces, to the bit or to 8 bits.
+/// The colors of faces survive bit for bit, or to 8 bits.
 #[test]
 fn off_and_ply_hold_colors_of_faces() {
     let mut mesh = decorated();
@@ -180,7 +180,7 @@ fn off_and_ply_hold_colors_of_faces() {
     }
 }
 
-/// Images keep their faces and their place on the disk, whatever the folder; OBJ keeps names and colors too.
+/// Images keep their faces and their paths, whatever the folder; OBJ also keeps names and colors.
 #[test]
 fn materials_survive() {
     let folder = tempfile::tempdir().unwrap();
@@ -210,23 +210,24 @@ fn materials_survive() {
     let library = fs::read_to_string(path("out/b.mtl")).unwrap();
     assert!(library.contains("map_Kd -clamp on ../in/img/roof 1.png"), "{library}");
     let second = io::read(&path("out/b.obj")).unwrap().materials.unwrap();
-    let place = |image: &Option<std::path::PathBuf>| {
+    let canonical = |image: &Option<std::path::PathBuf>| {
         image.as_ref().map(|image| image.to_string_lossy().replace("out/../", ""))
     };
     assert_eq!(second.of_faces, materials.of_faces);
     for (a, b) in second.all.iter().zip(&materials.all) {
         assert_eq!((&a.name, a.color, a.placement), (&b.name, b.color, b.placement));
-        assert_eq!(place(&a.image), place(&b.image));
+        assert_eq!(canonical(&a.image), canonical(&b.image));
     }
 
     io::write(&path("out/c.ply"), &first).unwrap();
     let third = io::read(&path("out/c.ply")).unwrap().materials.unwrap();
     assert_eq!(third.of_faces, [None, Some(0), Some(0), None]);
-    assert_eq!(place(&third.all[0].image), place(&materials.all[0].image));
+    assert_eq!(canonical(&third.all[0].image), canonical(&materials.all[0].image));
     assert_eq!(third.all.len(), 1);
 }
 
-/// Points on a map keep their distances, and the header says from where; what would merge is refused.
+/// Map coordinates keep their distances, and the header states the origin; a mesh whose vertices would merge is
+/// refused.
 #[test]
 fn stl_far_from_the_origin() {
     let folder = tempfile::tempdir().unwrap();
@@ -249,7 +250,7 @@ fn stl_far_from_the_origin() {
             }
         }
     }
-    // No origin is near to both ends.
+    // No origin is near both ends.
     mesh.vertices.push(Point3::new(-448_250.0, 1e9, 0.0));
     mesh.faces.push([0, 1, mesh.vertices.len() as u32 - 1]);
     let message = io::write(&path, &mesh).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Files whose positions and faces are right and of which something else is not: read without it.
+//! Files with valid positions and faces whose other parts are invalid: these are left out.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::{PLY, read};
 use crate::mesh::Mesh;
 use crate::mesh::io::Format::{self, Obj, Off, Ply};
 
-/// Concave polygons of areas 3 and 2 as the faces of one file.
+/// A file with two concave polygons of areas 3 and 2.
 fn concave(format: Format) -> String {
     let points = [
         "0 0 1", "2 0 1", "2 1 1", "1 1 1", "1 2 1", "0 2 1", "10 0 1", "13 1 1", "10 2 1",
@@ -30,10 +30,10 @@ fn concave_polygons_are_cut_inside_themselves() {
         let mesh = read(format, concave(format)).unwrap();
         assert_eq!(mesh.faces.len(), 4 + 2);
         assert!((mesh.area() - 5.0).abs() < 1e-14, "{format:?}: {}", mesh.area());
-        // None is turned over.
+        // No triangle is flipped.
         assert!((0..6).all(|j| mesh.area_vector(j).z > 0.0));
     }
-    // Texture coordinates go with their corners.
+    // Texture coordinates move with their corners.
     let textured = concave(Obj)
         .replace("f 1", "vt 0 0\nvt 2 0\nvt 2 1\nvt 1 1\nvt 1 2\nvt 0 2\nf 1")
         .replace("1 2 3 4 5 6", "1/1 2/2 3/3 4/4 5/5 6/6");
@@ -66,11 +66,11 @@ fn colors_of_either_range_and_of_some_vertices() {
         (["1 0 0.2 0.5", "1", "0 nan 0"], Some([red, none, none])),
         (["1 0 0.2", "0 1", "0 0 0 0 0"], Some([red, none, none])),
         (["1 0 0.2", "red", "0 0.2 x"], Some([red, none, none])),
-        // A little too bright, in fractions.
+        // Slightly too bright, in fractions.
         (["1.25 0 0.2", "", "0 0.2 0"], Some([red, none, dark])),
         (["256 0 0", "0 0 0", "0 0 0"], Some([none, [0.0; 3], [0.0; 3]])),
         (["1 0 0.2", "-1 0 0", "1 0 0.2"], Some([red, none, red])),
-        // Most: they are of another kind.
+        // Most colors are outside: they must be of another kind.
         (["-1 0 0", "256 0 0", "0 0 0"], None),
         (["nan 0 0", "", ""], None),
         (["1", "2", "x"], None),
@@ -82,7 +82,7 @@ fn colors_of_either_range_and_of_some_vertices() {
 }
 
 #[test]
-fn sculpted_colors() {
+fn mrgb_colors() {
     let (red, dark) = ([1.0, 0.0, 0.2], [0.0, 0.2, 0.0]);
     for (text, expected) in [
         ("#MRGB ffff0033ff003300FFFF0033\n", Some([red, dark, red])),
@@ -98,13 +98,13 @@ fn sculpted_colors() {
         let colors = rows(obj([""; 3], text).colors);
         assert_eq!(colors, expected.map(|rows| rows.to_vec()), "{text}");
     }
-    // Those of the vertices themselves come first.
+    // Colors in vertex lines take precedence.
     let both = obj(["0 0.2 0"; 3], "#MRGB ffff0033ffff0033ffff0033\n");
     assert_eq!(both.colors.unwrap(), [dark; 3]);
 }
 
 #[test]
-fn obj_texture_coordinates_that_are_none() {
+fn obj_invalid_texture_coordinates() {
     for (rest, known) in [
         ("vt 0 0\nvt nan nan\nvt 1 1\nf 1/1 2/2 3/3\n", [true, false, true]),
         ("vt 0 0\nvt 1 inf\nvt 1 1\nf 1/1 2/2 3/3\n", [true, false, true]),
@@ -154,7 +154,7 @@ fn off_colors() {
     assert_eq!(off([""; 3], ["255 0 51 0", "1 2"]), (None, Some(vec![red, none])));
     assert_eq!(off([""; 3], ["1.0 0 0.2", "a b c"]), (None, Some(vec![red, none])));
     assert_eq!(off(["300 0 0", "", ""], ["-1 0 0", ""]), (None, None));
-    // What the keyword promises and the lines do not hold.
+    // Lines without the values that the keyword declares.
     for (keyword, extras) in [
         ("COFF", ["", "1 0 0.2", "1 0"]),
         ("STOFF", ["1", "1 inf", "0.5 0.5"]),
@@ -176,7 +176,7 @@ fn off_colors() {
     }
 }
 
-/// Three vertices and two faces with such properties and values behind.
+/// Three vertices and two faces with additional properties and values.
 fn ply(
     of_vertices: &str,
     vertices: [&str; 3],
@@ -218,7 +218,7 @@ fn ply_colors() {
         let mesh = ply("", [""; 3], &of, [value, odd], "");
         assert_eq!(rows(mesh.face_colors), expected.map(|odd| vec![red, odd]), "{kind} {odd}");
     }
-    // A list of that name is nobody's color; of two numbers of one name the first counts.
+    // A list named `red` is not a color; of two properties with the same name the first counts.
     let list = "property list uchar uchar red\nproperty uchar green\nproperty uchar blue\n";
     assert_eq!(ply(list, ["1 9 9 9"; 3], "", [""; 2], "").colors, None);
     let twice = properties("uchar", rgb) + "property uchar red\n";
@@ -226,7 +226,7 @@ fn ply_colors() {
 }
 
 #[test]
-fn ply_texture_coordinates_that_are_none() {
+fn ply_invalid_texture_coordinates() {
     let st = "property float s\nproperty float t\n";
     let uv = ply(st, ["0 1", "nan 0", "0 inf"], "", [""; 2], "").uv.unwrap();
     assert_eq!(uv[0].map(|t| t[0].is_nan()), [false, true, true]);

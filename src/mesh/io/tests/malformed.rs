@@ -1,4 +1,4 @@
-//! Files that are wrong: each gives one line that says what, and none a panic, a hang or a flood of memory.
+//! Malformed files: each gives an error of one line, and none a panic, a hang or excessive memory use.
 
 use std::fs;
 use std::path::Path;
@@ -69,7 +69,7 @@ fn off() {
             ("OFF\n4294967296 1 0\n0 0 0\n", "at most 2^32 - 1"),
             ("OFF\n4294967295 1 0\n0 0 0\n", "ends after 1 of 4294967295 vertices"),
             ("OFF\n1 18446744073709551615 0\n0 0 0\n", "ends after 0 of"),
-            ("OFF\n1 18446744073709551616 0\n0 0 0\n", "is no number"),
+            ("OFF\n1 18446744073709551616 0\n0 0 0\n", "is not a valid"),
             ("OFF\n0 1 0\n3 0 0 0\n", "has 0 vertices"),
             ("OFF\n1 1 0\n0 0\n3 0 0 0\n", "ends after 0 of 1 faces"),
             ("OFF\n1 1 0\n0 0 inf\n3 0 0 0\n", "inf is not"),
@@ -80,7 +80,7 @@ fn off() {
             ("OFF\n1 1 0\n0 0 0\n2 0 0\n", "has no faces"),
             ("OFF\n1 1 0\n0 0 0\n-3 0 0\n", "has -3 corners"),
             ("OFF\n1 1 0\n0 0 0\n9223372036854775807 0 0\n", "is missing"),
-            ("OFF\n1 1 0\n0 0 0\n3 0 0 0\n3 0 0 0\n", "more lines"),
+            ("OFF\n1 1 0\n0 0 0\n3 0 0 0\n3 0 0 0\n", "continues after the declared"),
             ("OFF BINARY\n1 1 0\n", "binary OFF is not supported"),
             ("4OFF\n1 1 0\n", "three dimensions"),
             ("nOFF\n3\n1 1 0\n", "three dimensions"),
@@ -88,7 +88,7 @@ fn off() {
             ("OFF1\n", "number of faces is missing"),
             ("OFF1 x 0\n", "\"x\""),
             ("OFF1x 1 0\n", "expected OFF"),
-            ("OFF99999999999999999999 1 0\n", "is no number"),
+            ("OFF99999999999999999999 1 0\n", "is not a valid"),
         ],
     );
 }
@@ -99,33 +99,33 @@ fn ply() {
     assert_refused(
         Ply,
         &[
-            ("", "this is no PLY file"),
-            ("plyx\n", "this is no PLY file"),
-            ("ply", "this is no PLY file"),
+            ("", "this is not a PLY file"),
+            ("plyx\n", "this is not a PLY file"),
+            ("ply", "this is not a PLY file"),
             ("ply\n", "ends before end_header"),
-            ("ply\nend_header\n", "no line format"),
+            ("ply\nend_header\n", "no format line"),
             ("ply\nformat ascii 1.0\nend_header\n", "has no vertices"),
-            ("ply\nformat text 1.0\n", "line 2: unknown format"),
-            ("ply\nformat ascii 2.0\n", "line 2: unknown version"),
+            ("ply\nformat text 1.0\n", "line 2: the format \"text\" is unknown"),
+            ("ply\nformat ascii 2.0\n", "line 2: the version is \"2.0\""),
             ("ply\nformat ascii 1.0\nformat ascii 1.0\n", "line 3"),
             ("ply\nproperty int x\n", "before the first element"),
-            ("ply\nelement vertex\n", "is no line of a PLY header"),
-            ("ply\nelement vertex -1\n", "is no number of elements"),
+            ("ply\nelement vertex\n", "is not a valid line of a PLY header"),
+            ("ply\nelement vertex -1\n", "is not a valid number of elements"),
             ("ply\nelement vertex 4294967296\n", "at most 2^32 - 1"),
             ("ply\nelement vertex 1\nelement vertex 1\n", "declared twice"),
-            ("ply\nbinary\u{0}garbage\n", "is no line of a PLY header"),
+            ("ply\nbinary\u{0}garbage\n", "is not a valid line of a PLY header"),
         ],
     );
     for (from, to, part) in [
         ("float x", "list uchar float x", "must be a number"),
-        ("float x", "float16 x", "unknown property type"),
+        ("float x", "float16 x", "property type \"float16\" is unknown"),
         ("float x", "float x\nproperty int x", "declared twice"),
-        ("property float x\n", "", "vertex has no x"),
-        ("property float z\n", "", "vertex has no z"),
-        ("list uchar int", "list uchar float", "no whole numbers"),
+        ("property float x\n", "", "vertex has no property x"),
+        ("property float z\n", "", "vertex has no property z"),
+        ("list uchar int", "list uchar float", "must have items of an integer type"),
         ("list uchar int", "list float int", "integer type"),
         ("list uchar int", "int", "must be a list"),
-        ("vertex_indices", "indices", "no list vertex_indices"),
+        ("vertex_indices", "indices", "no list property vertex_indices"),
         ("property list uchar int vertex_indices\n", "", "no properties"),
         ("list uchar int vertex_indices", "list", "a type and a name"),
         ("element vertex 1", "element vertex 0", "unexpected"),
@@ -133,11 +133,11 @@ fn ply() {
         (
             "element vertex 1",
             "element vertex 4294967295",
-            "line 12: the file ends within number 3 of",
+            "line 12: the file ends within element 3 of",
         ),
         ("element face 1", "element face 2", "line 12: the file ends after 1 of 2"),
         ("element face 1", "element face 18446744073709551615", "ends after 1 of 1844"),
-        ("element face 1", "element face 18446744073709551616", "is no number"),
+        ("element face 1", "element face 18446744073709551616", "is not a valid"),
         ("element face 1", "element face 0", "more values"),
         ("element face 1", "element other 1", "has no faces"),
         ("element vertex", "element point", "has no vertices"),
@@ -170,7 +170,7 @@ fn ply() {
     }
 }
 
-/// What the header promises and the bytes do not hold.
+/// Headers that declare something other than what follows.
 #[test]
 fn ply_binary() {
     let mesh = decorated();
@@ -201,7 +201,7 @@ fn ply_binary() {
     let mut broken = valid.clone();
     broken[faces + 1..faces + 5].copy_from_slice(&20_u32.to_le_bytes());
     refused(&broken, "face 0: refers to vertex 20");
-    // Lists longer than any file.
+    // Lists longer than the file.
     let huge = "ply\nformat binary_little_endian 1.0\nelement x 1\nproperty list uint double y\n\
         element vertex 0\nproperty char x\nproperty char y\nproperty char z\nend_header\n";
     refused(&[huge.as_bytes(), &[0xff; 4]].concat(), "ends before");
@@ -217,7 +217,7 @@ fn stl() {
         &[
             ("", "neither ascii nor binary"),
             ("solid\nendsolid\n", "has no faces"),
-            ("solid\n", "the file ends where endsolid should be"),
+            ("solid\n", "the file ends where endsolid is expected"),
             ("facet\n", "neither ascii nor binary"),
         ],
     );
@@ -247,20 +247,20 @@ fn stl() {
         assert!(message.contains(part), "{message}");
     };
     let count = |n: u32| [&binary[..80], &n.to_le_bytes(), &binary[84..]].concat();
-    refused(&count(41), "declares 41 triangles and has 40");
+    refused(&count(41), "declares 41 triangles but has 40");
     refused(&count(u32::MAX), "declares 4294967295 triangles");
     refused(&count(39), "50 bytes follow");
     refused(&[&count(0)[..84]].concat(), "has no faces");
-    refused(&[&binary[..], b"x"].concat(), "1 bytes follow");
+    refused(&[&binary[..], b"x"].concat(), "1 byte follows");
     let mut broken = binary.clone();
     broken[96..100].copy_from_slice(&f32::INFINITY.to_le_bytes());
     refused(&broken, "triangle 0: inf");
     broken[..6].copy_from_slice(b"solid\0");
-    refused(&broken[..500], "declares 40 triangles and has 8");
+    refused(&broken[..500], "declares 40 triangles but has 8");
 }
 
 #[test]
-fn what_is_no_file_of_a_mesh() {
+fn files_that_are_not_meshes() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |path: &Path, part: &str| {
         let message = message(io::read(path), part);

@@ -1,4 +1,4 @@
-//! Round trips, the unusual, the malformed, and what is left out of files that are still read.
+//! Tests of readers and writers: round trips, unusual files, malformed files, and files that are read in part.
 
 mod broken;
 mod exact;
@@ -18,7 +18,7 @@ fn read(format: Format, content: impl AsRef<[u8]>) -> Result<Mesh> {
     parse(Path::new("test"), format, content.as_ref())
 }
 
-/// What the format's writer makes of a mesh.
+/// The mesh as written in a format.
 fn written(format: Format, mesh: &Mesh) -> Vec<u8> {
     let mut bytes = Vec::new();
     match format {
@@ -31,7 +31,7 @@ fn written(format: Format, mesh: &Mesh) -> Vec<u8> {
     bytes
 }
 
-/// Closed, with colors and with texture coordinates that jump at a seam.
+/// A closed mesh with colors, and with texture coordinates that jump at a seam.
 fn decorated() -> Mesh {
     let mut mesh = Shape::Torus { nu: 5, nv: 4 }.mesh();
     let shade = |k: usize| [k as f64 / 19.0, 1.0 - k as f64 / 19.0, (k % 2) as f64];
@@ -42,11 +42,11 @@ fn decorated() -> Mesh {
     mesh
 }
 
-/// The least PLY file.
+/// The smallest PLY file.
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 0 0\n";
 
-/// The message of an error, which must be there and be one line.
+/// The message of the error that the result must be, on one line.
 fn message(result: Result<Mesh>, context: &str) -> String {
     let message = match result {
         Ok(_) => panic!("was read: {context}"),

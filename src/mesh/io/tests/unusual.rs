@@ -1,10 +1,10 @@
-//! Files that are rare and right.
+//! Unusual but valid files.
 
 use super::read;
 use crate::mesh::Mesh;
 use crate::mesh::io::Format::{Obj, Off, Ply, Stl};
 
-/// A square of two triangles, or what is meant to be one.
+/// The mesh must be a square of two triangles.
 fn assert_square(mesh: &Mesh, context: &str) {
     let corners: Vec<[f64; 3]> = mesh.vertices.iter().map(|&x| x.into()).collect();
     let expected = [[0., 0., 0.], [1., 0., 0.], [1., 1., 0.], [0., 1., 0.]];
@@ -42,7 +42,7 @@ fn line_ends_blanks_and_byte_order_marks() {
             let indented = text.replace('\n', "\n\n\t ").replace(' ', "  ");
             assert_square(&read(format, &indented).unwrap(), &indented);
         }
-        // Only the words of a PLY file count, and in OFF those of positions and indices.
+        // Line ends do not matter in PLY files, nor in positions and indices of OFF files.
         if let Some((head, body)) = text.split_once("end_header\n") {
             let broken = format!("{head}end_header\n{}", body.replace(' ', "\n"));
             assert_square(&read(format, broken).unwrap(), "a word a line");
@@ -68,7 +68,7 @@ fn numbers_in_every_notation() {
 #[test]
 fn obj_indices_in_every_form() {
     let head = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n";
-    // Which vertices get texture coordinates, in every face or only in the first.
+    // The vertices that get texture coordinates, in every face or only in the first.
     let (none, all) = ([false; 4], [true; 4]);
     for (form, has_uv) in [
         ("f 1 2 3 4", none),
@@ -168,7 +168,7 @@ fn off_vertex_extras() {
 }
 
 #[test]
-fn ply_elements_in_any_order_with_strangers_between() {
+fn ply_elements_in_any_order_with_unknown_ones_between() {
     let text = "ply\ncomment \u{e9}\nformat ascii 1.0\nobj_info made by hand\nelement nothing 1000000000000\n\
         element face 2\nproperty uchar flag\nproperty list uint8 float weight\n\
         property list int16 uint32 vertex_index\n\
@@ -220,7 +220,7 @@ fn ply_texture_coordinates_of_vertices_and_corners() {
     assert_eq!(read(Ply, &none).unwrap().uv, None);
 }
 
-/// Strips alternate their winding, -1 starts afresh, and a repeated index is a stitch.
+/// Strips alternate their winding, -1 starts a new strip, and a repeated index is a stitch.
 #[test]
 fn ply_triangle_strips() {
     let strips = |list: &str| {
@@ -293,7 +293,7 @@ fn stl_of_both_kinds() {
     assert_square(&read(Stl, &binary).unwrap(), "binary that says solid");
     binary[5..80].fill(b' ');
     assert_square(&read(Stl, &binary).unwrap(), "binary that says solid in blanks");
-    // The sign of a zero makes no new vertex.
+    // The sign of zero does not make a new vertex.
     let at = 84 + 12;
     binary[at..at + 4].copy_from_slice(&(-0.0_f32).to_le_bytes());
     assert_square(&read(Stl, &binary).unwrap(), "minus zero");
@@ -334,7 +334,7 @@ fn ply_integers_of_64_bits() {
                 bytes.extend(ordered(n.to_le_bytes()));
             }
             assert_square(&read(Ply, &bytes).unwrap(), name);
-            // Beyond what any file holds.
+            // More than any file can hold.
             let count = bytes.len() - 40;
             bytes[count..count + 8].fill(0xff);
             assert!(read(Ply, &bytes).is_err());

@@ -1,22 +1,22 @@
-//! What a reader leaves out or guesses: counted, so that a million odd lines give one sentence.
+//! Counts of what a reader leaves out or guesses, so that a million such lines cause one warning.
 
 use std::path::Path;
 
 use crate::error::Error;
 
-/// How often something happened, and where first.
+/// The number of occurrences of a problem, and the location of the first.
 #[derive(Default)]
-pub struct Places {
+pub struct Occurrences {
     count: usize,
     first: String,
 }
 
-impl Places {
-    /// One more, at that place ("line 7").
+impl Occurrences {
+    /// Counts one more, at a location such as "line 7".
     #[inline]
-    pub fn add(&mut self, place: impl FnOnce() -> String) {
+    pub fn add(&mut self, location: impl FnOnce() -> String) {
         if self.count == 0 {
-            self.first = place();
+            self.first = location();
         }
         self.count += 1;
     }
@@ -29,7 +29,7 @@ impl Places {
         self.count
     }
 
-    /// Says so, if it happened.
+    /// Warns if there are any; `what` describes the problem.
     pub fn warn(&self, path: &Path, what: &str) {
         if self.count > 0 {
             warn(path, &format!("{what} ({}, the first: {})", self.count, self.first));
@@ -37,7 +37,7 @@ impl Places {
     }
 }
 
-/// One sentence about a file, on one line.
+/// A warning about a file, on one line.
 pub fn warn(path: &Path, message: &str) {
     tracing::warn!("{}", Error::malformed(path, message));
 }
