@@ -39,7 +39,7 @@ pub struct Evaluation {
     pub area: f64,
     /// E(U) = data_term + lambda * total_variation.
     pub energy: f64,
-    /// sum_k <u_k, f_k>, where the rows of U sum to 1.
+    /// sum_k <u_k, f_k>.
     pub data_term: f64,
     /// sum_j |(K U)_j|, in units of length.
     pub total_variation: f64,
@@ -167,6 +167,7 @@ fn evaluate_compiled<const M: usize>(
     let Question { lambda, mass, smoothing, dual_steps, .. } = question;
     let m = s.ncols();
     let f = integrate(&mass.on(model), m, &regions::rows::<M>(s.view()));
+    let minima: Vec<f64> = f.iter().map(|f| f.min()).collect();
     let problem = Problem::new(Stencil::new(model), f, lambda);
     check_range(&problem)?;
     let given: Vec<Row<M>> = regions::rows(u.view());
@@ -189,8 +190,14 @@ fn evaluate_compiled<const M: usize>(
     let (bound, certificate) = bounds.max_by(|a, b| a.0.total_cmp(&b.0)).expect("at least one");
     // q = 0 gives B.
     let bound = bound.max(0.0);
-    let scored = Scored { problem: &problem, u: &u, bound, certificate };
-    Ok(scored.evaluation(model, m, question, Feasibility::of(&given, m)))
+    let feasibility = Feasibility::of(&given, m);
+    // <u_k, f_k> = <u_k, f_k - min f_k> + min f_k sum_p u_kp: the minima sum up to B only if the rows of U sum to 1.
+    let offset = match feasibility.is_feasible() {
+        true => problem.baseline,
+        false => u.iter().zip(&minima).map(|(u, minimum)| minimum * u.0.iter().sum::<f64>()).sum(),
+    };
+    let scored = Scored { problem: &problem, u: &u, offset, bound, certificate };
+    Ok(scored.evaluation(model, m, question, feasibility))
 }
 
 /// How far the given U is outside the simplex.
@@ -218,6 +225,8 @@ impl Feasibility {
 struct Scored<'a, const M: usize> {
     problem: &'a Problem<Stencil, M>,
     u: &'a [Row<M>],
+    /// E(U) minus the energy that the problem has for U.
+    offset: f64,
     /// D - B.
     bound: f64,
     certificate: Certificate,
@@ -231,7 +240,7 @@ impl<const M: usize> Scored<'_, M> {
         question: Question<'_>,
         feasibility: Feasibility,
     ) -> Evaluation {
-        let Scored { problem, u, bound, certificate } = *self;
+        let Scored { problem, u, offset, bound, certificate } = *self;
         let Question { lambda, mass, smoothing, .. } = question;
         let baseline = problem.baseline;
         let data_term = problem.data_term(u);
@@ -241,7 +250,7 @@ impl<const M: usize> Scored<'_, M> {
         let bound = problem.clamped_bound(energy, bound);
         let feasible = feasibility.is_feasible();
         let Feasibility { largest_row_sum_error, smallest_entry } = feasibility;
-        let smoothed_energy = |smoothing| baseline + problem.smoothed_energy(u, smoothing);
+        let smoothed_energy = |smoothing| offset + problem.smoothed_energy(u, smoothing);
         Evaluation {
             vertices: model.vertices.len(),
             faces: model.faces.len(),
@@ -249,8 +258,8 @@ impl<const M: usize> Scored<'_, M> {
             lambda,
             mass: mass.name(),
             area: model.area(),
-            energy: baseline + energy,
-            data_term: baseline + data_term,
+            energy: offset + energy,
+            data_term: offset + data_term,
             total_variation,
             smoothed_energy: smoothing.map(smoothed_energy),
             dual_bound: baseline + bound,

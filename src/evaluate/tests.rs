@@ -67,6 +67,24 @@ fn rounding_does_not_make_gaps_negative() {
     assert!(zero_gaps >= 4 && zero_label_gaps >= 4, "{zero_gaps} {zero_label_gaps}");
 }
 
+/// The data term is sum_k <u_k, f_k>, whatever the rows of U sum to and whatever constant is added to the costs.
+#[test]
+fn the_data_term_is_that_of_the_given_rows() {
+    let (mesh, s, u) = example(918);
+    let areas = barycentric_areas(&mesh);
+    for (factor, constant) in [(1.0, 0.0), (1.0, 7.0), (1.5, 0.0), (1.5, 7.0), (-0.5, -3.0)] {
+        let (s, u) = (s.mapv(|s| s + constant), u.mapv(|u| factor * u));
+        let terms =
+            (u.outer_iter().zip(s.outer_iter()).zip(&areas)).map(|((u, s), a)| a * u.dot(&s));
+        let (expected, size) =
+            terms.fold((0.0, 0.0), |(sum, size), x: f64| (sum + x, size + x.abs()));
+        let scored = found(&mesh, &s, &u, question());
+        assert!((scored.data_term - expected).abs() <= 1e-13 * size, "{factor} {constant}");
+        let energy = expected + LAMBDA * scored.total_variation;
+        assert!((scored.energy - energy).abs() <= 1e-13 * size, "{factor} {constant}");
+    }
+}
+
 /// The energy of an infeasible U is computed, but has no gap: rows that do not sum to one, and negative entries. The
 /// padding of a row does not count as entries.
 #[test]
