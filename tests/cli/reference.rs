@@ -338,7 +338,7 @@ fn failures_of_commands_are_outcomes_of_their_runs() {
     assert_eq!((ended, log.as_str()), ("failed", "no luck today\n"));
     assert!(why.contains("no luck today") && why.contains('3'), "{why}");
     assert!(status("silent").1.contains("trace.csv"), "{:?}", status("silent"));
-    assert!(status("wrong").1.contains("48 x 2, not 48 x 3"), "{:?}", status("wrong"));
+    assert!(status("wrong").1.contains("48 x 2 entries, not 48 x 3"), "{:?}", status("wrong"));
     assert_eq!(status("nan").0, "diverged");
     assert_eq!(status("nan0").0, "diverged");
     // Iterates before the failure count.
@@ -486,7 +486,7 @@ fn damaged_problems_are_refused_in_one_line() {
         (damaged(&good, "format", Some(npy(&arr0(1.0)))), "byte string"),
         (damaged(&good, "version", Some(npy(&arr0(2_i64)))), "version 2"),
         (damaged(&good, "version", Some(npy(&arr0(1.0)))), "version"),
-        (damaged(&good, "points", Some(huge)), "does not fit"),
+        (damaged(&good, "points", Some(huge)), "does not match its shape"),
         (damaged(&good, "points", Some(npy(&Array2::<f64>::zeros((n, 2))))), "three columns"),
         (damaged(&good, "points", Some(npy(&Array2::<f64>::zeros((n, 3))))), "area"),
         (damaged(&good, "points", Some(npy(&Array2::from_elem((n, 3), f64::NAN)))), "finite"),
@@ -555,11 +555,11 @@ fn damaged_iterates_are_refused_in_one_line() {
         Some("iteration,seconds,epsilon\n1,1,None\n"),
         "line 2: epsilon \"None\" is not a number",
     );
-    refused(Some("iteration,seconds\n1,NaN\n"), "no time");
-    refused(Some("iteration,seconds\n1,-2\n"), "no time");
-    refused(Some("iteration,seconds\n1,1e300\n"), "no time");
-    refused(Some("iteration,seconds\n2,1\n1,2\n"), "ascend");
-    refused(Some("iteration,seconds\n1,2\n2,1\n"), "descend");
+    refused(Some("iteration,seconds\n1,NaN\n"), "not a time");
+    refused(Some("iteration,seconds\n1,-2\n"), "not a time");
+    refused(Some("iteration,seconds\n1,1e300\n"), "not a time");
+    refused(Some("iteration,seconds\n2,1\n1,2\n"), "must increase");
+    refused(Some("iteration,seconds\n1,2\n2,1\n"), "must not decrease");
     refused(Some("iteration,seconds\n4,1\n"), "u_4.npy");
     refused(Some("iteration,seconds\n3,1\n"), "u_3.npy");
     refused(Some("iteration,seconds,epsilon\n1,1,-3\n"), "epsilon");

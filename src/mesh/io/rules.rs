@@ -16,6 +16,7 @@ const LARGEST_COORDINATE: f64 = 1e50;
 const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 
 /// The color to be written.
+#[inline]
 pub(super) fn known(color: [f64; 3]) -> [f64; 3] {
     if color[0].is_nan() { UNKNOWN_COLOR } else { color }
 }
@@ -28,6 +29,7 @@ pub(super) const INVALID_TEXTURE: &str =
     "texture coordinates that are not finite numbers, or are beyond 1e9, are unknown";
 
 /// Texture coordinates, both NaN if they are not a position in an image.
+#[inline]
 pub(super) fn valid_uv(
     t: [f64; 2],
     invalid: &mut Occurrences,
@@ -41,6 +43,7 @@ pub(super) fn valid_uv(
 }
 
 /// Checks a coordinate; fails with a message if it is invalid.
+#[inline]
 pub(super) fn check_coordinate(x: f64) -> std::result::Result<f64, String> {
     if !x.is_finite() {
         Err(format!("{x} is not a finite coordinate"))
@@ -92,6 +95,7 @@ pub(super) fn uv_of_vertices(faces: &[[u32; 3]], uv: &[[f64; 2]]) -> Vec<[[f64; 
 }
 
 /// The coordinates of a point, for writing.
+#[inline]
 pub(super) fn coordinates(x: &Point3<f64>) -> [f64; 3] {
     [x.x, x.y, x.z]
 }

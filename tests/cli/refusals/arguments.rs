@@ -50,7 +50,7 @@ fn numbers_out_of_range_are_refused() {
     for (shape, part) in [
         ("cube:3", "is not a shape"),
         ("torus:400", "torus:400x250"),
-        ("sphere:11", "level 0 to 10"),
+        ("sphere:11", "must be 0 to 10"),
         ("grid:0x1", "at least 1x1"),
         ("grid:99999x99999", "at most 50000000"),
         ("grid:99999999999999999999x1", "at most 50000000"),

@@ -128,7 +128,7 @@ fn every_verb_refuses_an_invalid_mesh() {
             ("builtin:cow", "use builtin:spot"),
             ("cube:3", "neither a file nor a shape"),
             ("torus:2x2", "at least 3x3"),
-            ("sphere:99", "level 0 to 10"),
+            ("sphere:99", "must be 0 to 10"),
             ("grid:100000x100000", "at most"),
         ] {
             refuse(&folder, &format!("{verb} {mesh} {rest}"), &[mesh, part]);
