@@ -345,7 +345,7 @@ fn failures_of_commands_are_outcomes_of_their_runs() {
     assert_eq!((status("late").0, status("late").1.contains("48 x 2")), ("failed", true));
     let (_, late, ..) = results.iter().find(|(name, ..)| name == "late").unwrap();
     assert_eq!(late["iterations"], 1);
-    assert!(status("unsorted").1.contains("ascend"), "{:?}", status("unsorted"));
+    assert!(status("unsorted").1.contains("must increase"), "{:?}", status("unsorted"));
     assert!(status("missing").1.contains("cannot be started"), "{:?}", status("missing"));
     assert_eq!(status("hangs").0, "time-limit");
     assert_eq!(status("chambolle-pock").0, "converged");
