@@ -27,6 +27,21 @@ pub fn check(m: usize) -> Result<()> {
     }
 }
 
+/// Calls a macro with all compiled values of M.
+#[cfg(not(test))]
+macro_rules! for_each_size {
+    ($macro:ident) => {
+        $macro!(2 3 4 5 6 7 8 9 10 11 12 16 32 64);
+    };
+}
+#[cfg(test)]
+macro_rules! for_each_size {
+    ($macro:ident) => {
+        $macro!(4 16 64);
+    };
+}
+pub(crate) use for_each_size;
+
 /// Calls `function::<M>(arguments)`, or `function::<M, T>(arguments)` for `function::<T>`, with the smallest compiled M
 /// that holds m regions. Running 9 regions as 12 would take a tenth more time; 13 take as long as 16.
 #[cfg(not(test))]

@@ -13,6 +13,7 @@
 
 mod alternation;
 mod coarse;
+mod compiled;
 pub mod lambda;
 mod merging;
 
@@ -28,13 +29,15 @@ use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
+use crate::operator::Stencil;
 use crate::regions::{self, with_regions};
 use crate::run::Status;
-use crate::solve::{Observer, Request, Solution, check_rows, conclude, model_mesh};
+use crate::solve::{Observer, Request, Solution, check_rows, model_mesh};
 use crate::unreached;
 
 pub use alternation::Alternation;
 use alternation::{AlternationOutcome, JointProblem, MAX_ESTIMATES};
+use compiled::Compiled;
 
 /// The result of a segmentation; P are the region parameters of its model.
 pub struct Segmentation<P> {
@@ -85,7 +88,10 @@ fn segment_compiled<const M: usize, D: DataModel>(
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<Segmentation<D::Parameters>> {
+) -> Result<Segmentation<D::Parameters>>
+where
+    Stencil: Compiled<M>,
+{
     let m = alternation.regions;
     let mass = request.mass.on(mesh);
     let integrate = |s: &[Row<M>]| mass.integrate(s);
@@ -128,7 +134,7 @@ fn segment_compiled<const M: usize, D: DataModel>(
             "the region parameters still changed after {estimates} re-estimations{certificate}{advice}"
         ));
     }
-    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
+    let mut solution = Stencil::conclude(mesh, &problem, m, request, run, (status, warnings));
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
     let warning = match status {

@@ -9,6 +9,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::compiled::Compiled;
 use super::merging::{Merger, merged, zeroed};
 use crate::coarse::Pair;
 use crate::data::{DataModel, Initial, Scale};
@@ -69,7 +70,10 @@ pub struct AlternationOutcome<P, const M: usize> {
     pub active: Vec<bool>,
 }
 
-impl<D: DataModel, const M: usize> JointProblem<'_, D, M> {
+impl<D: DataModel, const M: usize> JointProblem<'_, D, M>
+where
+    Stencil: Compiled<M>,
+{
     /// f for given parameters; inactive regions are forbidden.
     pub fn costs(&self, mu: &[D::Parameters], active: &[bool]) -> Vec<Row<M>> {
         let f = (self.integrate)(&self.model.costs(mu));
@@ -108,7 +112,7 @@ impl<D: DataModel, const M: usize> JointProblem<'_, D, M> {
             run.keep_dual();
         }
         let setup = Setup { mesh, problem: &problem, start, dual_start };
-        let mut solver = request.method.build(setup)?;
+        let mut solver = Stencil::build(&request.method, setup)?;
 
         let begin = Instant::now();
         // The iterations and the time that are left.
@@ -122,11 +126,11 @@ impl<D: DataModel, const M: usize> JointProblem<'_, D, M> {
         let status = loop {
             let stop = remaining(run.iterations());
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
-                break run.advance(&mut *solver, &problem, &stop, observe);
+                break Stencil::advance(&mut run, &mut *solver, &problem, &stop, observe);
             }
             let one_round =
                 Stop { iterations: Some(alternation.every), time: stop.time, ..Stop::default() };
-            match run.advance(&mut *solver, &problem, &one_round, observe) {
+            match Stencil::advance(&mut run, &mut *solver, &problem, &one_round, observe) {
                 Status::IterationLimit => {}
                 end => break end,
             }
@@ -155,7 +159,7 @@ impl<D: DataModel, const M: usize> JointProblem<'_, D, M> {
                     start: start.collect(),
                     dual_start: Some(dual_start.collect()),
                 };
-                solver = request.method.build(setup)?;
+                solver = Stencil::build(&request.method, setup)?;
             }
             run.forget();
         };

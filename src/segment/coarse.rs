@@ -9,12 +9,14 @@
 use std::time::Instant;
 
 use super::alternation::{AlternationOutcome, JointProblem};
+use super::compiled::Compiled;
 use super::merging::are_distinct;
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
 use crate::data::DataModel;
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::coarsen::Coarsening;
+use crate::operator::Stencil;
 use crate::solve::Observer;
 use crate::start::cheapest_labels;
 
@@ -26,7 +28,10 @@ pub fn start<D: DataModel, const M: usize>(
     finest: &JointProblem<'_, D, M>,
     given: Vec<D::Parameters>,
     observe: Observer<'_>,
-) -> Result<Start<D::Parameters, M>> {
+) -> Result<Start<D::Parameters, M>>
+where
+    Stencil: Compiled<M>,
+{
     let request = finest.request;
     let begin = Instant::now();
     let hierarchy = Hierarchy::new(finest.mesh);

@@ -19,12 +19,14 @@ use rand_pcg::Pcg64;
 
 use super::alternation::{Alternation, JointProblem};
 use super::coarse::restrict;
+use super::compiled::Compiled;
 use crate::coarse::Hierarchy;
 use crate::data::{DataModel, Initial, Scale};
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
+use crate::operator::Stencil;
 use crate::problem::rounded;
 use crate::regions::with_regions;
 use crate::run::Stop;
@@ -106,7 +108,10 @@ fn find_separating_compiled<const M: usize, D: DataModel>(
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<Separation> {
+) -> Result<Separation>
+where
+    Stencil: Compiled<M>,
+{
     let begin = Instant::now();
     let hierarchy = Hierarchy::down_to(finest, MAX_TRIAL_VERTICES);
     let (mut weights, mut model) = (request.mass.weights(finest), Cow::Borrowed(model));
