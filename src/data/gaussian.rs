@@ -3,11 +3,11 @@
 //! ```text
 //! s_p(x) = -log N(C(x); mu_p, Sigma_p)
 //!        = (1/2) (C - mu_p)^T Sigma_p^-1 (C - mu_p) + (1/2) log det Sigma_p + (d/2) log 2 pi
-//! mu_p   = int u_p C / int u_p,     Sigma_p = int u_p (C - mu_p) (C - mu_p)^T / int u_p, its eigenvalues not below a floor
+//! mu_p   = int u_p C / int u_p,     Sigma_p = int u_p (C - mu_p) (C - mu_p)^T / int u_p, with eigenvalues above a floor
 //! ```
 //!
-//! with d the dimension of the data: the density has the factor (2 pi)^(-d/2) |Sigma|^(-1/2). The paper prints another
-//! exponent. Regions may differ by their spread alone. Delaunoy et al., ICCV 2009, section 3.2.
+//! with d the dimension of the data: the density has the factor (2 pi)^(-d/2) |Sigma|^(-1/2). The paper prints
+//! (2 pi)^(-1/m) / |Sigma|. Regions may differ by their spread alone. Delaunoy et al., ICCV 2009, section 3.2.
 
 mod floor;
 mod mixture;
@@ -92,7 +92,7 @@ impl<'a> Gaussian<'a> {
         total
     }
 
-    /// The parameters of least cost for these sums.
+    /// The parameters of minimum cost for these sums.
     fn fitted(&self, sums: &Sums) -> Moments {
         self.floor.raised(sums.moments(&self.floor.center))
     }

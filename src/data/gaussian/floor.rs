@@ -1,11 +1,11 @@
-//! The least covariance of a region, relative to the covariance of all data.
+//! The smallest covariance of a region, relative to the covariance of all data.
 //!
 //! ```text
 //! Sigma_p >= FLOOR G,     G = the covariance of the data
 //! ```
 //!
-//! Without such a bound the energy has no minimum: a region of a single datum, or of equal ones, has a density without
-//! a limit. C. M. Bishop, *Pattern Recognition and Machine Learning*, 2006, section 9.2.1.
+//! Without such a bound the energy has no minimum: a region with a single datum, or with equal data, has an
+//! unbounded density. C. M. Bishop, *Pattern Recognition and Machine Learning*, 2006, section 9.2.1.
 
 use nalgebra::DMatrix;
 
@@ -95,11 +95,12 @@ impl Floor {
         (0..x.len()).map(move |i| (0..=i).map(|j| self.whitening[(i, j)] * x[j]).sum())
     }
 
-    /// The covariance Sigma >= FLOOR G of least mean cost over data of covariance S: in coordinates in which G is 1 it
-    /// has the eigenvectors of S, and its eigenvalues raised to the floor.
+    /// The covariance Sigma >= FLOOR G that minimizes the mean cost of data of covariance S: in coordinates in which G is
+    /// the identity it has the eigenvectors of S, and its eigenvalues raised to the floor.
     ///
-    /// The mean cost is (1/2) ( tr Sigma^-1 S + log det Sigma ) there. By von Neumann's inequality the trace is least
-    /// for common eigenvectors in the same order; then e / sigma + log sigma falls up to sigma = e and rises from there.
+    /// The mean cost is (1/2) ( tr Sigma^-1 S + log det Sigma ) there. By von Neumann's trace inequality the trace is
+    /// smallest for common eigenvectors in the same order; then e / sigma + log sigma decreases up to sigma = e and
+    /// increases beyond.
     pub fn raised(&self, moments: Moments) -> Moments {
         let d = self.center.len();
         let s = DMatrix::from_fn(d, d, |i, j| moments.covariance[i][j]);

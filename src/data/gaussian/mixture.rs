@@ -1,11 +1,11 @@
-//! A mixture of normal distributions fitted to the data, without regard to where they are: where the parameters start.
+//! A mixture of normal distributions fitted to the data, ignoring their positions: the initial parameters.
 //!
 //! ```text
 //! max over pi, mu, Sigma of     sum_k w_k log sum_p pi_p exp(-s_p(y_k))
 //! ```
 //!
 //! by expectation maximization: A. P. Dempster, N. M. Laird, D. B. Rubin, *Maximum likelihood from incomplete data via
-//! the EM algorithm*, J. R. Stat. Soc. B 39, 1977. It ends at local maxima, so several partitions compete on a random
+//! the EM algorithm*, J. R. Stat. Soc. B 39, 1977. It finds local maxima, so several partitions compete on a random
 //! subset of the data for a few steps, and the most likely one continues. The partitions are clusters of k-means, the
 //! nearest of random data, and clusters split by the distance from their center: regions of equal means and different
 //! spreads are shells.
@@ -22,8 +22,8 @@ const RANDOM_PARTITIONS: usize = 4;
 const TRIAL_STEPS: usize = 10;
 const FINAL_STEPS: usize = 60;
 
-/// EM ends when a step gains less than this in the mean logarithm of the likelihood.
-const LEAST_GAIN: f64 = 1e-6;
+/// EM ends when a step increases the mean logarithm of the likelihood by less than this.
+const MIN_GAIN: f64 = 1e-6;
 
 /// A random subset of the data whose weight is positive.
 #[derive(Clone)]
@@ -91,12 +91,16 @@ impl Samples {
         }
         let tried =
             results(partitions, |labels| self.improved(self.of_partition(&labels, m), TRIAL_STEPS));
-        // Of equals the first: rounding does not decide.
+        // In case of ties the first, so that rounding does not decide.
         let likelier = |a: Mixture, b: Mixture| {
-            if b.likelihood > a.likelihood + LEAST_GAIN { b } else { a }
+            if b.likelihood > a.likelihood + MIN_GAIN { b } else { a }
         };
         let best = tried.into_iter().reduce(likelier).expect("there are partitions");
-        self.improved(best, FINAL_STEPS).parts
+        let Mixture { share, parts, .. } = self.improved(best, FINAL_STEPS);
+        // The largest first: in which order k-means finds clusters may depend on rounding.
+        let mut parts: Vec<(f64, Moments)> = share.into_iter().zip(parts).collect();
+        parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+        parts.into_iter().map(|(_, part)| part).collect()
     }
 
     /// The index of the nearest center of each row, the first of equals.
@@ -157,12 +161,12 @@ impl Samples {
         }
     }
 
-    /// After a number of steps of EM, or when these gain nothing more.
+    /// The mixture after the given number of steps of EM, or fewer if it no longer improves.
     fn improved(&self, mut mixture: Mixture, steps: usize) -> Mixture {
         for _ in 0..steps {
             let before = mixture.likelihood;
             mixture = self.step(mixture);
-            if mixture.likelihood - before < LEAST_GAIN {
+            if mixture.likelihood - before < MIN_GAIN {
                 break;
             }
         }

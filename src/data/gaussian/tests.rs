@@ -126,8 +126,8 @@ fn the_fit_is_the_minimizer() {
         let before = energy(&mu);
         let weights = quadrature.integrate(&u);
         model.fit(&weights, &mut mu).unwrap();
-        let least = energy(&mu);
-        assert!(least < before);
+        let minimum = energy(&mu);
+        assert!(minimum < before);
         let total: f64 = weights.iter().map(|w| w.0.iter().sum::<f64>()).sum();
         let floor = FLOOR * covariance_of_all(&model);
         let lowest = |mu: &Moments| {
@@ -146,14 +146,14 @@ fn the_fit_is_the_minimizer() {
                 let sigma = matrix(&mu[p]) + &noise + noise.transpose();
                 moved[p] = with_covariance(&mu[p], &feasible(&model, &sigma));
                 moved[p].mean.iter_mut().for_each(|x| *x += size.sqrt() * draw());
-                let rise = energy(&moved) - least;
+                let rise = energy(&moved) - minimum;
                 assert!(rise >= -1e-12 * total, "{mass:?}, {scale}: {rise}");
                 // Along the floor as well: the same eigenvalues in other directions.
                 let turn = nalgebra::Rotation2::new(draw()).into_inner();
                 let turn = DMatrix::from_fn(2, 2, |i, j| turn[(i, j)]);
                 let sigma = feasible(&model, &(&turn * matrix(&mu[p]) * turn.transpose()));
                 moved[p] = with_covariance(&mu[p], &sigma);
-                let rise = energy(&moved) - least;
+                let rise = energy(&moved) - minimum;
                 assert!(rise >= -1e-12 * total, "{mass:?}, {scale}: {rise}");
             }
         }

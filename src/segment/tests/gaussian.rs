@@ -112,8 +112,8 @@ fn neither_the_unit_nor_the_axes_of_the_data_matter() {
 }
 
 /// For lambda = 0 the alternation is that of hard assignments and fits (classification EM, Celeux and Govaert 1992,
-/// for equal shares), here written down once more for a mixture in the plane: the same parameters and labels from the
-/// same start.
+/// for equal shares), implemented independently here, in the plane: the same parameters and labels from the same
+/// start.
 #[test]
 fn without_cuts_it_is_classification_em() {
     let mesh = shape("sphere:4");
