@@ -6,7 +6,7 @@ use meshseg::colormap::categorical;
 use meshseg::data::input::{self, DataSource, InputData, Mapping};
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
-use meshseg::data::{DataModel, Initial, L1, PiecewiseConstant, palette};
+use meshseg::data::{DataModel, Gaussian, Initial, L1, PiecewiseConstant, palette};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Normalize, Source, Weld};
 use meshseg::names::Named;
@@ -59,14 +59,15 @@ pub struct Arguments {
     regions: u8,
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
-    /// outliers, costs are absolute differences, summed over the columns of the data
+    /// outliers, costs are absolute differences, summed over the columns of the data; gaussian: normally distributed
+    /// with a mean and a covariance, costs are negative log densities, for regions that differ by their spread as well
     #[arg(long, value_parser = named::<Model>(), default_value = "constant")]
     model: Model,
 
-    /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1) [default:
-    /// 0.02 times the variance of the data (half of their mean deviation for l1), times the square root of the area,
-    /// halved until no region is empty on a coarse mesh and the labels there explain two thirds of what k-means
-    /// (k-medians for l1) explains]
+    /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1, of length
+    /// for gaussian) [default: 0.02 times the variance of the data (half of their mean deviation for l1, half of their
+    /// dimension for gaussian), times the square root of the area, halved until no region is empty on a coarse mesh and
+    /// the labels there explain two thirds of what k-means (k-medians for l1, a mixture for gaussian) explains]
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
 
@@ -74,7 +75,8 @@ pub struct Arguments {
     #[arg(long, value_name = "R", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     every: u64,
 
-    /// Initial region parameters. kmeans: means of clusters (medians for l1); random: those of random regions
+    /// Initial region parameters. kmeans: means of clusters (medians for l1; for gaussian a mixture of normal
+    /// distributions, fitted from clusters); random: those of random regions
     #[arg(long, value_parser = named::<Initial>(), default_value = "kmeans")]
     init: Initial,
 
@@ -113,6 +115,7 @@ Examples:
 enum Model {
     Constant,
     L1,
+    Gaussian,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -290,6 +293,11 @@ fn segmented(
             segmented_by(mesh, &PiecewiseConstant::new(data), input, arguments, request)
         }
         Model::L1 => segmented_by(mesh, &L1::new(data), input, arguments, request),
+        Model::Gaussian => {
+            let model = Gaussian::new(data);
+            let model = model.map_err(|error| error.of_file(Path::new(&input.name)))?;
+            segmented_by(mesh, &model, input, arguments, request)
+        }
     }
 }
 

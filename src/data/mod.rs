@@ -3,6 +3,7 @@
 
 pub mod constant;
 pub mod curved;
+pub mod gaussian;
 pub mod input;
 pub mod kmeans;
 pub mod l1;
@@ -18,6 +19,7 @@ mod values;
 mod tests;
 
 pub use constant::PiecewiseConstant;
+pub use gaussian::Gaussian;
 pub use l1::L1;
 pub use model::{DataModel, Initial, Scale};
 pub use values::Data;

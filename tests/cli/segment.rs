@@ -162,6 +162,40 @@ fn regions_have_medians() {
     }
 }
 
+/// Means and covariances in the summary, means on the screen, from any start and on any machine the same.
+#[test]
+fn regions_have_covariances() {
+    let folder = Folder::new();
+    folder.array("d.npy", &crate::support::costs(1000, 2));
+    folder.array("wide.npy", &crate::support::costs(1000, 17));
+    let line = "segment torus:40x25 --data d.npy --regions 3 --model gaussian --no-preview";
+    for flags in ["", "--coarse-to-fine", "--init random --seed 3", "--mass consistent"] {
+        for threads in [1, 2] {
+            let command = format!("{line} {flags} --threads {threads} --out {threads}");
+            let output = folder.run(&command);
+            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            let table = String::from_utf8(output.stdout).unwrap();
+            assert!(table.contains(" mean") && !table.contains("median"), "{table}");
+        }
+        let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join("u.npy")).unwrap());
+        assert_eq!(one, two, "{flags}");
+        let answer = folder.answer("1");
+        answer.assert_consistent();
+        let model = answer.summary["model"].as_str();
+        assert_eq!((answer.status(), model), ("converged", Some("gaussian")));
+        for region in answer.summary["region_parameters"].as_array().unwrap() {
+            assert_eq!(region["mean"].as_array().unwrap().len(), 2, "{region}");
+            let entry = |i: usize, j: usize| region["covariance"][i][j].as_f64().unwrap();
+            assert_eq!(entry(0, 1), entry(1, 0));
+            assert!(entry(0, 0) > 0.0 && entry(0, 0) * entry(1, 1) > entry(0, 1).powi(2));
+        }
+    }
+    let output = folder.run(&line.replace("d.npy", "wide.npy --out wide"));
+    let message = stderr(&output);
+    assert_eq!((output.status.code(), message.lines().count()), (Some(1), 1), "{message}");
+    assert!(message.contains("wide.npy") && message.contains("at most 16"), "{message}");
+}
+
 #[test]
 fn the_same_bytes_for_the_same_seed() {
     let folder = Folder::new();
