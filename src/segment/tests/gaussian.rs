@@ -104,7 +104,7 @@ fn neither_the_unit_nor_the_axes_of_the_data_matter() {
             assert_eq!(found(&|c| [0, 1, 2].map(|i| unit * c[i]), initial), one, "{exponent}");
         }
         let (lambda, _, labels) = found(
-            &|c| [c[0] + 0.5 * c[1] - 3.0, 255.0 * (c[1] - c[2]), 0.1 * c[2] + 0.2 * c[0]],
+            &|c| [c[0] + 0.5 * c[1] - 3.0, 255.0 * (c[1] - c[2]), 0.3 * c[2] + 0.2 * c[0]],
             initial,
         );
         assert_eq!((lambda, labels), (one.0, one.2), "{initial:?}");
