@@ -37,7 +37,7 @@ impl Sums {
         self.add(mesh, j, [color; 3]);
     }
 
-    /// Adds the faces `faces(i)`, i < n, with the colors of a texture; all must be [placed](is_placed).
+    /// Adds the faces `faces(i)`, i < n, with the colors of a texture; all must have finite texture coordinates.
     pub fn add_texture(
         &mut self,
         mesh: &Mesh,
