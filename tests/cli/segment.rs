@@ -5,7 +5,7 @@ use std::fs;
 use meshseg::colormap::categorical;
 use meshseg::mesh::io;
 
-use crate::support::{Folder, names, stderr};
+use crate::support::{Answer, Folder, names, stderr};
 
 const FILES: [&str; 6] =
     ["labels.npy", "preview.png", "segmented.ply", "summary.json", "trace.csv", "u.npy"];
@@ -83,7 +83,7 @@ fn summary_has_every_key(summary: &serde_json::Value) {
 }
 
 /// Each vertex has three doubles and four bytes, the last of which is the label.
-fn assert_ply_has_labels(folder: &Folder, answer: &crate::support::Answer) {
+fn assert_ply_has_labels(folder: &Folder, answer: &Answer) {
     const END: &[u8] = b"end_header\n";
     let path = folder.path("spot/segmented.ply");
     let bytes = fs::read(&path).unwrap();
@@ -136,23 +136,28 @@ fn coarse_to_fine() {
     assert!(with.summary["coarse_to_fine"]["levels"].as_array().unwrap().len() >= 3);
 }
 
+/// A segmentation, bitwise equal for one and two threads, whose table names one kind of parameter and not the other.
+fn by_model(folder: &Folder, line: &str, named: &str, other: &str) -> Answer {
+    for threads in [1, 2] {
+        let output = folder.run(&format!("{line} --threads {threads} --out {threads}"));
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let table = String::from_utf8(output.stdout).unwrap();
+        assert!(table.contains(named) && !table.contains(other), "{table}");
+    }
+    let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join("u.npy")).unwrap());
+    assert_eq!(one, two, "{line}");
+    let answer = folder.answer("1");
+    answer.assert_consistent();
+    answer
+}
+
 /// Medians instead of means, in the summary and on the screen, for any start.
 #[test]
 fn regions_have_medians() {
     let folder = Folder::new();
     let line = "segment torus:40x25 --data curvature --regions 3 --model l1 --no-preview";
     for flags in ["", "--coarse-to-fine", "--init random --seed 3", "--mass consistent"] {
-        for threads in [1, 2] {
-            let command = format!("{line} {flags} --threads {threads} --out {threads}");
-            let output = folder.run(&command);
-            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-            let table = String::from_utf8(output.stdout).unwrap();
-            assert!(table.contains("median") && !table.contains(" mean"), "{table}");
-        }
-        let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join("u.npy")).unwrap());
-        assert_eq!(one, two, "{flags}");
-        let answer = folder.answer("1");
-        answer.assert_consistent();
+        let answer = by_model(&folder, &format!("{line} {flags}"), "median", " mean");
         assert_eq!((answer.status(), answer.summary["model"].as_str()), ("converged", Some("l1")));
         for region in answer.summary["region_parameters"].as_array().unwrap() {
             let median = region["median"].as_array().unwrap();
@@ -170,17 +175,7 @@ fn regions_have_covariances() {
     folder.array("wide.npy", &crate::support::costs(1000, 17));
     let line = "segment torus:40x25 --data d.npy --regions 3 --model gaussian --no-preview";
     for flags in ["", "--coarse-to-fine", "--init random --seed 3", "--mass consistent"] {
-        for threads in [1, 2] {
-            let command = format!("{line} {flags} --threads {threads} --out {threads}");
-            let output = folder.run(&command);
-            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-            let table = String::from_utf8(output.stdout).unwrap();
-            assert!(table.contains(" mean") && !table.contains("median"), "{table}");
-        }
-        let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join("u.npy")).unwrap());
-        assert_eq!(one, two, "{flags}");
-        let answer = folder.answer("1");
-        answer.assert_consistent();
+        let answer = by_model(&folder, &format!("{line} {flags}"), " mean", "median");
         let model = answer.summary["model"].as_str();
         assert_eq!((answer.status(), model), ("converged", Some("gaussian")));
         for region in answer.summary["region_parameters"].as_array().unwrap() {

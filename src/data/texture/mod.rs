@@ -2,7 +2,7 @@
 //!
 //! Colors are the stored sRGB values divided by their maximum, without a transfer function. Alpha is ignored with a
 //! warning: an atlas stores the intended color even where it is transparent. `decode` reads images (`shrink`: large
-//! ones; `upright`: rotated photos), `pyramid` halves them, `paint` assigns them to faces, `sample` evaluates the
+//! ones; `upright`: rotated photos), `pyramid` halves them, `paint` assigns them to faces (`udim`: in tiles), `sample` evaluates the
 //! colors of a face, and `vertices` averages those of a vertex.
 
 mod decode;
@@ -12,6 +12,7 @@ mod sample;
 mod shrink;
 #[cfg(test)]
 mod tests;
+mod udim;
 mod upright;
 mod vertices;
 

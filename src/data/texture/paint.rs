@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use super::decode::Turn;
 use super::pyramid::Texture;
 use super::sample::{Texel, tile};
+use super::udim::{Tiled, number_of};
 use super::vertices::{Sums, is_placed, texels_per_face};
 use crate::counted::counted;
 use crate::error::{Error, Result};
@@ -188,7 +189,14 @@ impl<'a> Paints<'a> {
     fn tiles(&mut self) {
         let uv = &self.uv;
         for picture in std::mem::take(&mut self.pictures) {
-            let Some((tiled, turn)) = Tiled::in_use(&picture, uv) else {
+            let tiled = match &picture.content {
+                Content::File(path, turn) => {
+                    let uv = picture.faces.iter().map(|&j| &uv[j as usize]);
+                    Tiled::in_use(path, picture.placement.clamp, uv).map(|tiled| (tiled, *turn))
+                }
+                Content::Embedded(_) => None,
+            };
+            let Some((tiled, turn)) = tiled else {
                 self.pictures.push(picture);
                 continue;
             };
@@ -372,102 +380,14 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The UDIM number of a tile.
-fn number_of([i, j]: [f64; 2]) -> Option<u32> {
-    ((0.0..10.0).contains(&i) && (0.0..900.0).contains(&j)).then(|| 1001 + i as u32 + 10 * j as u32)
-}
-
-/// An image in tiles: the parts of its name before and after the number.
-struct Tiled {
-    folder: PathBuf,
-    before: String,
-    /// `None` if the name has `<UDIM>` instead.
-    number: Option<u32>,
-    behind: String,
-}
-
-impl Tiled {
-    /// Parses a name: it contains `<UDIM>` in any case, or a four-digit number from 1001 to 1999 between `.`, `_`, `-`
-    /// or the ends, of which the last counts.
-    fn of(image: &Path) -> Option<Self> {
-        const MARK: &str = "<UDIM>";
-        let name = image.file_name()?.to_str()?;
-        let parts = |at: usize, length: usize, number| Tiled {
-            folder: image.parent().unwrap_or(Path::new("")).to_owned(),
-            before: name[..at].into(),
-            number,
-            behind: name[at + length..].into(),
-        };
-        if let Some(at) = name.to_ascii_uppercase().find(MARK) {
-            return Some(parts(at, MARK.len(), None));
-        }
-        let between = |byte: Option<&u8>| byte.is_none_or(|byte| b"._-".contains(byte));
-        let bytes = name.as_bytes();
-        (0..bytes.len().saturating_sub(3)).rev().find_map(|at| {
-            let digits = &bytes[at..at + 4];
-            let number = std::str::from_utf8(digits).ok()?.parse().ok()?;
-            let is_number = digits.iter().all(u8::is_ascii_digit) && (1001..2000).contains(&number);
-            let stands_alone =
-                between(at.checked_sub(1).map(|i| &bytes[i])) && between(bytes.get(at + 4));
-            (is_number && stands_alone).then(|| parts(at, 4, Some(number)))
-        })
-    }
-
-    /// The tiles of a picture, if it has any: the name contains `<UDIM>`, or coordinates leave [0, 1] and the number is
-    /// the first one or another tile exists. (The number of `brick_1024.png` may be its size, and the image repeated.)
-    fn in_use(picture: &Picture, uv: &[[[f64; 2]; 3]]) -> Option<(Self, Turn)> {
-        let Content::File(path, turn) = &picture.content else { return None };
-        let tiled = Tiled::of(path)?;
-        let Some(number) = tiled.number else { return Some((tiled, *turn)) };
-        if picture.placement.clamp {
-            return None;
-        }
-        let mut numbers: Vec<_> =
-            picture.faces.iter().map(|&j| number_of(tile(&uv[j as usize]))).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
-        let leaves = numbers.iter().any(|&other| other != Some(1001));
-        let other =
-            || numbers.iter().flatten().any(|&other| other != number && tiled.path(other).exists());
-        (leaves && (number == 1001 || other())).then_some((tiled, *turn))
-    }
-
-    fn path(&self, number: u32) -> PathBuf {
-        self.folder.join(format!("{}{number}{}", self.before, self.behind))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_tiles_stand_alone() {
-        let parts = |name: &str| {
-            Tiled::of(Path::new(name)).map(|tiled| (tiled.before, tiled.number, tiled.behind))
-        };
-        for (name, before, number, behind) in [
-            ("a/skin.1001.png", "skin.", Some(1001), ".png"),
-            ("skin_1012.jpg", "skin_", Some(1012), ".jpg"),
-            ("1001.png", "", Some(1001), ".png"),
-            ("skin.1001_4k-2048.png", "skin.", Some(1001), "_4k-2048.png"),
-            ("skin.<udim>.png", "skin.", None, ".png"),
-        ] {
-            assert_eq!(parts(name), Some((before.into(), number, behind.into())), "{name}");
-        }
-        for name in ["skin.png", "skin1001.png", "skin_0999.png", "skin.10010.png", "é100.png"] {
-            assert!(parts(name).is_none(), "{name}");
-        }
+    fn images_are_the_same_in_any_case_and_for_any_tile() {
         assert!(is_same_image(Path::new("a/s.1001.png"), Path::new("S.<UDIM>.png")));
         assert!(is_same_image(Path::new("a/Roof.png"), Path::new("roof.PNG")));
         assert!(!is_same_image(Path::new("roof.png"), Path::new("wall.png")));
-    }
-
-    #[test]
-    fn tiles_count_from_1001_in_rows_of_ten() {
-        assert_eq!(number_of([0.0, 0.0]), Some(1001));
-        assert_eq!(number_of([9.0, 2.0]), Some(1030));
-        assert_eq!(number_of([10.0, 0.0]), None);
-        assert_eq!(number_of([-1.0, 0.0]), None);
     }
 }
