@@ -29,11 +29,12 @@ fn medians_are_robust_to_outliers() {
 }
 
 /// A model as others may write it: its costs are squared distances minus a number per vertex, so they may be negative,
-/// and its fit fails after a given number of calls.
+/// and its fit fails after a given number of calls, or never settles.
 #[derive(Clone)]
 struct Odd<'a> {
     model: PiecewiseConstant<'a>,
     fits: &'a AtomicUsize,
+    settles: bool,
 }
 
 impl DataModel for Odd<'_> {
@@ -56,11 +57,11 @@ impl DataModel for Odd<'_> {
     }
 
     fn in_order(&self, order: &Order) -> Cow<'_, Self> {
-        Cow::Owned(Odd { model: self.model.in_order(order).into_owned(), fits: self.fits })
+        Cow::Owned(Odd { model: self.model.in_order(order).into_owned(), ..*self })
     }
 
     fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
-        Odd { model: self.model.restricted(level, weights, coarse), fits: self.fits }
+        Odd { model: self.model.restricted(level, weights, coarse), ..*self }
     }
 
     fn scale(&self, weights: &[f64]) -> Scale {
@@ -80,7 +81,7 @@ impl DataModel for Odd<'_> {
     fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
         match self.fits.fetch_sub(1, Relaxed) {
             0 => Err(crate::Error::unsuitable("the fit failed")),
-            _ => self.model.fit(weights, mu),
+            _ => self.model.fit(weights, mu).map(|change| if self.settles { change } else { 1e9 }),
         }
     }
 
@@ -97,7 +98,7 @@ fn a_constant_per_vertex_does_not_change_the_result() {
     data.values[..30].fill(f64::NAN);
     let fits = AtomicUsize::new(usize::MAX);
     let model = PiecewiseConstant::new(&data);
-    let odd = Odd { model: model.clone(), fits: &fits };
+    let odd = Odd { model: model.clone(), fits: &fits, settles: true };
     let alternation = alternation(Initial::KMeans, 5);
     for coarse_to_fine in [false, true] {
         let request = Request { coarse_to_fine, ..request(0.05, Mass::Barycentric) };
@@ -124,13 +125,34 @@ fn a_failing_fit_ends_the_segmentation() {
     let alternation = alternation(Initial::Random, 5);
     for (coarse_to_fine, after) in [(false, 0), (false, 2), (true, 0), (true, 2)] {
         let fits = AtomicUsize::new(after);
-        let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits };
+        let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits, settles: true };
         let request = Request { coarse_to_fine, ..request(0.05, Mass::Barycentric) };
         let error = segment(&mesh, &model, &alternation, &request, &mut go).err().unwrap();
         assert_eq!(error.to_string(), "the fit failed");
     }
     let fits = AtomicUsize::new(1);
-    let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits };
+    let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits, settles: true };
     let request = request(0.0, Mass::Barycentric);
     assert!(lambda::of_data(&mesh, &model, &alternation, &request, &mut go).is_err());
+}
+
+/// Parameters that never settle are re-estimated a limited number of times, and a warning says so; the gap is certified
+/// for the last ones.
+#[test]
+fn parameters_that_never_settle_are_reported() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.1);
+    let alternation = alternation(Initial::KMeans, 5);
+    let fits = AtomicUsize::new(usize::MAX);
+    for settles in [true, false] {
+        let model = Odd { model: PiecewiseConstant::new(&data), fits: &fits, settles };
+        let request = request(0.05, Mass::Barycentric);
+        let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        assert_eq!(found.solution.summary.status, Status::Converged);
+        assert_eq!(found.estimates == 200, !settles);
+        let warning = "the region parameters still changed after 200 re-estimations; the certificate holds for the \
+                       last estimate";
+        let warnings = &found.solution.summary.warnings;
+        assert_eq!(warnings.iter().any(|given| given == warning), !settles, "{warnings:?}");
+    }
 }
