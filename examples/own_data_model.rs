@@ -12,8 +12,7 @@
 use std::borrow::Cow;
 use std::ops::ControlFlow;
 
-use meshseg::data::{DataModel, Initial, Scale};
-use meshseg::field::Row;
+use meshseg::data::{Cost, DataModel, Initial, Scale, Weights};
 use meshseg::mesh::coarsen::Coarsening;
 use meshseg::mesh::order::Order;
 use meshseg::mesh::source;
@@ -25,7 +24,7 @@ use meshseg::solver::Method;
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_pcg::Pcg64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 #[derive(Clone)]
 struct Directions {
@@ -34,7 +33,7 @@ struct Directions {
 }
 
 /// mu_p.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Direction {
     direction: [f64; 3],
 }
@@ -96,21 +95,23 @@ impl DataModel for Directions {
         Ok(mu.into_iter().map(|n| Direction { direction: n.into() }).collect())
     }
 
-    fn costs<const M: usize>(&self, mu: &[Direction]) -> Vec<Row<M>> {
-        let cost = |n: &Vector3<f64>, p: usize| {
-            mu.get(p).map_or(0.0, |mu| 1.0 - n.dot(&Vector3::from(mu.direction)))
-        };
-        self.n.iter().map(|n| Row::from_fn(|p| cost(n, p))).collect()
+    fn check(&self, _: &[Direction]) -> meshseg::Result<()> {
+        Ok(())
     }
 
-    fn fit<const M: usize>(
-        &self,
-        weights: &[Row<M>],
-        mu: &mut [Direction],
-    ) -> meshseg::Result<f64> {
+    fn cost<'a>(&'a self, mu: &'a [Direction]) -> Cost<'a> {
+        Box::new(move |k, s| {
+            for (s, mu) in s.iter_mut().zip(mu) {
+                *s = 1.0 - self.n[k].dot(&Vector3::from(mu.direction));
+            }
+        })
+    }
+
+    fn fit(&self, weights: Weights<'_>, mu: &mut [Direction]) -> meshseg::Result<f64> {
         let mut change = 0.0;
         for (p, mu) in mu.iter_mut().enumerate() {
-            let sum: Vector3<f64> = self.n.iter().zip(weights).map(|(n, w)| *n * w.0[p]).sum();
+            let sum: Vector3<f64> =
+                self.n.iter().enumerate().map(|(k, n)| *n * weights.at(k)[p]).sum();
             if let Some(direction) = sum.try_normalize(1e-12) {
                 let next = Direction { direction: direction.into() };
                 change = f64::max(change, Self::distance(mu, &next));

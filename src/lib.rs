@@ -48,6 +48,8 @@ pub mod file;
 #[cfg(feature = "experiments")]
 mod font;
 pub mod format_error;
+#[cfg(feature = "experiments")]
+pub mod labeling;
 pub mod mesh;
 pub mod names;
 pub mod npy;

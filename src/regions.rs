@@ -27,41 +27,25 @@ pub fn check(m: usize) -> Result<()> {
     }
 }
 
-/// Calls a macro with all compiled values of M.
-#[cfg(not(test))]
-macro_rules! for_each_size {
-    ($macro:ident) => {
-        $macro!(2 3 4 5 6 7 8 9 10 11 12 16 32 64);
-    };
-}
-#[cfg(test)]
-macro_rules! for_each_size {
-    ($macro:ident) => {
-        $macro!(4 16 64);
-    };
-}
-pub(crate) use for_each_size;
-
-/// Calls `function::<M>(arguments)`, or `function::<M, T>(arguments)` for `function::<T>`, with the smallest compiled M
-/// that holds m regions. Running 9 regions as 12 would take a tenth more time; 13 take as long as 16.
+/// Calls `function::<M>(arguments)` with the smallest compiled M that holds m regions. Running 9 regions as 12 would take a tenth more time; 13 take as long as 16.
 #[cfg(not(test))]
 macro_rules! with_regions {
-    ($m:expr, $function:ident $(::<$type:ty>)? ($($argument:expr),* $(,)?)) => {
+    ($m:expr, $function:ident ($($argument:expr),* $(,)?)) => {
         match $m {
-            2 => $function::<2 $(, $type)?>($($argument),*),
-            3 => $function::<3 $(, $type)?>($($argument),*),
-            4 => $function::<4 $(, $type)?>($($argument),*),
-            5 => $function::<5 $(, $type)?>($($argument),*),
-            6 => $function::<6 $(, $type)?>($($argument),*),
-            7 => $function::<7 $(, $type)?>($($argument),*),
-            8 => $function::<8 $(, $type)?>($($argument),*),
-            9 => $function::<9 $(, $type)?>($($argument),*),
-            10 => $function::<10 $(, $type)?>($($argument),*),
-            11 => $function::<11 $(, $type)?>($($argument),*),
-            12 => $function::<12 $(, $type)?>($($argument),*),
-            13..=16 => $function::<16 $(, $type)?>($($argument),*),
-            17..=32 => $function::<32 $(, $type)?>($($argument),*),
-            33..=64 => $function::<64 $(, $type)?>($($argument),*),
+            2 => $function::<2>($($argument),*),
+            3 => $function::<3>($($argument),*),
+            4 => $function::<4>($($argument),*),
+            5 => $function::<5>($($argument),*),
+            6 => $function::<6>($($argument),*),
+            7 => $function::<7>($($argument),*),
+            8 => $function::<8>($($argument),*),
+            9 => $function::<9>($($argument),*),
+            10 => $function::<10>($($argument),*),
+            11 => $function::<11>($($argument),*),
+            12 => $function::<12>($($argument),*),
+            13..=16 => $function::<16>($($argument),*),
+            17..=32 => $function::<32>($($argument),*),
+            33..=64 => $function::<64>($($argument),*),
             m => panic!("{m} regions: must be from 2 to 64"),
         }
     };
@@ -70,11 +54,11 @@ macro_rules! with_regions {
 /// every number of regions.
 #[cfg(test)]
 macro_rules! with_regions {
-    ($m:expr, $function:ident $(::<$type:ty>)? ($($argument:expr),* $(,)?)) => {
+    ($m:expr, $function:ident ($($argument:expr),* $(,)?)) => {
         match $m {
-            2..=4 => $function::<4 $(, $type)?>($($argument),*),
-            5..=16 => $function::<16 $(, $type)?>($($argument),*),
-            17..=64 => $function::<64 $(, $type)?>($($argument),*),
+            2..=4 => $function::<4>($($argument),*),
+            5..=16 => $function::<16>($($argument),*),
+            17..=64 => $function::<64>($($argument),*),
             m => panic!("{m} regions: must be from 2 to 64"),
         }
     };

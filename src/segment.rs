@@ -13,7 +13,7 @@
 
 mod alternation;
 mod coarse;
-mod compiled;
+mod estimate;
 pub mod lambda;
 mod merging;
 
@@ -29,15 +29,14 @@ use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
-use crate::operator::Stencil;
 use crate::regions::{self, with_regions};
 use crate::run::Status;
-use crate::solve::{Observer, Request, Solution, check_rows, model_mesh};
+use crate::solve::{Observer, Request, Solution, check_rows, conclude, model_mesh};
 use crate::unreached;
 
 pub use alternation::Alternation;
 use alternation::{AlternationOutcome, JointProblem, MAX_ESTIMATES};
-use compiled::Compiled;
+use estimate::{Estimate, ModelEstimate};
 
 /// The result of a segmentation; P are the region parameters of its model.
 pub struct Segmentation<P> {
@@ -72,51 +71,55 @@ pub fn segment<D: DataModel>(
     let weights = request.mass.weights(&usable);
     let mu = model.start(alternation.initial, alternation.regions, &weights, &mut rng)?;
     let order = Order::of(&usable);
-    let (usable, model) = (order.mesh(usable), model.in_order(&order));
-    let segmentation = with_regions!(
-        alternation.regions,
-        segment_compiled::<D>(&usable, warnings, &*model, mu, alternation, request, observe)
-    )?;
-    Ok(Segmentation { solution: segmentation.solution.in_file_order(mesh, &order), ..segmentation })
+    let usable = order.mesh(usable);
+    let mut estimate = ModelEstimate::new(model.in_order(&order), mu);
+    let (solution, estimates) =
+        segment_estimate(&usable, warnings, &mut estimate, alternation, request, observe)?;
+    let solution = solution.in_file_order(mesh, &order);
+    Ok(Segmentation { solution, parameters: estimate.into_parameters(), estimates })
 }
 
-fn segment_compiled<const M: usize, D: DataModel>(
+/// The solution, and the number of re-estimations. Not generic, so that it is compiled here and not where it is called.
+fn segment_estimate(
     mesh: &Mesh,
-    mut warnings: Vec<String>,
-    model: &D,
-    mut mu: Vec<D::Parameters>,
+    warnings: Vec<String>,
+    estimate: &mut dyn Estimate,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<Segmentation<D::Parameters>>
-where
-    Stencil: Compiled<M>,
-{
+) -> Result<(Solution, usize)> {
+    with_regions!(
+        alternation.regions,
+        segment_compiled(mesh, warnings, estimate, alternation, request, observe)
+    )
+}
+
+fn segment_compiled<const M: usize>(
+    mesh: &Mesh,
+    mut warnings: Vec<String>,
+    estimate: &mut dyn Estimate,
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<(Solution, usize)> {
     let m = alternation.regions;
     let mass = request.mass.on(mesh);
     let integrate = |s: &[Row<M>]| mass.integrate(s);
-    let scale = model.scale(&request.mass.weights(mesh));
-    let joint = JointProblem {
-        mesh,
-        model,
-        integrate: &integrate,
-        scale,
-        alternation,
-        request,
-        merge: true,
-    };
-    let mut problem = joint.problem(&mu)?;
+    let scale = estimate.scale(&request.mass.weights(mesh));
+    let joint =
+        JointProblem { mesh, integrate: &integrate, scale, alternation, request, merge: true };
+    let mut problem = joint.problem(estimate)?;
     let (mut pair, mut record) = (None, None);
     if request.coarse_to_fine && !is_certified(&problem, request) {
         let spent;
-        (mu, pair, spent) = coarse::start(&joint, mu, observe)?;
-        problem.set_costs(joint.costs(&mu, &vec![true; m]));
+        (pair, spent) = coarse::start(&joint, estimate, observe)?;
+        problem.set_costs(joint.costs(estimate, &vec![true; m]));
         record = Some(spent);
     }
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
     let stop = request.stop.after(spent);
-    let AlternationOutcome { problem, run, status, mu, estimates, settled, active, .. } =
-        joint.alternate(problem, mu, pair, spent, &stop, observe)?;
+    let AlternationOutcome { problem, run, status, estimates, settled, active, .. } =
+        joint.alternate(estimate, problem, pair, spent, &stop, observe)?;
 
     if !settled || estimates == MAX_ESTIMATES {
         // A contradicted bound certifies nothing.
@@ -134,7 +137,7 @@ where
             "the region parameters still changed after {estimates} re-estimations{certificate}{advice}"
         ));
     }
-    let mut solution = Stencil::conclude(mesh, &problem, m, request, run, (status, warnings));
+    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
     let warning = match status {
@@ -145,22 +148,23 @@ where
             "{} so far: the run ended before the gap was reached; raise its limit",
             empty_regions::sentence(empty)
         )),
-        _ => empty_warning(&joint, empty, &active, observe)?,
+        _ => empty_warning(&joint, estimate, empty, &active, observe)?,
     };
     solution.summary.warnings.extend(warning);
-    Ok(Segmentation { solution, parameters: mu, estimates })
+    Ok((solution, estimates))
 }
 
 /// A warning about empty regions, with a remedy. That all data are equal is reported, with their name, where they are
 /// read: `data/input.rs`, `data/curved.rs`.
-fn empty_warning<D: DataModel, const M: usize>(
-    joint: &JointProblem<'_, D, M>,
+fn empty_warning<const M: usize>(
+    joint: &JointProblem<'_, M>,
+    estimate: &dyn Estimate,
     empty: &[usize],
     active: &[bool],
     observe: Observer<'_>,
 ) -> Result<Option<String>> {
-    let &JointProblem { mesh, model, alternation, request, .. } = joint;
-    let different = model.different(alternation.regions);
+    let &JointProblem { mesh, alternation, request, .. } = joint;
+    let different = estimate.different(alternation.regions);
     if different == 1 {
         return Ok(None);
     }
@@ -175,7 +179,7 @@ fn empty_warning<D: DataModel, const M: usize>(
     let found = match half > 0.0 {
         true => {
             let request = Request { lambda: half, ..request.clone() };
-            let found = lambda::find_separating(mesh, model, alternation, &request, observe)?;
+            let found = lambda::find_separating(mesh, estimate, alternation, &request, observe)?;
             // No lambda creates regions that the data do not have.
             found.lambda.filter(|_| found.regions == alternation.regions)
         }
@@ -195,7 +199,7 @@ fn empty_warning<D: DataModel, const M: usize>(
     };
     let merged = active.iter().any(|active| !active);
     let cause = match merged {
-        true => format!(", since regions with the same {} were merged", D::VALUE_NAME),
+        true => format!(", since regions with the same {} were merged", estimate.value_name()),
         false => String::new(),
     };
     Ok(Some(format!("{}{cause}: {advice}", empty_regions::sentence(empty))))

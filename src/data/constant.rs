@@ -10,12 +10,12 @@ use std::borrow::Cow;
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::kmeans::kmeans;
-use super::{Data, DataModel, Initial, Scale};
+use super::values::check_values;
+use super::{Cost, Data, DataModel, Initial, Scale, Weights};
 use crate::error::Result;
-use crate::field::Row;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
 use crate::sweep::sum;
@@ -28,7 +28,8 @@ pub struct PiecewiseConstant<'a> {
 }
 
 /// mu_p.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Mean {
     /// d numbers, in the units of the data.
     pub mean: Vec<f64>,
@@ -38,11 +39,6 @@ impl<'a> PiecewiseConstant<'a> {
     /// The model of the given data, which are borrowed.
     pub fn new(data: &'a Data) -> Self {
         PiecewiseConstant { data: Cow::Borrowed(data) }
-    }
-
-    /// |C(x_k) - mu_p|^2; NaN where C is unknown.
-    pub fn cost(&self, k: usize, mu: &[f64]) -> f64 {
-        squared_distance(self.data.at(k), mu)
     }
 }
 
@@ -125,19 +121,26 @@ impl DataModel for PiecewiseConstant<'_> {
         Ok(means.into_iter().map(|mean| Mean { mean }).collect())
     }
 
-    fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
-        assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
-        self.data.costs(mu, |c, mu| squared_distance(c, &mu.mean))
+    fn check(&self, mu: &[Mean]) -> Result<()> {
+        check_values(self.data.dimension, mu.iter().map(|mu| &mu.mean[..]))
     }
 
-    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
-        let n = weights.len();
+    fn cost<'a>(&'a self, mu: &'a [Mean]) -> Cost<'a> {
+        assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
+        Box::new(move |k, s| {
+            let c = self.data.at(k);
+            s.iter_mut().zip(mu).for_each(|(s, mu)| *s = squared_distance(c, &mu.mean));
+        })
+    }
+
+    fn fit(&self, weights: Weights<'_>, mu: &mut [Mean]) -> Result<f64> {
+        let n = weights.vertices();
         let masses = self.data.masses(weights, mu.len());
         let mut change = 0.0;
         for (p, (mu, mass)) in mu.iter_mut().zip(masses).enumerate() {
             let Some(mass) = mass else { continue };
             for (i, mu) in mu.mean.iter_mut().enumerate() {
-                let moment = |k: usize| weights[k].0[p] * self.data.at(k)[i];
+                let moment = |k: usize| weights.at(k)[p] * self.data.at(k)[i];
                 let mean = sum(n, |k| if self.is_known(k) { moment(k) } else { 0.0 }) / mass;
                 change = f64::max(change, (mean - *mu).abs());
                 *mu = mean;
@@ -200,6 +203,7 @@ fn range(data: &Data) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::Row;
     use crate::operator::Mass;
     use crate::samples::{bumpy, fitted_energy, random_data, rng, to_fit, with_isolated_vertices};
     use rand::RngExt;
@@ -226,7 +230,7 @@ mod tests {
             let mut mu = means([&[0.5; 2]; 3]);
             let before = energy(&mu);
             let weights = quadrature.integrate(&u);
-            model.fit(&weights, &mut mu).unwrap();
+            model.fit(Weights::of(&weights), &mut mu).unwrap();
             let minimum = energy(&mu);
             assert!(minimum < before);
             for p in 0..3 {
@@ -238,7 +242,7 @@ mod tests {
                     assert!((rise - d * d * region).abs() <= 1e-12 * before, "{mass:?}, {d}");
                 }
             }
-            assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
+            assert_eq!(model.fit(Weights::of(&weights), &mut mu).unwrap(), 0.0);
         }
     }
 
@@ -249,7 +253,9 @@ mod tests {
         let model = PiecewiseConstant::new(&data);
         let mut mu = means([&[0.0, 0.0], &[3.0, 1.0]]);
         assert_eq!(model.costs::<2>(&mu)[1], Row::ZERO);
-        model.fit(&[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.5, 2.0])], &mut mu).unwrap();
+        model
+            .fit(Weights::of(&[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.5, 2.0])]), &mut mu)
+            .unwrap();
         assert_eq!(mu, means([&[2.0, 2.0], &[4.0, 3.0]]));
         assert!(model.is_known(0) && !model.is_known(1));
         assert_eq!(data.variance(&[1.0, 5.0, 1.0]), 5.0);

@@ -21,12 +21,12 @@ use rand_pcg::Pcg64;
 use self::floor::Floor;
 use self::mixture::Samples;
 use self::normal::{Density, Sums, packed};
-use super::{Data, DataModel, Initial, Scale};
-use crate::error::Result;
-use crate::field::Row;
+use super::values::check_values;
+use super::{Cost, Data, DataModel, Initial, Scale, Weights};
+use crate::error::{Error, Result};
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
-use crate::sweep::{collect, results};
+use crate::sweep::results;
 
 pub use self::floor::FLOOR;
 pub use self::normal::{MAX_DIMENSION, Moments};
@@ -191,19 +191,26 @@ impl DataModel for Gaussian<'_> {
         Ok(sums.iter().map(|sums| self.fitted(if sums.mass > 0.0 { sums } else { &all })).collect())
     }
 
-    fn costs<const M: usize>(&self, mu: &[Moments]) -> Vec<Row<M>> {
-        assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
-        let densities: Vec<Density> = mu.iter().map(Density::new).collect();
-        let row = |k: usize| {
-            let (c, scatter) = (self.data.at(k), self.scatter(k));
-            Row::from_fn(|p| densities.get(p).map_or(0.0, |density| density.cost(c, scatter)))
-        };
-        collect(self.data.len(), |k| if self.is_known(k) { row(k) } else { Row::ZERO })
+    fn check(&self, mu: &[Moments]) -> Result<()> {
+        check_values(self.data.dimension, mu.iter().map(|mu| &mu.mean[..]))?;
+        for (p, mu) in mu.iter().enumerate() {
+            mu.check().map_err(|why| Error::unsuitable(format!("region {p}: {why}")))?;
+        }
+        Ok(())
     }
 
-    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Moments]) -> Result<f64> {
+    fn cost<'a>(&'a self, mu: &'a [Moments]) -> Cost<'a> {
+        assert!(mu.iter().all(|mu| mu.mean.len() == self.data.dimension));
+        let densities: Vec<Density> = mu.iter().map(Density::new).collect();
+        Box::new(move |k, s| {
+            let (c, scatter) = (self.data.at(k), self.scatter(k));
+            s.iter_mut().zip(&densities).for_each(|(s, density)| *s = density.cost(c, scatter));
+        })
+    }
+
+    fn fit(&self, weights: Weights<'_>, mu: &mut [Moments]) -> Result<f64> {
         let m = mu.len();
-        let sums = self.sums(m, |k, add| (0..m).for_each(|p| add(p, weights[k].0[p])));
+        let sums = self.sums(m, |k, add| (0..m).for_each(|p| add(p, weights.at(k)[p])));
         let total: f64 = sums.iter().map(|sums| sums.mass).sum();
         let mut change = 0.0;
         for (mu, sums) in mu.iter_mut().zip(&sums) {

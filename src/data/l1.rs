@@ -13,13 +13,13 @@ use std::borrow::Cow;
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::kmeans::kmedians;
 use super::range::{median, robust_range, robust_unit_range};
-use super::{Data, DataModel, Initial, Scale};
+use super::values::check_values;
+use super::{Cost, Data, DataModel, Initial, Scale, Weights};
 use crate::error::Result;
-use crate::field::Row;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
 
@@ -38,7 +38,8 @@ pub struct L1<'a> {
 }
 
 /// mu_p.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Median {
     /// d numbers, in the units of the data.
     pub median: Vec<f64>,
@@ -180,18 +181,26 @@ impl DataModel for L1<'_> {
         Ok((0..m).map(of).collect())
     }
 
-    fn costs<const M: usize>(&self, mu: &[Median]) -> Vec<Row<M>> {
+    fn check(&self, mu: &[Median]) -> Result<()> {
+        check_values(self.dimension(), mu.iter().map(|mu| &mu.median[..]))
+    }
+
+    fn cost<'a>(&'a self, mu: &'a [Median]) -> Cost<'a> {
         assert!(mu.iter().all(|mu| mu.median.len() == self.dimension()));
-        self.data.costs(mu, |c, mu| {
+        let mean = |c: &[f64], mu: &Median| {
             let values = c.chunks(self.copies).zip(&mu.median);
             values.flat_map(|(c, mu)| c.iter().map(move |c| (c - mu).abs())).sum::<f64>()
                 / self.copies as f64
+        };
+        Box::new(move |k, s| {
+            let c = self.data.at(k);
+            s.iter_mut().zip(mu).for_each(|(s, mu)| *s = mean(c, mu));
         })
     }
 
     /// If half of a region lies on either side of a gap, every value in the gap is a median: the nearest to the
     /// previous one is taken, so that an optimal value stays.
-    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Median]) -> Result<f64> {
+    fn fit(&self, weights: Weights<'_>, mu: &mut [Median]) -> Result<f64> {
         let masses = self.data.masses(weights, mu.len());
         // Each vertex appears n times.
         let half = 0.5 * self.copies as f64;
@@ -205,7 +214,7 @@ impl DataModel for L1<'_> {
             let mut open = masses.iter().flatten().count();
             for &index in sorted {
                 let value = self.data.values[index];
-                let row = &weights[index / self.data.dimension].0;
+                let row = weights.at(index / self.data.dimension);
                 for (p, (passed, ends)) in passed.iter_mut().zip(&mut ends).enumerate() {
                     *passed += row[p];
                     if ends[1].is_none() && *passed >= halves[p] {

@@ -8,12 +8,15 @@ pub mod input;
 pub mod kmeans;
 pub mod l1;
 mod model;
+mod named;
 pub mod palette;
 pub mod projection;
 pub mod range;
 pub mod synthetic;
 pub mod texture;
+pub mod thresholds;
 mod values;
+mod weights;
 
 #[cfg(test)]
 mod tests;
@@ -21,5 +24,7 @@ mod tests;
 pub use constant::PiecewiseConstant;
 pub use gaussian::Gaussian;
 pub use l1::L1;
-pub use model::{DataModel, Initial, Scale};
+pub use model::{Cost, DataModel, Initial, Scale, rows};
+pub use named::{ModelName, ModelTask};
 pub use values::Data;
+pub use weights::Weights;

@@ -5,12 +5,15 @@ use std::fmt::Debug;
 
 use rand_pcg::Pcg64;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
+use super::Weights;
 use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
+use crate::sweep::collect;
 
 /// How the initial region parameters are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
@@ -34,6 +37,25 @@ pub struct Scale {
     pub change: f64,
 }
 
+/// See [`DataModel::cost`].
+pub type Cost<'a> = Box<dyn Fn(usize, &mut [f64]) + Sync + 'a>;
+
+/// The costs of m regions at V vertices; 0 at unknown vertices and for padding regions.
+pub fn rows<const M: usize>(
+    vertices: usize,
+    m: usize,
+    is_known: impl Fn(usize) -> bool + Sync,
+    cost: &(dyn Fn(usize, &mut [f64]) + Sync),
+) -> Vec<Row<M>> {
+    collect(vertices, |k| {
+        let mut s = Row::ZERO;
+        if is_known(k) {
+            cost(k, &mut s.0[..m]);
+        }
+        s
+    })
+}
+
 /// The data on the vertices of one mesh, and a likelihood of them: s_p(x) depends on the data at x and on mu_p alone.
 /// `segment` uses nothing else.
 ///
@@ -43,7 +65,7 @@ pub struct Scale {
 pub trait DataModel: Clone + Sync {
     /// mu_p, the parameters of one region. Serialized as a map, whose keys become those of the region in
     /// `summary.json`.
-    type Parameters: Clone + Debug + PartialEq + Serialize;
+    type Parameters: Clone + Debug + PartialEq + Serialize + DeserializeOwned + Sync;
 
     /// The name of [`DataModel::value`], in the singular, such as `mean`.
     const VALUE_NAME: &'static str;
@@ -101,15 +123,26 @@ pub trait DataModel: Clone + Sync {
         rng: &mut Pcg64,
     ) -> Result<Vec<Self::Parameters>>;
 
-    /// s_p(x_k), one row per vertex; 0 for padding regions.
-    fn costs<const M: usize>(&self, mu: &[Self::Parameters]) -> Vec<Row<M>>;
+    /// Checks parameters from outside: those of this model for data of this dimension, and none that have no costs.
+    ///
+    /// # Errors
+    /// Parameters that [`DataModel::cost`] cannot take, with the region.
+    fn check(&self, mu: &[Self::Parameters]) -> Result<()>;
+
+    /// The function that writes s_p(x_k) for all p into a row of m numbers, given a vertex k whose datum is known.
+    fn cost<'a>(&'a self, mu: &'a [Self::Parameters]) -> Cost<'a>;
+
+    /// s_p(x_k), one row per vertex; 0 at unknown vertices and for padding regions.
+    fn costs<const M: usize>(&self, mu: &[Self::Parameters]) -> Vec<Row<M>> {
+        rows(self.vertices(), mu.len(), |k| self.is_known(k), &*self.cost(mu))
+    }
 
     /// Sets the parameters to those that minimize sum_k <u_k, f_k> for given U, `weights` = M U. A region without mass
     /// keeps its parameters. Returns the largest change.
     ///
     /// # Errors
     /// If the fit is itself an optimization problem and could not be solved.
-    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Self::Parameters]) -> Result<f64>;
+    fn fit(&self, weights: Weights<'_>, mu: &mut [Self::Parameters]) -> Result<f64>;
 
     /// The distance between two regions; 0 if their costs agree everywhere.
     fn distance(a: &Self::Parameters, b: &Self::Parameters) -> f64;

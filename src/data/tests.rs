@@ -2,7 +2,7 @@
 
 use super::constant::Mean;
 use super::l1::Median;
-use super::{DataModel, L1, PiecewiseConstant};
+use super::{DataModel, L1, PiecewiseConstant, Weights};
 use crate::field::Row;
 use crate::samples::{random_data, random_labels, rng};
 
@@ -11,7 +11,7 @@ use crate::samples::{random_data, random_labels, rng};
 fn padded_regions_have_no_parameters() {
     fn check<D: DataModel>(model: &D, mu: D::Parameters, seed: u64) {
         let mut mu = vec![mu; 9];
-        model.fit(&random_labels::<12>(4, 9, &mut rng(seed)), &mut mu).unwrap();
+        model.fit(Weights::of(&random_labels::<12>(4, 9, &mut rng(seed))), &mut mu).unwrap();
         assert_eq!(mu.len(), 9);
         assert!(model.costs::<12>(&mu).iter().all(|s| s.0[9..] == [0.0; 3]));
     }
@@ -23,7 +23,7 @@ fn padded_regions_have_no_parameters() {
 fn an_empty_region_keeps_its_parameters() {
     fn check<D: DataModel>(model: &D, parameters: impl Fn(Vec<f64>) -> D::Parameters) {
         let mut mu = [parameters(vec![0.1; 2]), parameters(vec![7.0, -3.0])];
-        let change = model.fit(&[Row([0.2, 0.0]); 5], &mut mu).unwrap();
+        let change = model.fit(Weights::of(&[Row([0.2, 0.0]); 5]), &mut mu).unwrap();
         let [moved, kept] = mu.each_ref().map(D::value);
         assert_eq!(kept, [7.0, -3.0]);
         assert_eq!(change, f64::max((moved[0] - 0.1).abs(), (moved[1] - 0.1).abs()));

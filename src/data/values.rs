@@ -1,10 +1,11 @@
 //! The data that are segmented: numbers at the vertices of a mesh, some of which may be unknown.
 
+use super::Weights;
 use super::range::robust_unit_range;
+use crate::counted::counted;
 use crate::error::{Error, Result};
-use crate::field::Row;
 use crate::mesh::order::Order;
-use crate::sweep::{collect, sum};
+use crate::sweep::sum;
 
 /// A value in R^d at every vertex. An unknown vertex has d times NaN: it costs nothing, does not affect the region
 /// parameters, and takes the label of its neighbors.
@@ -105,26 +106,16 @@ impl Data {
 
     /// int u_p over the known vertices for each of the first m regions; `None` if the integral is zero up to rounding.
     /// `weights` = M U, V rows.
-    pub fn masses<const M: usize>(&self, weights: &[Row<M>], m: usize) -> Vec<Option<f64>> {
-        let n = weights.len();
-        let total = sum(n, |k| weights[k].0.iter().sum());
-        let mass = |p: usize| sum(n, |k| if self.is_known(k) { weights[k].0[p] } else { 0.0 });
+    pub fn masses(&self, weights: Weights<'_>, m: usize) -> Vec<Option<f64>> {
+        let n = weights.vertices();
+        let total = sum(n, |k| weights.at(k).iter().sum());
+        let mass = |p: usize| sum(n, |k| if self.is_known(k) { weights.at(k)[p] } else { 0.0 });
         (0..m).map(mass).map(|mass| (mass > f64::EPSILON * total).then_some(mass)).collect()
     }
 
     /// C_i at all vertices.
     pub fn column(&self, i: usize) -> Vec<f64> {
         self.values[i..].iter().step_by(self.dimension).copied().collect()
-    }
-
-    /// Costs of regions with the parameters mu, one row per vertex; 0 at unknown vertices and for padding regions.
-    pub fn costs<P: Sync, const M: usize>(
-        &self,
-        mu: &[P],
-        cost: impl Fn(&[f64], &P) -> f64 + Sync,
-    ) -> Vec<Row<M>> {
-        let row = |k: usize| Row::from_fn(|p| mu.get(p).map_or(0.0, |mu| cost(self.at(k), mu)));
-        collect(self.len(), |k| if self.is_known(k) { row(k) } else { Row::ZERO })
     }
 
     /// C(x_k), if it is known.
@@ -136,4 +127,24 @@ impl Data {
     pub fn at(&self, k: usize) -> &[f64] {
         &self.values[k * self.dimension..(k + 1) * self.dimension]
     }
+}
+
+/// Checks that each region has d finite numbers.
+///
+/// # Errors
+/// The first region that has not.
+pub fn check_values<'a>(d: usize, values: impl Iterator<Item = &'a [f64]>) -> Result<()> {
+    for (p, value) in values.enumerate() {
+        if value.len() != d {
+            return Err(Error::unsuitable(format!(
+                "region {p} has {} for data of {}",
+                counted(value.len(), "number", "numbers"),
+                counted(d, "column", "columns")
+            )));
+        }
+        if !value.iter().all(|x| x.is_finite()) {
+            return Err(Error::unsuitable(format!("region {p} has a number that is not finite")));
+        }
+    }
+    Ok(())
 }

@@ -18,12 +18,14 @@ use super::choice::DataChoice;
 use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::colormap::categorical;
 use crate::costs;
+use crate::data::constant::Mean;
 use crate::data::input::{self, DataSource, Mapping};
 use crate::data::kmeans::kmeans;
 use crate::data::synthetic::waves;
 use crate::data::{Data, Initial, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::file;
+use crate::labeling::pointwise_costs;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::weld::{coincident, free_cuts};
 use crate::mesh::{Mesh, Source};
@@ -202,9 +204,9 @@ struct Costed {
 
 fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Costed {
     let waves = waves(mesh, cell.regions, cell.noise, cell.seed);
-    let mu: Vec<Vec<f64>> = waves.palette.iter().map(|mu| mu.to_vec()).collect();
+    let mu: Vec<Mean> = waves.palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect();
     let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-    let costs = distances(&waves.data, &mu);
+    let costs = pointwise_costs(&PiecewiseConstant::new(&waves.data), &mu);
     Costed { data: Some(waves.data), costs, looks, truth: Some(waves.labels) }
 }
 
@@ -238,7 +240,8 @@ fn costs_of_data(
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let known = data.known_area(&barycentric_areas(mesh));
     let mu = kmeans(&data.values, data.dimension, &known, cell.regions, &mut rng);
-    let costs = distances(&data, &mu);
+    let mu: Vec<Mean> = mu.into_iter().map(|mean| Mean { mean }).collect();
+    let costs = pointwise_costs(&PiecewiseConstant::new(&data), &mu);
     Ok(Costed { data: Some(data), costs, looks: input.colors, truth: None })
 }
 
@@ -305,12 +308,6 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
     };
     let model = PiecewiseConstant::new(data);
     lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
-}
-
-/// The costs of the piecewise constant model; NaN where the data are unknown.
-fn distances(data: &Data, mu: &[Vec<f64>]) -> Array2<f64> {
-    let model = PiecewiseConstant::new(data);
-    Array2::from_shape_fn((data.len(), mu.len()), |(k, p)| model.cost(k, &mu[p]))
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

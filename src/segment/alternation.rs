@@ -9,10 +9,10 @@
 
 use std::time::{Duration, Instant};
 
-use super::compiled::Compiled;
+use super::estimate::Estimate;
 use super::merging::{Merger, merged, zeroed};
 use crate::coarse::Pair;
-use crate::data::{DataModel, Initial, Scale};
+use crate::data::{Initial, Scale, Weights};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
@@ -43,10 +43,9 @@ pub struct Alternation {
     pub every: u64,
 }
 
-/// The joint problem in U and mu on one mesh: the given one, or a coarser one with the model restricted to it.
-pub struct JointProblem<'a, D, const M: usize> {
+/// The joint problem in U and mu on one mesh: the given one or a coarser one.
+pub struct JointProblem<'a, const M: usize> {
     pub mesh: &'a Mesh,
-    pub model: &'a D,
     /// s -> M s, with the mass matrix M.
     pub integrate: &'a dyn Fn(&[Row<M>]) -> Vec<Row<M>>,
     pub scale: Scale,
@@ -58,49 +57,45 @@ pub struct JointProblem<'a, D, const M: usize> {
 }
 
 /// The final state of the alternation.
-pub struct AlternationOutcome<P, const M: usize> {
+pub struct AlternationOutcome<const M: usize> {
     pub problem: Problem<Stencil, M>,
     pub solver: Box<dyn Solver<Stencil, M>>,
     pub run: Run<M>,
     pub status: Status,
-    pub mu: Vec<P>,
     pub estimates: usize,
     pub settled: bool,
     /// Which regions have not been merged into another.
     pub active: Vec<bool>,
 }
 
-impl<D: DataModel, const M: usize> JointProblem<'_, D, M>
-where
-    Stencil: Compiled<M>,
-{
-    /// f for given parameters; inactive regions are forbidden.
-    pub fn costs(&self, mu: &[D::Parameters], active: &[bool]) -> Vec<Row<M>> {
-        let f = (self.integrate)(&self.model.costs(mu));
+impl<const M: usize> JointProblem<'_, M> {
+    /// f for the current parameters; inactive regions are forbidden.
+    pub fn costs(&self, estimate: &dyn Estimate, active: &[bool]) -> Vec<Row<M>> {
+        let f = (self.integrate)(&estimate.costs());
         let active: [bool; M] = std::array::from_fn(|p| p < active.len() && active[p]);
         let row = |f: &Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
         collect(f.len(), |v| row(&f[v]))
     }
 
-    /// The convex problem in U for fixed parameters.
-    pub fn problem(&self, mu: &[D::Parameters]) -> Result<Problem<Stencil, M>> {
-        let f = self.costs(mu, &vec![true; mu.len()]);
+    /// The convex problem in U for the current parameters.
+    pub fn problem(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
+        let f = self.costs(estimate, &vec![true; estimate.regions()]);
         let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);
         check_range(&problem)?;
         Ok(problem)
     }
 
-    /// Re-estimates until the parameters settle, then solves for the last ones. Starts with `mu`, whose costs `problem`
-    /// has, and with U and q, if they are given; `spent` time has passed before.
+    /// Re-estimates until the parameters settle, then solves for the last ones. Starts with the current parameters,
+    /// whose costs `problem` has, and with U and q, if they are given; `spent` time has passed before.
     pub fn alternate(
         &self,
+        estimate: &mut dyn Estimate,
         mut problem: Problem<Stencil, M>,
-        mut mu: Vec<D::Parameters>,
         pair: Option<Pair<M>>,
         spent: Duration,
         stop: &Stop,
         observe: Observer<'_>,
-    ) -> Result<AlternationOutcome<D::Parameters, M>> {
+    ) -> Result<AlternationOutcome<M>> {
         let JointProblem { mesh, alternation, request, .. } = *self;
         let (start, dual_start) = match pair {
             Some(Pair { u, q }) => (u, Some(q)),
@@ -112,7 +107,7 @@ where
             run.keep_dual();
         }
         let setup = Setup { mesh, problem: &problem, start, dual_start };
-        let mut solver = Stencil::build(&request.method, setup)?;
+        let mut solver = request.method.build(setup)?;
 
         let begin = Instant::now();
         // The iterations and the time that are left.
@@ -126,24 +121,24 @@ where
         let status = loop {
             let stop = remaining(run.iterations());
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
-                break Stencil::advance(&mut run, &mut *solver, &problem, &stop, observe);
+                break run.advance(&mut *solver, &problem, &stop, observe);
             }
             let one_round =
                 Stop { iterations: Some(alternation.every), time: stop.time, ..Stop::default() };
-            match Stencil::advance(&mut run, &mut *solver, &problem, &one_round, observe) {
+            match run.advance(&mut *solver, &problem, &one_round, observe) {
                 Status::IterationLimit => {}
                 end => break end,
             }
             let weights = (self.integrate)(solver.labels());
-            let change = self.model.fit(&weights, &mut mu)?;
+            let change = estimate.fit(Weights::of(&weights))?;
             estimates += 1;
             settled = change <= SETTLED_CHANGE * self.scale.change || estimates == MAX_ESTIMATES;
-            let distance = |a: usize, b: usize| D::distance(&mu[a], &mu[b]);
+            let distance = |a: usize, b: usize| estimate.distance(a, b);
             let pairs = match self.merge {
                 true => merger.merge(distance, &weights, settled),
                 false => Vec::new(),
             };
-            problem.set_costs(self.costs(&mu, &merger.active));
+            problem.set_costs(self.costs(estimate, &merger.active));
             if pairs.is_empty() {
                 solver.restart(&problem);
             } else {
@@ -159,7 +154,7 @@ where
                     start: start.collect(),
                     dual_start: Some(dual_start.collect()),
                 };
-                solver = Stencil::build(&request.method, setup)?;
+                solver = request.method.build(setup)?;
             }
             run.forget();
         };
@@ -168,7 +163,6 @@ where
             solver,
             run,
             status,
-            mu,
             estimates,
             settled,
             active: merger.active,

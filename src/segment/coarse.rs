@@ -9,87 +9,70 @@
 use std::time::Instant;
 
 use super::alternation::{AlternationOutcome, JointProblem};
-use super::compiled::Compiled;
+use super::estimate::Estimate;
 use super::merging::are_distinct;
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
-use crate::data::DataModel;
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::mesh::coarsen::Coarsening;
-use crate::operator::Stencil;
 use crate::solve::Observer;
 use crate::start::cheapest_labels;
 
-/// The start of the finest alternation: mu, the pair U and q if there is one, and the work it took.
-type Start<P, const M: usize> = (Vec<P>, Option<Pair<M>>, Record);
-
-/// Alternates on one level after the other, starting with the parameters `given`.
-pub fn start<D: DataModel, const M: usize>(
-    finest: &JointProblem<'_, D, M>,
-    given: Vec<D::Parameters>,
+/// Alternates on one level after the other, starting with the initial parameters. Returns what the finest alternation
+/// starts with, the pair U and q if there is one, and the work it took; its parameters are those of `estimate`.
+pub fn start<const M: usize>(
+    finest: &JointProblem<'_, M>,
+    estimate: &mut dyn Estimate,
     observe: Observer<'_>,
-) -> Result<Start<D::Parameters, M>>
-where
-    Stencil: Compiled<M>,
-{
+) -> Result<(Option<Pair<M>>, Record)> {
     let request = finest.request;
     let begin = Instant::now();
     let hierarchy = Hierarchy::new(finest.mesh);
-    let mut weighted: Vec<(Vec<f64>, D)> = Vec::new();
-    for level in &hierarchy.levels {
-        let next = match weighted.last() {
-            Some((weights, model)) => restrict(level, weights, model),
-            None => restrict(level, &request.mass.weights(finest.mesh), finest.model),
-        };
-        weighted.push(next);
+    let mut weights: Vec<Vec<f64>> = vec![request.mass.weights(finest.mesh)];
+    for (l, level) in hierarchy.levels.iter().enumerate() {
+        weights.push(estimate.restrict(level, &weights[l]));
     }
     let mut levels = Vec::new();
-    let mut mu = given.clone();
     let pair = hierarchy.climb(request.lambda, |l, pair| {
-        let (mesh, (weights, model)) = (&hierarchy.levels[l].mesh, &weighted[l]);
+        let (mesh, weights) = (&hierarchy.levels[l].mesh, &weights[l + 1]);
         let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
-        let scale = model.scale(weights);
-        let joint =
-            JointProblem { mesh, model, integrate: &integrate, scale, merge: false, ..*finest };
+        let scale = estimate.scale(weights);
+        let joint = JointProblem { mesh, integrate: &integrate, scale, merge: false, ..*finest };
         let spent = begin.elapsed();
         let stop = coarse::level_stop(request, spent);
-        let problem = joint.problem(&mu)?;
-        let AlternationOutcome { mut solver, run, status, mu: estimated, .. } =
-            joint.alternate(problem, mu.clone(), pair, spent, &stop, &mut |_| observe(None))?;
+        let problem = joint.problem(estimate)?;
+        let AlternationOutcome { mut solver, run, status, .. } =
+            joint.alternate(estimate, problem, pair, spent, &stop, &mut |_| observe(None))?;
         levels.push(LevelRecord::of(mesh, run.iterations()));
+        let m = estimate.regions();
         let used = |p: usize| run.best_u().iter().any(|u| u.argmax() == p);
-        let distance = |a: usize, b: usize| D::distance(&estimated[a], &estimated[b]);
-        if are_distinct(estimated.len(), distance, scale.distance) && (0..estimated.len()).all(used)
-        {
-            mu = estimated;
-            return Ok(coarse::final_pair(solver.iterate(), status));
-        }
-        mu = given.clone();
-        let u = cheapest_labels(&joint.problem(&mu)?.f);
-        Ok(Some(Pair { u, q: vec![Tangent::ZERO; mesh.faces.len()] }))
+        let distance = |a: usize, b: usize| estimate.distance(a, b);
+        let pair = if are_distinct(m, distance, scale.distance) && (0..m).all(used) {
+            coarse::final_pair(solver.iterate(), status)
+        } else {
+            estimate.reset();
+            let u = cheapest_labels(&joint.problem(estimate)?.f);
+            Some(Pair { u, q: vec![Tangent::ZERO; mesh.faces.len()] })
+        };
+        estimate.refine();
+        Ok(pair)
     })?;
-    Ok((mu, pair, Record { spent: begin.elapsed(), levels }))
-}
-
-/// P^T w over the known vertices, and the model restricted to the coarse mesh with these weights.
-pub fn restrict<D: DataModel>(level: &Coarsening, weights: &[f64], model: &D) -> (Vec<f64>, D) {
-    let coarse = level.restricted(weights, |v| model.is_known(v));
-    let model = model.restricted(level, weights, &coarse);
-    (coarse, model)
+    Ok((pair, Record { spent: begin.elapsed(), levels }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::data::constant::Mean;
-    use crate::data::{Data, Initial, PiecewiseConstant};
+    use crate::data::{Data, DataModel, Initial, PiecewiseConstant};
     use crate::mesh::Mesh;
     use crate::operator::Mass;
     use crate::run::Stop;
     use crate::samples::{bumpy, disjoint, rng, shape};
     use crate::segment::Alternation;
+    use crate::segment::estimate::ModelEstimate;
     use crate::solve::Request;
     use rand::RngExt;
+    use std::borrow::Cow;
     use std::ops::ControlFlow;
 
     /// The weight of an unknown vertex goes to no coarse vertex.
@@ -103,7 +86,10 @@ mod tests {
         });
         let data = Data::new(1, values.collect()).unwrap();
         let weights = Mass::Barycentric.weights(&mesh);
-        let (coarse, _) = restrict(&mesh.coarsened(), &weights, &PiecewiseConstant::new(&data));
+        let model = PiecewiseConstant::new(&data);
+        let estimate: &mut dyn Estimate =
+            &mut ModelEstimate::new(Cow::Borrowed(&model), Vec::new());
+        let coarse = estimate.restrict(&mesh.coarsened(), &weights);
         let known: f64 = data.known_area(&weights).iter().sum();
         assert!((coarse.iter().sum::<f64>() - known).abs() <= 1e-14);
     }
@@ -132,14 +118,15 @@ mod tests {
             let mass = request.mass.on(mesh);
             let integrate = &|s: &[Row<4>]| mass.integrate(s);
             let scale = model.scale(&request.mass.weights(mesh));
-            let finest =
-                JointProblem { mesh, model, integrate, scale, alternation, request, merge: true };
+            let finest = JointProblem { mesh, integrate, scale, alternation, request, merge: true };
             let given = given.map(|x| Mean { mean: vec![x] }).to_vec();
+            let mut estimate = ModelEstimate::new(Cow::Borrowed(model), given);
             let mut go = |sample: Option<&crate::run::Sample>| {
                 assert!(sample.is_none());
                 ControlFlow::Continue(())
             };
-            let (mu, pair, record) = start(&finest, given, &mut go).unwrap();
+            let (pair, record) = start(&finest, &mut estimate, &mut go).unwrap();
+            let mu = estimate.into_parameters();
             let means: Vec<f64> = mu.into_iter().flat_map(|mu| mu.mean).collect();
             assert_eq!(record.levels.len(), 1);
             let Pair { u, q } = pair.unwrap();

@@ -18,15 +18,13 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use super::alternation::{Alternation, JointProblem};
-use super::coarse::restrict;
-use super::compiled::Compiled;
+use super::estimate::{Estimate, ModelEstimate};
 use crate::coarse::Hierarchy;
-use crate::data::{DataModel, Initial, Scale};
+use crate::data::{DataModel, Initial, Scale, Weights};
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
-use crate::operator::Stencil;
 use crate::problem::rounded;
 use crate::regions::with_regions;
 use crate::run::Stop;
@@ -58,8 +56,20 @@ pub fn of_data<D: DataModel>(
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<f64> {
+    let estimate = &ModelEstimate::new(Cow::Borrowed(model), Vec::new());
+    of_estimate(mesh, estimate, alternation, request, observe)
+}
+
+/// Not generic, so that it is compiled here.
+fn of_estimate(
+    mesh: &Mesh,
+    estimate: &dyn Estimate,
+    alternation: &Alternation,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<f64> {
     let cells = barycentric_areas(mesh);
-    let initial = initial_lambda(model.scale(&cells).cost, cells.iter().sum());
+    let initial = initial_lambda(estimate.scale(&cells).cost, cells.iter().sum());
     if !initial.is_finite() {
         return Err(Error::unsuitable(
             "the costs of the data leave the range of double precision; scale the data down",
@@ -67,7 +77,7 @@ pub fn of_data<D: DataModel>(
     }
     let (usable, _) = model_mesh(mesh)?;
     let request = Request { lambda: initial, ..request.clone() };
-    let found = find_separating(&usable, model, alternation, &request, observe)?;
+    let found = find_separating(&usable, estimate, alternation, &request, observe)?;
     Ok(found.lambda.unwrap_or(initial))
 }
 
@@ -89,79 +99,68 @@ pub(super) struct Separation {
 ///
 /// # Errors
 /// Costs that leave the range of double precision, and a fit that fails.
-pub(super) fn find_separating<D: DataModel>(
+pub(super) fn find_separating(
     mesh: &Mesh,
-    model: &D,
+    estimate: &dyn Estimate,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Separation> {
     with_regions!(
         alternation.regions,
-        find_separating_compiled::<D>(mesh, model, alternation, request, observe)
+        find_separating_compiled(mesh, estimate, alternation, request, observe)
     )
 }
 
-fn find_separating_compiled<const M: usize, D: DataModel>(
+fn find_separating_compiled<const M: usize>(
     finest: &Mesh,
-    model: &D,
+    estimate: &dyn Estimate,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
-) -> Result<Separation>
-where
-    Stencil: Compiled<M>,
-{
+) -> Result<Separation> {
     let begin = Instant::now();
+    let estimate = &mut *estimate.without_parameters();
     let hierarchy = Hierarchy::down_to(finest, MAX_TRIAL_VERTICES);
-    let (mut weights, mut model) = (request.mass.weights(finest), Cow::Borrowed(model));
+    let mut weights = request.mass.weights(finest);
     for level in &hierarchy.levels {
-        let (coarse, restricted) = restrict(level, &weights, &*model);
-        (weights, model) = (coarse, Cow::Owned(restricted));
+        weights = estimate.restrict(level, &weights);
     }
-    let model = &*model;
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
-    let known = |(k, &w): (usize, &f64)| if model.is_known(k) { w } else { 0.0 };
+    let known = |(k, &w): (usize, &f64)| if estimate.is_known(k) { w } else { 0.0 };
     let known: Vec<f64> = weights.iter().enumerate().map(known).collect();
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
-    let mu = model.start(Initial::KMeans, alternation.regions, &known, &mut rng)?;
+    estimate.start(Initial::KMeans, alternation.regions, &known, &mut rng)?;
 
     let integrate = |s: &[Row<M>]| s.iter().zip(&known).map(|(&s, &w)| s * w).collect();
-    let scale = model.scale(&known);
+    let scale = estimate.scale(&known);
     let stop = Stop {
         relative_gap: Some(TRIAL_GAP),
         iterations: Some(MAX_TRIAL_STEPS),
         ..request.stop.after(begin.elapsed())
     };
-    let explained = |labels: &[Row<M>]| Explained::of(labels, model, &mu, &known, scale);
-    let clusters = explained(&labels_without_cuts(model, &mu))?;
+    let clusters = Explained::of(&labels_without_cuts::<M>(estimate), estimate, &known, scale)?;
     let not_found = Separation { regions: clusters.regions, lambda: None };
     if clusters.costs <= 0.0 {
         return Ok(not_found);
     }
     for i in 0..MAX_TRIALS {
         let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
-        let joint = JointProblem {
-            mesh,
-            model,
-            integrate: &integrate,
-            scale,
-            alternation,
-            request,
-            merge: false,
-        };
-        let problem = joint.problem(&mu)?;
+        let joint =
+            JointProblem { mesh, integrate: &integrate, scale, alternation, request, merge: false };
+        estimate.reset();
+        let problem = joint.problem(estimate)?;
         let mut flow = std::ops::ControlFlow::Continue(());
         let mut observe = |_: Option<&_>| {
             flow = observe(None);
             flow
         };
         let spent = begin.elapsed();
-        let found = joint.alternate(problem, mu.clone(), None, spent, &stop, &mut observe)?;
+        let found = joint.alternate(estimate, problem, None, spent, &stop, &mut observe)?;
         if flow.is_break() {
             return Ok(not_found);
         }
-        let reached = explained(&rounded(found.run.best_u()))?;
+        let reached = Explained::of(&rounded(found.run.best_u()), estimate, &known, scale)?;
         if reached.regions >= clusters.regions && reached.costs >= EXPLAINED_SHARE * clusters.costs
         {
             return Ok(Separation { lambda: Some(request.lambda), ..not_found });
@@ -171,12 +170,9 @@ where
 }
 
 /// The labels of minimum cost at each vertex, ignoring cuts.
-fn labels_without_cuts<D: DataModel, const M: usize>(
-    model: &D,
-    mu: &[D::Parameters],
-) -> Vec<Row<M>> {
-    let s: Vec<Row<M>> = model.costs(mu);
-    let cheapest = |s: &Row<M>| (0..mu.len()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
+fn labels_without_cuts<const M: usize>(estimate: &dyn Estimate) -> Vec<Row<M>> {
+    let s: Vec<Row<M>> = estimate.costs();
+    let cheapest = |s: &Row<M>| (0..estimate.regions()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
     s.iter().map(|s| Row::one_hot(cheapest(s).expect("there are regions"))).collect()
 }
 
@@ -197,35 +193,31 @@ const SPECK_AREA_SHARE: f64 = 1e-3;
 const DISTINCT_DISTANCE: f64 = 0.25;
 
 impl Explained {
-    /// For one-hot labels and the weights of the known vertices; fits start from `mu`.
-    fn of<D: DataModel, const M: usize>(
+    /// For one-hot labels and the weights of the known vertices; fits start from the initial parameters.
+    fn of<const M: usize>(
         labels: &[Row<M>],
-        model: &D,
-        mu: &[D::Parameters],
+        estimate: &mut dyn Estimate,
         known: &[f64],
         scale: Scale,
     ) -> Result<Self> {
-        let fitted = |labels: &dyn Fn(usize) -> Row<M>, mu: &[D::Parameters]| -> Result<_> {
+        let mut fitted = |labels: &dyn Fn(usize) -> Row<M>| -> Result<f64> {
             let weights: Vec<Row<M>> =
                 known.iter().enumerate().map(|(k, &w)| labels(k) * w).collect();
-            let mut mu = mu.to_vec();
-            model.fit(&weights, &mut mu)?;
-            let costs: f64 =
-                model.costs::<M>(&mu).iter().zip(&weights).map(|(&s, w)| w.dot(s)).sum();
-            Ok((mu, costs))
+            estimate.reset();
+            estimate.fit(Weights::of(&weights))?;
+            Ok(estimate.costs::<M>().iter().zip(&weights).map(|(&s, w)| w.dot(s)).sum())
         };
-        let (_, one) = fitted(&|_| Row::one_hot(0), &mu[..1])?;
-        let (mu, within) = fitted(&|k| labels[k], mu)?;
-        let mut mass = vec![0.0; mu.len()];
+        let one = fitted(&|_| Row::one_hot(0))?;
+        let within = fitted(&|k| labels[k])?;
+        let mut mass = vec![0.0; estimate.regions()];
         labels.iter().zip(known).for_each(|(u, &w)| mass[u.argmax()] += w);
         let total: f64 = mass.iter().sum();
-        let mut different: Vec<&D::Parameters> = Vec::new();
-        for (mu, mass) in mu.iter().zip(mass) {
-            let new = different
-                .iter()
-                .all(|other| D::distance(mu, other) > DISTINCT_DISTANCE * scale.distance);
-            if new && mass > SPECK_AREA_SHARE * total {
-                different.push(mu);
+        let mut different: Vec<usize> = Vec::new();
+        for (p, mass) in mass.into_iter().enumerate() {
+            let distinct =
+                |&other: &usize| estimate.distance(p, other) > DISTINCT_DISTANCE * scale.distance;
+            if mass > SPECK_AREA_SHARE * total && different.iter().all(distinct) {
+                different.push(p);
             }
         }
         Ok(Explained { costs: one - within, regions: different.len() })

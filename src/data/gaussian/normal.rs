@@ -5,13 +5,14 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Maximum dimension of the data: a covariance has d (d + 1) / 2 numbers, and a region has to determine them.
 pub const MAX_DIMENSION: usize = 16;
 
 /// mu_p and Sigma_p.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Moments {
     /// d numbers, in the units of the data.
     pub mean: Vec<f64>,
@@ -20,6 +21,23 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Fails with a message if Sigma is not a symmetric positive definite matrix of the dimension of mu.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let (d, rows) = (self.mean.len(), &self.covariance);
+        if rows.len() != d || rows.iter().any(|row| row.len() != d) {
+            return Err(
+                "the covariance must have as many rows and columns as the mean has numbers",
+            );
+        }
+        if (0..d).any(|i| (0..i).any(|j| rows[i][j] != rows[j][i])) {
+            return Err("the covariance is not symmetric");
+        }
+        let sigma = DMatrix::from_fn(d, d, |i, j| rows[i][j]);
+        let regular =
+            sigma.cholesky().is_some_and(|factor| factor.l().iter().all(|l| l.is_finite()));
+        if regular { Ok(()) } else { Err("the covariance is not positive definite") }
+    }
+
     /// Sigma = L L^T, L lower triangular. Panics if Sigma is not positive definite.
     fn factor(&self) -> DMatrix<f64> {
         let d = self.mean.len();

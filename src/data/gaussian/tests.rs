@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::*;
+use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::operator::{Mass, Quadrature};
 use crate::samples::{
@@ -125,7 +126,7 @@ fn the_fit_is_the_minimizer() {
         let mut mu = three();
         let before = energy(&mu);
         let weights = quadrature.integrate(&u);
-        model.fit(&weights, &mut mu).unwrap();
+        model.fit(Weights::of(&weights), &mut mu).unwrap();
         let minimum = energy(&mu);
         assert!(minimum < before);
         let total: f64 = weights.iter().map(|w| w.0.iter().sum::<f64>()).sum();
@@ -157,7 +158,7 @@ fn the_fit_is_the_minimizer() {
                 assert!(rise >= -1e-12 * total, "{mass:?}, {scale}: {rise}");
             }
         }
-        assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
+        assert_eq!(model.fit(Weights::of(&weights), &mut mu).unwrap(), 0.0);
     }
 }
 
@@ -168,7 +169,7 @@ fn the_cost_of_a_fitted_region_is_its_entropy() {
     for (mesh, data, u, mass) in to_fit(155) {
         let (model, quadrature) = (Gaussian::new(&data).unwrap(), mass.on(&mesh));
         let (weights, mut mu) = (quadrature.integrate(&u), three());
-        model.fit(&weights, &mut mu).unwrap();
+        model.fit(Weights::of(&weights), &mut mu).unwrap();
         let entropy =
             |mu: &Moments| 0.5 * matrix(mu).determinant().ln() + 1.0 + std::f64::consts::TAU.ln();
         let region = |p: usize| weights.iter().map(|w| w.0[p]).sum::<f64>() * entropy(&mu[p]);
@@ -195,7 +196,10 @@ fn models_are_affinely_equivariant() {
             .map(|model| model.start(initial, 3, &[1.0; 500], &mut rng(158)).unwrap());
         for fitted in [false, true] {
             if fitted {
-                models.iter().zip(&mut mu).for_each(|(model, mu)| _ = model.fit(&u, mu).unwrap());
+                models
+                    .iter()
+                    .zip(&mut mu)
+                    .for_each(|(model, mu)| _ = model.fit(Weights::of(&u), mu).unwrap());
             }
             for (one, other) in mu[0].iter().zip(&mu[1]) {
                 let mean = image(&one.mean);
@@ -245,8 +249,8 @@ fn unknown_vertices_count_for_nothing() {
     let u = random_labels::<3>(80, 3, &mut rng(160));
     let of_known: Vec<Row<3>> = u.iter().step_by(2).copied().collect();
     let (mut mu, mut expected) = (three(), three());
-    all.fit(&u, &mut mu).unwrap();
-    some.fit(&of_known, &mut expected).unwrap();
+    all.fit(Weights::of(&u), &mut mu).unwrap();
+    some.fit(Weights::of(&of_known), &mut expected).unwrap();
     assert_eq!(mu, expected);
     let costs = all.costs::<3>(&mu);
     assert!(costs.iter().skip(1).step_by(2).all(|s| *s == Row::ZERO));
@@ -260,7 +264,7 @@ fn an_empty_region_keeps_its_parameters() {
     let model = Gaussian::new(&data).unwrap();
     let mut mu = three();
     let first = mu.clone();
-    let change = model.fit(&[Row([0.2, 0.0, 0.0]); 9], &mut mu).unwrap();
+    let change = model.fit(Weights::of(&[Row([0.2, 0.0, 0.0]); 9]), &mut mu).unwrap();
     assert_eq!(mu[1..], first[1..]);
     assert_eq!(change, Gaussian::distance(&mu[0], &first[0]));
     // Costs of the regions that pad a row are zero.
@@ -320,8 +324,8 @@ fn the_fit_of_coarse_data_is_that_of_the_fine_ones() {
         u.iter().zip(w).map(|(&u, &w)| u * w).collect()
     };
     let (mut mu, mut expected) = (three(), three());
-    restricted.fit(&weighted(&u, &coarse), &mut mu).unwrap();
-    model.fit(&weighted(&fine, &weights), &mut expected).unwrap();
+    restricted.fit(Weights::of(&weighted(&u, &coarse)), &mut mu).unwrap();
+    model.fit(Weights::of(&weighted(&fine, &weights)), &mut expected).unwrap();
     for (mu, expected) in mu.iter().zip(&expected) {
         assert!(Gaussian::distance(mu, expected) < 1e-12);
     }
@@ -403,7 +407,7 @@ fn degenerate_data_have_finite_costs() {
     let differences = |data: &Data| -> Vec<f64> {
         let model = Gaussian::new(data).unwrap();
         let mut mu = model.start(Initial::KMeans, 3, &[1.0; 200], &mut rng(170)).unwrap();
-        model.fit(&u, &mut mu).unwrap();
+        model.fit(Weights::of(&u), &mut mu).unwrap();
         let costs = model.costs::<3>(&mu);
         costs.iter().flat_map(|s| [s.0[1] - s.0[0], s.0[2] - s.0[0]]).collect()
     };

@@ -3,6 +3,7 @@
 use super::*;
 use crate::data::PiecewiseConstant;
 use crate::data::constant::Mean;
+use crate::field::Row;
 use crate::operator::Mass;
 use crate::samples::{bumpy, fitted_energy, random_data, random_labels, rng, shape, to_fit};
 
@@ -27,7 +28,7 @@ fn the_fit_is_the_minimizer() {
         let mut mu = medians([&[0.1, 0.9], &[0.5, 0.5], &[2.0, -1.0]]);
         let before = energy(&mu);
         let weights = quadrature.integrate(&u);
-        model.fit(&weights, &mut mu).unwrap();
+        model.fit(Weights::of(&weights), &mut mu).unwrap();
         let least = energy(&mu);
         assert!(least < before);
         let moves = [1e-6, 1e-3, 1e-2, 0.1, 0.5, 3.0].into_iter().flat_map(|d| [d, -d]);
@@ -41,7 +42,7 @@ fn the_fit_is_the_minimizer() {
                 assert!(rise >= expected - 1e-13 * before, "{mass:?}, {d}: {rise}");
             }
         }
-        assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
+        assert_eq!(model.fit(Weights::of(&weights), &mut mu).unwrap(), 0.0);
     }
 }
 
@@ -53,13 +54,13 @@ fn the_nearest_of_many_medians_is_taken() {
     let model = L1::new(&data);
     for (before, after) in [(2.0, 2.0), (0.0, 1.0), (9.0, 3.0), (1.0, 1.0)] {
         let mut mu = medians([&[before]]);
-        let change = model.fit(&[Row([1.0]); 4], &mut mu).unwrap();
+        let change = model.fit(Weights::of(&[Row([1.0]); 4]), &mut mu).unwrap();
         assert_eq!((mu[0].median[0], change), (after, f64::abs(after - before)));
     }
     // A vertex without weight does not bound the gap.
     let weights = [1.0, 1.0, 0.0, 0.0].map(|w| Row([w]));
     let mut mu = medians([&[1.5]]);
-    assert_eq!(model.fit(&weights, &mut mu).unwrap(), 0.0);
+    assert_eq!(model.fit(Weights::of(&weights), &mut mu).unwrap(), 0.0);
 }
 
 /// As long as more than half of a region has one value, the rest does not matter.
@@ -70,7 +71,7 @@ fn outliers_do_not_move_the_median() {
         let rows: Vec<Row<1>> =
             (0..100).map(|k| Row([if k < 60 { 1.0 } else { weight }])).collect();
         let mut mu = medians([&[0.5]]);
-        L1::new(&data).fit(&rows, &mut mu).unwrap();
+        L1::new(&data).fit(Weights::of(&rows), &mut mu).unwrap();
         mu[0].median[0]
     };
     for far in [0.5, -3.0, 1e9, -1e300] {
@@ -87,7 +88,7 @@ fn unknown_vertices_are_ignored() {
     let model = L1::new(&data);
     let mut mu = medians([&[0.0, 0.0], &[3.0, 1.0]]);
     assert_eq!(model.costs::<2>(&mu)[1], Row::ZERO);
-    model.fit(&[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.25, 2.0])], &mut mu).unwrap();
+    model.fit(Weights::of(&[Row([0.5, 0.0]), Row([9.0, 9.0]), Row([0.25, 2.0])]), &mut mu).unwrap();
     assert_eq!(mu, medians([&[0.0, 1.0], &[4.0, 3.0]]));
     assert_eq!(model.scale(&[1.0, 5.0, 1.0]).distance, 3.0);
 }
@@ -216,9 +217,9 @@ fn the_fit_of_coarse_data_is_the_minimizer() {
     };
     let mut mu = medians([&[0.1, 0.9], &[0.5, 0.5], &[2.0, -1.0]]);
     let before = energy(&mu);
-    model.fit(&weights, &mut mu).unwrap();
+    model.fit(Weights::of(&weights), &mut mu).unwrap();
     let least = energy(&mu);
-    assert!(least < before && model.fit(&weights, &mut mu).unwrap() == 0.0);
+    assert!(least < before && model.fit(Weights::of(&weights), &mut mu).unwrap() == 0.0);
     for (p, i, d) in (0..3).flat_map(|p| [(p, 0, 0.01), (p, 1, -0.01), (p, 0, -0.3), (p, 1, 0.3)]) {
         let mut moved = mu.clone();
         moved[p].median[i] += d;

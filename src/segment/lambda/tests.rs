@@ -9,11 +9,17 @@ use crate::segment::segment;
 use rand::RngExt;
 use std::ops::ControlFlow;
 
+/// The piecewise constant model of these data, without parameters.
+fn estimate(data: &Data) -> ModelEstimate<'_, PiecewiseConstant<'_>> {
+    ModelEstimate::new(Cow::Owned(PiecewiseConstant::new(data)), Vec::new())
+}
+
 fn explained(labels: &[Row<4>], data: &Data, area: &[f64]) -> Explained {
-    let model = PiecewiseConstant::new(data);
+    let mut estimate = estimate(data);
     let mut rng = Pcg64::seed_from_u64(0);
-    let mu = model.start(Initial::Random, 4, area, &mut rng).unwrap();
-    Explained::of(labels, &model, &mu, area, model.scale(area)).unwrap()
+    estimate.start(Initial::Random, 4, area, &mut rng).unwrap();
+    let scale = estimate.scale(area);
+    Explained::of(labels, &mut estimate, area, scale).unwrap()
 }
 
 /// Total variance minus the variance within the regions is the variance between their means.
@@ -81,7 +87,7 @@ fn searched(mesh: &Mesh, data: &Data, request: &Request, from: f64) -> (Separati
         ControlFlow::Continue(())
     };
     let request = Request { lambda: from, ..request.clone() };
-    let model = PiecewiseConstant::new(data);
+    let model = estimate(data);
     let found = find_separating(mesh, &model, &alternation(), &request, &mut observe).unwrap();
     (found, calls)
 }
@@ -93,7 +99,7 @@ fn the_first_lambda_that_keeps_all_regions_is_taken() {
     let mesh = crate::samples::shape("sphere:3");
     let band = |z: f64| if z > 0.9 { 1.0 } else { 0.5 * f64::from(z > 0.0) };
     let data = Data::new(1, mesh.vertices.iter().map(|x| band(x.z)).collect()).unwrap();
-    let model = PiecewiseConstant::new(&data);
+    let model = estimate(&data);
     let (alternation, request) = (alternation(), request());
     let mut go = |_: Option<&crate::run::Sample>| std::ops::ControlFlow::Continue(());
     let mut found = |from: f64| {
@@ -105,7 +111,7 @@ fn the_first_lambda_that_keeps_all_regions_is_taken() {
     assert!(lambda < 2.0 && (2.0 / lambda).log2().fract() == 0.0, "{lambda}");
     let mut empty = |lambda: f64| {
         let request = Request { lambda, ..request.clone() };
-        let found = segment(&mesh, &model, &alternation, &request, &mut go);
+        let found = segment(&mesh, &PiecewiseConstant::new(&data), &alternation, &request, &mut go);
         found.unwrap().solution.summary.empty_regions.len()
     };
     assert_eq!(empty(lambda), 0);
@@ -159,8 +165,9 @@ fn two_thirds_of_the_explainable_costs_are_enough() {
     let labels: Vec<Row<4>> = labels.iter().map(|&p| Row::one_hot(p as usize)).collect();
     let cells = barycentric_areas(&mesh);
     let mut rng = Pcg64::seed_from_u64(0);
-    let mu = model.start(Initial::KMeans, 3, &cells, &mut rng).unwrap();
-    let clusters = explained(&labels_without_cuts(&model, &mu), &data, &cells);
+    let mut estimate = estimate(&data);
+    estimate.start(Initial::KMeans, 3, &cells, &mut rng).unwrap();
+    let clusters = explained(&labels_without_cuts(&estimate), &data, &cells);
     let kept = explained(&labels, &data, &cells);
     assert_eq!((clusters.regions, kept.regions, found.regions), (3, 3, 3));
     assert!(kept.costs < 0.95 * clusters.costs && kept.costs >= EXPLAINED_SHARE * clusters.costs);
@@ -219,6 +226,7 @@ fn an_interrupted_search_returns_the_initial_lambda() {
     // The labels of an interrupted trial do not count.
     let request = Request { lambda, ..request() };
     let mut observe = |_: Option<&Sample>| ControlFlow::Break(());
+    let model = estimate(&data);
     let found = find_separating(&mesh, &model, &alternation(), &request, &mut observe).unwrap();
     assert_eq!(found.lambda, None);
 }

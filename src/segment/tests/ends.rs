@@ -169,7 +169,8 @@ fn the_advice_about_empty_regions_helps() {
     let alternation = alternation(Initial::KMeans, 5);
     let half = Request { lambda: 1.5, ..large.clone() };
     let model = PiecewiseConstant::new(&data);
-    let found = lambda::find_separating(&mesh, &model, &alternation, &half, &mut go).unwrap();
+    let estimate = ModelEstimate::new(Cow::Borrowed(&model), Vec::new());
+    let found = lambda::find_separating(&mesh, &estimate, &alternation, &half, &mut go).unwrap();
     let first = found.lambda.unwrap();
     let advised = 0.5 * first;
     // The search starts at half of the lambda that was too large.

@@ -18,7 +18,7 @@ use super::*;
 use crate::data::constant::Mean;
 use crate::data::gaussian::{Gaussian, Moments};
 use crate::data::l1::Median;
-use crate::data::{Data, Initial, L1, PiecewiseConstant, Scale};
+use crate::data::{Cost, Data, Initial, L1, PiecewiseConstant, Scale, Weights};
 use crate::mesh::coarsen::Coarsening;
 use crate::operator::Mass;
 use crate::run::{Sample, Stop};
@@ -157,7 +157,7 @@ fn the_energy_of_a_model_does_not_rise<D: DataModel>(
             let gap = 1e-4 * (energy - baseline);
             assert!(energy <= before + gap, "{mass:?}: {before} {energy}");
             let u = regions::rows::<3>(solution.u.view());
-            model.fit::<3>(&mass.on(mesh).integrate(&u), &mut mu).unwrap();
+            model.fit(Weights::of(&mass.on(mesh).integrate::<3>(&u)), &mut mu).unwrap();
             let problem = problem_of::<3>(mesh, 3, model.costs(&mu), &request).unwrap();
             before = problem.baseline + problem.energy(&u);
             let rounding = 1e-12 * (energy - baseline);

@@ -72,13 +72,19 @@ impl DataModel for Odd<'_> {
         self.model.start(initial, m, w, rng)
     }
 
-    fn costs<const M: usize>(&self, mu: &[Mean]) -> Vec<Row<M>> {
-        let s: Vec<Row<M>> = self.model.costs(mu);
-        let offset = |k: usize| f64::from(u8::from(self.is_known(k))) * (2.0 + (k as f64).sin());
-        (0..s.len()).map(|k| s[k] - Row([offset(k); M])).collect()
+    fn check(&self, mu: &[Mean]) -> Result<()> {
+        self.model.check(mu)
     }
 
-    fn fit<const M: usize>(&self, weights: &[Row<M>], mu: &mut [Mean]) -> Result<f64> {
+    fn cost<'a>(&'a self, mu: &'a [Mean]) -> Cost<'a> {
+        let cost = self.model.cost(mu);
+        Box::new(move |k, s| {
+            cost(k, s);
+            s.iter_mut().for_each(|s| *s -= 2.0 + (k as f64).sin());
+        })
+    }
+
+    fn fit(&self, weights: Weights<'_>, mu: &mut [Mean]) -> Result<f64> {
         match self.fits.fetch_sub(1, Relaxed) {
             0 => Err(crate::Error::unsuitable("the fit failed")),
             _ => self.model.fit(weights, mu).map(|change| if self.settles { change } else { 1e9 }),
