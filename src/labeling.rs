@@ -11,6 +11,7 @@ use ndarray::Array2;
 use crate::data::{Data, DataModel, ModelName, ModelTask, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::names::Named;
 use crate::segment::{Alternation, Segmentation, lambda, segment};
 use crate::solve::{Observer, Request, Solution, solve};
 use crate::start::Start;
@@ -26,6 +27,16 @@ pub enum Labeler {
     Given(ModelName, Vec<serde_json::Value>),
     /// A baseline.
     Baseline(Baseline),
+}
+
+impl Labeler {
+    /// The name of the model or the baseline.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Labeler::Estimated(model) | Labeler::Given(model, _) => model.name(),
+            Labeler::Baseline(baseline) => baseline.name(),
+        }
+    }
 }
 
 /// Labels and the parameters of their regions.

@@ -7,6 +7,7 @@ mod evaluate;
 mod experiment;
 mod inputs;
 mod interrupt;
+mod means;
 mod mesh;
 mod operators;
 mod output;

@@ -6,18 +6,20 @@ use meshseg::colormap::categorical;
 use meshseg::data::input::{self, DataSource, InputData, Mapping};
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
-use meshseg::data::{DataModel, Gaussian, Initial, L1, PiecewiseConstant, palette};
+use meshseg::data::{Initial, ModelName, palette};
+use meshseg::labeling::{Baseline, Labeler, Labeling, label};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Normalize, Source, Weld};
 use meshseg::names::Named;
 use meshseg::outcome::{self, Looks, PicturedData};
 use meshseg::render;
-use meshseg::segment::{Alternation, Segmentation, lambda, segment};
+use meshseg::segment::Alternation;
 use meshseg::solve::{Request, Solution, Summary, check_mesh};
-use meshseg::{Result, sweep};
+use meshseg::{Error, Result, sweep};
 use serde::Serialize;
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
+use super::means::{self, Means};
 use super::progress::Progress;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, named, note, one_line, preview, print, table, warn, welding};
@@ -55,14 +57,27 @@ pub struct Arguments {
     texel: Texel,
 
     /// Number of regions, 2 to 64
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true)]
-    regions: u8,
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true,
+        required_unless_present_any = ["means", "thresholds"], conflicts_with_all = ["means", "thresholds"])]
+    regions: Option<u8>,
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
     /// outliers, costs are absolute differences, summed over the columns of the data; gaussian: normally distributed
-    /// with a mean and a covariance, costs are negative log densities, for regions that differ by their spread as well
-    #[arg(long, value_parser = named::<Model>(), default_value = "constant")]
-    model: Model,
+    /// with a mean and a covariance, costs are negative log densities, for regions that differ by their spread as well.
+    /// Baselines that ignore cuts, scored by the energy and bound of constant for their means: kmeans, the nearest
+    /// center of area-weighted k-means; threshold, the classes of least variance of data with one number per vertex
+    /// (Otsu's method), or those of --thresholds [default: constant, or that of the parameters]
+    #[arg(long, value_parser = named::<Model>())]
+    model: Option<Model>,
+
+    /// Region parameters that stay as they are: FILE.npy with one row of means (medians for l1) per region, or the
+    /// summary.json of an earlier run
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["every", "init", "thresholds"])]
+    means: Option<PathBuf>,
+
+    /// Thresholds of --model threshold, ascending, separated by commas
+    #[arg(long, value_name = "T,...", value_delimiter = ',', allow_negative_numbers = true)]
+    thresholds: Vec<f64>,
 
     /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1, of length
     /// for gaussian) [default: 0.02 times the variance of the data (half of their mean deviation for l1, half of their
@@ -110,12 +125,55 @@ Examples:
   meshseg segment grid:300x200 --data image:photo.jpg --regions 3 --out results/photo
   meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny";
 
-#[derive(Clone, Copy, EnumString, IntoStaticStr, VariantNames)]
+#[derive(Clone, Copy, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "lowercase")]
 enum Model {
     Constant,
     L1,
     Gaussian,
+    KMeans,
+    Threshold,
+}
+
+impl Arguments {
+    fn labeler(&self) -> Result<Labeler> {
+        let named = match self.model {
+            Some(model @ (Model::Constant | Model::L1 | Model::Gaussian)) => {
+                ModelName::named(model.name())
+            }
+            _ => None,
+        };
+        let baseline = matches!(self.model, Some(Model::KMeans | Model::Threshold));
+        if baseline && let Some(path) = &self.means {
+            let message = "--means does not apply to a baseline, which has means of its own";
+            return Err(Error::unsuitable(message).of_file(path));
+        }
+        if !self.thresholds.is_empty() && self.model != Some(Model::Threshold) {
+            return Err(Error::unsuitable("--thresholds needs --model threshold"));
+        }
+        Ok(match (self.model, &self.means) {
+            (_, Some(path)) => {
+                let Means { model, parameters } = means::read(path, named)?;
+                Labeler::Given(model, parameters)
+            }
+            (Some(Model::KMeans), _) => Labeler::Baseline(Baseline::KMeans { seed: self.seed }),
+            (Some(Model::Threshold), _) if self.thresholds.is_empty() => {
+                Labeler::Baseline(Baseline::Otsu)
+            }
+            (Some(Model::Threshold), _) => {
+                Labeler::Baseline(Baseline::Thresholds(self.thresholds.clone()))
+            }
+            _ => Labeler::Estimated(named.unwrap_or_default()),
+        })
+    }
+
+    /// m.
+    fn region_count(&self, labeler: &Labeler) -> usize {
+        match labeler {
+            Labeler::Given(_, parameters) => parameters.len(),
+            _ => self.regions.map_or(self.thresholds.len() + 1, usize::from),
+        }
+    }
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -125,23 +183,26 @@ pub fn run(arguments: &Arguments) -> Outcome {
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(arguments.lambda.unwrap_or(0.0))?;
+    request.check()?;
+    let labeler = arguments.labeler()?;
     let surface = Surface::read(arguments)?;
     let input = surface.input(arguments)?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
 
-    let mut found = segmented(&surface, &input, arguments, request)?;
+    let mut found = labeled(&surface, &input, &labeler, arguments, &request)?;
     let lambda = found.solution.summary.lambda;
     found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
+    found.solution.summary.warnings.extend(mapped_data(&input, &labeler));
     if let Some(weld) = &surface.weld {
         found.solution = found.solution.spread(&surface.mesh, weld);
     }
-    let summary = summary(&found, &surface, &input, arguments);
+    let summary = summary(&found, &surface, &input, &labeler, arguments);
     let looks = looks(&found, &surface, &input, solving);
     outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks)?;
 
     surface.report(arguments);
     warn(&found.solution.summary.warnings);
-    let printed = print(&report(&found, lambda, arguments));
+    let printed = print(&report(&found, lambda, &labeler, arguments));
     exit(found.solution.summary.status, printed)
 }
 
@@ -210,10 +271,20 @@ fn warnings(surface: &Surface, input: &InputData, arguments: &Arguments) -> Vec<
     warnings
 }
 
+/// Given parameters are in the units of the data as they are segmented, which may depend on the mesh.
+fn mapped_data(input: &InputData, labeler: &Labeler) -> Option<String> {
+    let (Labeler::Given(..), Some([low, high])) = (labeler, input.unit_range) else { return None };
+    Some(format!(
+        "the given means refer to data from 0 to 1, to which {low:.3e} and {high:.3e} are mapped on this mesh; means of \
+         another mesh have other units"
+    ))
+}
+
 fn summary<'a>(
     found: &'a Found,
     surface: &Surface,
     input: &'a InputData,
+    labeler: &Labeler,
     arguments: &Arguments,
 ) -> SegmentSummary<'a> {
     SegmentSummary {
@@ -224,8 +295,8 @@ fn summary<'a>(
         data_sign: input.sign,
         welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
-        model: arguments.model.name(),
-        init: arguments.init.name(),
+        model: labeler.name(),
+        init: if let Labeler::Given(..) = labeler { "given" } else { arguments.init.name() },
         seed: arguments.seed,
         every: arguments.every,
         re_estimations: found.estimates,
@@ -260,7 +331,7 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
 }
 
 /// The text that is printed at the end.
-fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
+fn report(found: &Found, lambda: f64, labeler: &Labeler, arguments: &Arguments) -> String {
     let mut lines = summary_lines(&found.solution.summary);
     if arguments.lambda.is_none() {
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
@@ -268,70 +339,50 @@ fn report(found: &Found, lambda: f64, arguments: &Arguments) -> String {
     }
     lines.push(("written to", arguments.solving.out.display().to_string()));
     let table = regions_table(found.value_name, &found.regions);
-    table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, lambda)
+    table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)
 }
 
-/// The result for a data model of any type.
+/// The labels, and the regions as they are shown.
 struct Found {
     solution: Solution,
     regions: Vec<Region>,
-    /// [`DataModel::VALUE_NAME`] of the model.
+    /// [`Labeling::value_name`].
     value_name: &'static str,
     estimates: usize,
 }
 
-/// Segments the data by the model that the arguments name.
-fn segmented(
+/// Labels the data by the method that the arguments name; chooses lambda for them if none is given.
+fn labeled(
     surface: &Surface,
     input: &InputData,
+    labeler: &Labeler,
     arguments: &Arguments,
-    request: Request,
-) -> Result<Found> {
-    let (mesh, data) = (&surface.scaled, &input.data);
-    match arguments.model {
-        Model::Constant => {
-            segmented_by(mesh, &PiecewiseConstant::new(data), input, arguments, request)
-        }
-        Model::L1 => segmented_by(mesh, &L1::new(data), input, arguments, request),
-        Model::Gaussian => {
-            let model = Gaussian::new(data);
-            let model = model.map_err(|error| error.of_file(Path::new(&input.name)))?;
-            segmented_by(mesh, &model, input, arguments, request)
-        }
-    }
-}
-
-/// Segments the data; first chooses lambda for them if none is given.
-fn segmented_by<D: DataModel>(
-    mesh: &Mesh,
-    model: &D,
-    input: &InputData,
-    arguments: &Arguments,
-    mut request: Request,
+    request: &Request,
 ) -> Result<Found> {
     let alternation = Alternation {
-        regions: usize::from(arguments.regions),
+        regions: arguments.region_count(labeler),
         initial: arguments.init,
         seed: arguments.seed,
         every: arguments.every,
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    if arguments.lambda.is_none() {
-        request.lambda = lambda::of_data(mesh, model, &alternation, &request, &mut observe)
-            .map_err(|error| error.of_file(Path::new(&input.name)))?;
-    }
-    let segmentation = segment(mesh, model, &alternation, &request, &mut observe)?;
+    let (mesh, data, lambda) = (&surface.scaled, &input.data, arguments.lambda);
+    let labeling = label(mesh, data, labeler, &alternation, lambda, request, &mut observe)
+        .map_err(|error| error.of_file(Path::new(&input.name)))?;
     progress.finish();
-    let regions = describe_regions::<D>(&segmentation, input, &barycentric_areas(mesh));
-    let Segmentation { solution, estimates, .. } = segmentation;
-    Ok(Found { solution, regions, value_name: D::VALUE_NAME, estimates })
+    let regions = describe_regions(&labeling, input, &barycentric_areas(mesh));
+    let Labeling { solution, value_name, estimates, .. } = labeling;
+    Ok(Found { solution, regions, value_name, estimates })
 }
 
 /// Suggests what to inspect and what to try next.
-fn next_step(arguments: &Arguments, lambda: f64) -> String {
+fn next_step(arguments: &Arguments, labeler: &Labeler, lambda: f64) -> String {
     let picture = if arguments.solving.no_preview { "segmented.ply" } else { "preview.png" };
     let picture = arguments.solving.out.join(picture);
+    if let Labeler::Baseline(_) = labeler {
+        return format!("see {}\n", picture.display());
+    }
     let try_next = if lambda > 0.0 {
         format!("--lambda {:.1e} for fewer cuts, {:.1e} for more", 2.0 * lambda, 0.5 * lambda)
     } else {
@@ -346,7 +397,7 @@ struct Region {
     /// mu_p, under the names of the model.
     #[serde(flatten)]
     parameters: serde_json::Value,
-    /// Their numbers, see [`DataModel::value`].
+    /// Their numbers, see [`RegionParameters`](meshseg::labeling::RegionParameters).
     #[serde(skip)]
     value: Vec<f64>,
     /// As which it is drawn.
@@ -379,27 +430,23 @@ struct SegmentSummary<'a> {
     region_parameters: &'a [Region],
 }
 
-fn describe_regions<D: DataModel>(
-    segmentation: &Segmentation<D::Parameters>,
-    input: &InputData,
-    area: &[f64],
-) -> Vec<Region> {
-    let m = segmentation.parameters.len();
+fn describe_regions(labeling: &Labeling, input: &InputData, area: &[f64]) -> Vec<Region> {
+    let m = labeling.regions.len();
     let mut areas = vec![0.0; m];
-    let labels = &segmentation.solution.labels;
+    let labels = &labeling.solution.labels;
     for (&label, area) in labels.iter().zip(area) {
         areas[label as usize] += area;
     }
     let colors = preview::means(&input.colors, labels, area, m);
     let total: f64 = area.iter().sum();
-    let parameters = segmentation.parameters.iter();
+    let parameters = labeling.regions.iter();
     parameters
         .zip(areas)
         .zip(colors)
         .enumerate()
         .map(|(p, ((parameters, area), color))| Region {
-            parameters: serde_json::to_value(parameters).expect("a map of numbers"),
-            value: D::value(parameters).to_vec(),
+            parameters: parameters.all.clone(),
+            value: parameters.value.clone(),
             palette: categorical(p),
             color,
             area,

@@ -164,7 +164,12 @@ pub fn labeled(
         solver: baseline.name().to_owned(),
         solver_options: BTreeMap::new(),
         status,
-        status_sentence: status.sentence().into(),
+        status_sentence: match status {
+            Status::Ended => {
+                "ended: the baseline ignores cuts; the bound is that of its means".into()
+            }
+            status => status.sentence().into(),
+        },
         iterations: 0,
         seconds,
         energy,

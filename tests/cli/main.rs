@@ -4,6 +4,7 @@ mod cases;
 mod evaluate;
 mod experiment;
 mod inputs;
+mod labeling;
 mod mesh;
 mod operators;
 mod readme;
