@@ -26,6 +26,7 @@
 
 #![warn(missing_docs)]
 
+pub mod agreement;
 pub mod certificate;
 pub mod coarse;
 pub mod colormap;

@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 success, 1 bad input or I/O error, 2 usage, 130 interrupted (results so far are written completely).
 
+mod compare;
 mod completions;
 mod evaluate;
 mod experiment;
@@ -53,6 +54,7 @@ enum Verb {
     Segment(segment::Arguments),
     Solve(solve::Arguments),
     Evaluate(evaluate::Arguments),
+    Compare(compare::Arguments),
     Operators(operators::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Verb),
@@ -78,6 +80,7 @@ pub fn main() -> ExitCode {
         Verb::Segment(arguments) => segment::run(&arguments),
         Verb::Solve(arguments) => solve::run(&arguments),
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
+        Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Operators(arguments) => operators::run(&arguments),
         Verb::Mesh(verb) => mesh::run(&verb),
         Verb::Problem(verb) => problem::run(&verb),

@@ -4,6 +4,7 @@
 pub mod constant;
 pub mod curved;
 pub mod gaussian;
+pub mod humans;
 pub mod input;
 pub mod kmeans;
 pub mod l1;

@@ -1,6 +1,7 @@
 //! The program from outside: command lines, files, exit codes.
 
 mod cases;
+mod compare;
 mod evaluate;
 mod experiment;
 mod inputs;
