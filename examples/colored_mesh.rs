@@ -23,7 +23,8 @@ fn main() -> meshseg::Result<()> {
     let input = input::read(&source, &mesh, None, None, &Mapping::default())?;
     println!("{}: {} vertices", input.name, input.data.len());
 
-    let alternation = Alternation { regions: 4, initial: Initial::KMeans, seed: 1, every: 10 };
+    let alternation =
+        Alternation { regions: 4, initial: Initial::KMeans, seed: 1, every: 10, labels: None };
     let request = Request {
         lambda: 1e-3,
         mass: Mass::Barycentric,

@@ -139,7 +139,8 @@ fn main() -> meshseg::Result<()> {
     }
     let model = Directions { n: n.into_iter().map(|n| n.normalize()).collect() };
 
-    let alternation = Alternation { regions: 6, initial: Initial::KMeans, seed: 1, every: 10 };
+    let alternation =
+        Alternation { regions: 6, initial: Initial::KMeans, seed: 1, every: 10, labels: None };
     let request = Request {
         lambda: 0.05,
         mass: Mass::Barycentric,

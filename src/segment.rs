@@ -22,11 +22,11 @@ use std::time::Duration;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use crate::coarse::is_certified;
-use crate::data::DataModel;
+use crate::coarse::{Pair, is_certified};
+use crate::data::{DataModel, Weights};
 use crate::empty_regions;
-use crate::error::Result;
-use crate::field::Row;
+use crate::error::{Error, Result};
+use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::regions::{self, with_regions};
@@ -51,8 +51,8 @@ pub struct Segmentation<P> {
 /// Segments data on a mesh as it is, without scaling. The model has a datum for each vertex of the mesh. For `observe`
 /// see [`Observer`]. Panics if `every` is 0.
 ///
-/// Fails if lambda, a setting of the solver or the number of regions is out of range, the model has another number of
-/// vertices than the mesh, no face has an area, the integrated costs leave the range of double precision, or a fit of
+/// Fails if lambda, a setting of the solver or the number of regions is out of range, the model or the initial labels
+/// have another number of vertices than the mesh, an initial label is none of a region, no face has an area, the integrated costs leave the range of double precision, or a fit of
 /// the model fails.
 pub fn segment<D: DataModel>(
     mesh: &Mesh,
@@ -69,14 +69,48 @@ pub fn segment<D: DataModel>(
     warnings.extend(unreached::warning(&usable, |k| model.is_known(k)));
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
     let weights = request.mass.weights(&usable);
-    let mu = model.start(alternation.initial, alternation.regions, &weights, &mut rng)?;
+    let m = alternation.regions;
+    let mut mu = model.start(alternation.initial, m, &weights, &mut rng)?;
+    if let Some(labels) = &alternation.labels {
+        check_rows("initial labels", labels.len(), mesh)?;
+        check_labels(labels, m)?;
+        fit_labels(model, labels, &weights, &mut mu)?;
+    }
     let order = Order::of(&usable);
     let usable = order.mesh(usable);
+    let labels = alternation.labels.clone().map(|labels| order.applied(labels));
+    let alternation = &Alternation { labels, ..alternation.clone() };
     let mut estimate = ModelEstimate::new(model.in_order(&order), mu);
     let (solution, estimates) =
         segment_estimate(&usable, warnings, &mut estimate, alternation, request, observe)?;
     let solution = solution.in_file_order(mesh, &order);
     Ok(Segmentation { solution, parameters: estimate.into_parameters(), estimates })
+}
+
+fn check_labels(labels: &[usize], m: usize) -> Result<()> {
+    match labels.iter().position(|&label| label >= m) {
+        None => Ok(()),
+        Some(k) => Err(Error::unsuitable(format!(
+            "the initial label of vertex {k} is {}; labels must be from 0 to {}",
+            labels[k],
+            m - 1
+        ))),
+    }
+}
+
+/// Fits the parameters to labels; `weights` are int phi_k.
+fn fit_labels<D: DataModel>(
+    model: &D,
+    labels: &[usize],
+    weights: &[f64],
+    mu: &mut [D::Parameters],
+) -> Result<()> {
+    let m = mu.len();
+    let mut numbers = vec![0.0; m * labels.len()];
+    for ((row, &p), &w) in numbers.chunks_mut(m).zip(labels).zip(weights) {
+        row[p] = w;
+    }
+    model.fit(Weights::new(&numbers, m), mu).map(drop)
 }
 
 /// The solution, and the number of re-estimations. Not generic, so that it is compiled here and not where it is called.
@@ -109,7 +143,11 @@ fn segment_compiled<const M: usize>(
     let joint =
         JointProblem { mesh, integrate: &integrate, scale, alternation, request, merge: true };
     let mut problem = joint.problem(estimate)?;
-    let (mut pair, mut record) = (None, None);
+    let start = |labels: &Vec<usize>| Pair {
+        u: labels.iter().map(|&p| Row::one_hot(p)).collect(),
+        q: vec![Tangent::ZERO; mesh.faces.len()],
+    };
+    let (mut pair, mut record) = (alternation.labels.as_ref().map(start), None);
     if request.coarse_to_fine && !is_certified(&problem, request) {
         let spent;
         (pair, spent) = coarse::start(&joint, estimate, observe)?;

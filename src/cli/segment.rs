@@ -364,6 +364,7 @@ fn labeled(
         initial: arguments.init,
         seed: arguments.seed,
         every: arguments.every,
+        labels: None,
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);

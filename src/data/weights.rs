@@ -19,6 +19,12 @@ impl<'a> Weights<'a> {
         Weights { numbers: Row::peel_slice(rows).as_flattened(), length: M }
     }
 
+    /// The masses of m regions, V x m numbers row by row.
+    pub fn new(numbers: &'a [f64], m: usize) -> Self {
+        assert!(m > 0 && numbers.len().is_multiple_of(m));
+        Weights { numbers, length: m }
+    }
+
     /// V.
     pub fn vertices(&self) -> usize {
         self.numbers.len() / self.length

@@ -1,13 +1,13 @@
 //! An instance as it is solved: mesh, pointwise costs and colors.
 //!
-//! Costs are s_p(x) = |C(x) - mu_p|^2 with fixed means: the palette of synthetic data, otherwise those of area-weighted
-//! k-means. Hence every solver gets the same convex problem.
+//! Costs have fixed parameters: the palette of synthetic data, otherwise those with which the model starts, for piecewise
+//! constant data the means of area-weighted k-means. Hence every solver of fixed costs gets the same convex problem.
 
 use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use ndarray::Array2;
+use ndarray::{Array2, Ix1};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
@@ -19,21 +19,21 @@ use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::colormap::categorical;
 use crate::costs;
 use crate::data::constant::Mean;
+use crate::data::humans;
 use crate::data::input::{self, DataSource, Mapping};
-use crate::data::kmeans::kmeans;
-use crate::data::synthetic::waves;
-use crate::data::{Data, Initial, PiecewiseConstant};
+use crate::data::synthetic::{Waves, waves};
+use crate::data::{Data, DataModel, Initial, ModelName, ModelTask, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::file;
-use crate::labeling::pointwise_costs;
+use crate::labeling::{default_lambda, pointwise_costs};
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::weld::{coincident, free_cuts};
-use crate::mesh::{Mesh, Source};
+use crate::mesh::{Mesh, Shape, Source};
 use crate::npy;
 use crate::operator::Mass;
 use crate::regions;
 use crate::run::Stop;
-use crate::segment::{Alternation, lambda};
+use crate::segment::Alternation;
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
@@ -121,9 +121,12 @@ impl Folders {
             DataChoice::Costs(path) | DataChoice::Source(DataSource::File(path)) => {
                 hash.update(file::read(path)?);
             }
-            DataChoice::Own => paint(&mut hash, &source, None)?,
-            DataChoice::Source(choice) => paint(&mut hash, &source, Some(choice))?,
+            DataChoice::Own => paint(&mut hash, &source, None, cell)?,
+            DataChoice::Source(choice) => paint(&mut hash, &source, Some(choice), cell)?,
             DataChoice::Waves => {}
+        }
+        if let Some(name) = &cell.truth {
+            hash.update(file::read(&self.path(name)?)?);
         }
         Ok(hex(&hash.finalize()))
     }
@@ -160,21 +163,28 @@ impl Folders {
     pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, InstanceError> {
         let source = self.mesh(&cell.mesh)?;
         let mesh = scaled_mesh(&source, cell)?;
-        let Costed { data, costs, looks, truth } = match &self.data(&cell.data)? {
-            DataChoice::Waves => costs_of_waves(&mesh, cell),
+        let Costed { data, costs, looks, mut truth } = match &self.data(&cell.data)? {
+            DataChoice::Waves => costs_of_waves(&mesh, cell)?,
             DataChoice::Costs(path) => given_costs(&mesh, path)?,
             DataChoice::Own => costs_of_data(&source, &mesh, None, cell)?,
             DataChoice::Source(choice) => costs_of_data(&source, &mesh, Some(choice), cell)?,
         };
+        if let Some(name) = &cell.truth {
+            truth = Some(Truth::read(&self.path(name)?, &mesh)?);
+        }
         let lambda = match (cell.lambda, &data) {
             (LambdaChoice::Given(lambda), _) => lambda,
             (LambdaChoice::Auto(factor), Some(data)) => {
-                let default = default_lambda(&mesh, data, cell);
+                let default = lambda_of(&mesh, data, cell);
                 factor * default.map_err(|error| error.of_file(Path::new(&cell.mesh)))?
             }
             (LambdaChoice::Auto(_), None) => unreachable!("the file was checked for this"),
         };
-        Ok(Instance { mesh, costs, lambda, looks, truth })
+        let grid = match source {
+            Source::Shape(Shape::Grid { nx, ny }) => Some([nx as usize + 1, ny as usize + 1]),
+            _ => None,
+        };
+        Ok(Instance { mesh, data, costs, lambda, looks, truth, grid })
     }
 }
 
@@ -199,15 +209,39 @@ struct Costed {
     data: Option<Data>,
     costs: Array2<f64>,
     looks: Vec<[f64; 3]>,
-    truth: Option<Vec<usize>>,
+    truth: Option<Truth>,
 }
 
-fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Costed {
-    let waves = waves(mesh, cell.regions, cell.noise, cell.seed);
-    let mu: Vec<Mean> = waves.palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect();
-    let looks = (0..mesh.vertices.len()).map(|k| color(waves.data.at(k))).collect();
-    let costs = pointwise_costs(&PiecewiseConstant::new(&waves.data), &mu);
-    Costed { data: Some(waves.data), costs, looks, truth: Some(waves.labels) }
+fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
+    let Waves { data, labels, palette } = waves(mesh, cell.regions, cell.noise, cell.seed);
+    let looks = (0..mesh.vertices.len()).map(|k| color(data.at(k))).collect();
+    let costs = match cell.model {
+        ModelName::Constant => {
+            let mu: Vec<Mean> = palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect();
+            pointwise_costs(&PiecewiseConstant::new(&data), &mu)
+        }
+        model => model.with(&data, InitialCosts { mesh, cell })?,
+    };
+    let labels = labels.into_iter().map(|label| label as i64).collect();
+    let truth = Truth { labelings: vec![labels], in_order: cell.model == ModelName::Constant };
+    Ok(Costed { data: Some(data), costs, looks, truth: Some(truth) })
+}
+
+/// The costs of the parameters with which an estimation starts.
+struct InitialCosts<'a> {
+    mesh: &'a Mesh,
+    cell: &'a InstanceCell,
+}
+
+impl ModelTask for InitialCosts<'_> {
+    type Output = Array2<f64>;
+
+    fn run<D: DataModel>(self, model: &D) -> Result<Array2<f64>> {
+        let InitialCosts { mesh, cell } = self;
+        let mut rng = Pcg64::seed_from_u64(cell.seed);
+        let mu = model.start(Initial::KMeans, cell.regions, &barycentric_areas(mesh), &mut rng)?;
+        Ok(pointwise_costs(model, &mu))
+    }
 }
 
 /// The costs of a file; each vertex has the color of its cheapest region.
@@ -224,30 +258,63 @@ fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
     Ok(Costed { data: None, costs, looks, truth: None })
 }
 
-/// The costs of noisy data for the means of k-means.
+/// The costs of noisy data.
 fn costs_of_data(
     source: &Source,
     mesh: &Mesh,
     choice: Option<&DataSource>,
     cell: &InstanceCell,
 ) -> Result<Costed> {
-    let input = input::read(source, mesh, None, choice, &Mapping::default())?;
+    let input = input::read(source, mesh, None, choice, &mapping(cell))?;
     input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
     let mut data = input.data;
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-    let mut rng = Pcg64::seed_from_u64(cell.seed);
-    let known = data.known_area(&barycentric_areas(mesh));
-    let mu = kmeans(&data.values, data.dimension, &known, cell.regions, &mut rng);
-    let mu: Vec<Mean> = mu.into_iter().map(|mean| Mean { mean }).collect();
-    let costs = pointwise_costs(&PiecewiseConstant::new(&data), &mu);
-    Ok(Costed { data: Some(data), costs, looks: input.colors, truth: None })
+    let costs = cell.model.with(&data, InitialCosts { mesh, cell })?;
+    let looks = match cell.noise > 0.0 && data.dimension == 3 {
+        true => (0..data.len()).map(|k| color(data.at(k))).collect(),
+        false => input.colors,
+    };
+    Ok(Costed { data: Some(data), costs, looks, truth: None })
+}
+
+fn mapping(cell: &InstanceCell) -> Mapping {
+    Mapping { project: cell.project, ..Mapping::default() }
+}
+
+/// Labelings that are right.
+pub struct Truth {
+    /// V labels each; negative where unknown.
+    pub labelings: Vec<Vec<i64>>,
+    /// Whether the labels are the regions of the fixed costs, in their order.
+    pub in_order: bool,
+}
+
+impl Truth {
+    /// A `.npy` file of V integers, or a `.mat` file of human segmentations of the image on the mesh.
+    fn read(path: &Path, mesh: &Mesh) -> Result<Self> {
+        let labelings = match path.extension().is_some_and(|extension| extension == "mat") {
+            true => humans::on_mesh(mesh, path)?,
+            false => vec![npy::integers::<Ix1>(path, &file::read(path)?)?.to_vec()],
+        };
+        let (labels, vertices) = (labelings[0].len(), mesh.vertices.len());
+        if labels != vertices {
+            let message = format!("has {labels} labels, but the mesh has {vertices} vertices");
+            return Err(Error::malformed(path, message));
+        }
+        Ok(Truth { labelings, in_order: false })
+    }
 }
 
 /// Hashes the inputs that color a mesh but are not in its file: its materials from libraries, and images. A mesh that
 /// cannot be read is an error only when the instance is made.
-fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Result<()> {
+fn paint(
+    hash: &mut Sha256,
+    source: &Source,
+    choice: Option<&DataSource>,
+    cell: &InstanceCell,
+) -> Result<()> {
     let given = match choice {
         Some(DataSource::Curvature) => return Ok(()),
         Some(DataSource::Texture(given)) => given.is_some(),
@@ -264,7 +331,7 @@ fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Res
         let color = material.color.map(|color| color.map(f64::to_bits));
         hash.update(format!("{color:?} {:?}", material.placement.bits()));
     }
-    for path in input::image_files(source, &mesh, choice, &Mapping::default()) {
+    for path in input::image_files(source, &mesh, choice, &mapping(cell)) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let bytes = match (file::read(&path), choice) {
             (Ok(bytes), _) => bytes,
@@ -284,19 +351,24 @@ const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 /// The problem that every solver gets.
 pub struct Instance {
     pub mesh: Mesh,
+    /// What the costs are computed from, unless they are given.
+    pub data: Option<Data>,
     /// V x m.
     pub costs: Array2<f64>,
     pub lambda: f64,
     /// The data as a color per vertex.
     pub looks: Vec<[f64; 3]>,
-    /// The region of each vertex from which synthetic data were generated.
-    pub truth: Option<Vec<usize>>,
+    /// The labels that generated synthetic data, or given ones.
+    pub truth: Option<Truth>,
+    /// Columns and rows of vertices of a grid.
+    pub grid: Option<[usize; 2]>,
 }
 
 /// The lambda that `segment` chooses.
-fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
-    let InstanceCell { regions, seed, mass, .. } = *cell;
-    let alternation = Alternation { regions, initial: Initial::KMeans, seed, every: 10 };
+fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
+    let InstanceCell { regions, seed, mass, model, .. } = *cell;
+    let initial = Initial::KMeans;
+    let alternation = Alternation { regions, initial, seed, every: 10, labels: None };
     let request = Request {
         // Not yet known.
         lambda: 0.0,
@@ -306,8 +378,8 @@ fn default_lambda(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> 
         coarse_to_fine: false,
         keep_dual: false,
     };
-    let model = PiecewiseConstant::new(data);
-    lambda::of_data(mesh, &model, &alternation, &request, &mut |_| ControlFlow::Continue(()))
+    let mut observe = |_: Option<&_>| ControlFlow::Continue(());
+    default_lambda(mesh, data, model, &alternation, &request, &mut observe)
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

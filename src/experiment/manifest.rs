@@ -4,6 +4,19 @@ use serde::{Deserialize, Serialize};
 
 use super::machine::{Machine, Program};
 
+/// The agreement with right labels, see [`crate::agreement`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scores {
+    /// The Rand index.
+    pub rand_index: f64,
+    /// The variation of information, in bits.
+    pub variation_of_information: f64,
+    /// The covering of the truth.
+    pub covering: f64,
+    /// F of the boundaries, on a grid.
+    pub boundary_f: Option<f64>,
+}
+
 /// `manifest.json`: everything about a run except its result.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Manifest {
@@ -39,9 +52,19 @@ pub struct Manifest {
     pub start: String,
     /// Time when the run ended, in the same format.
     pub end: String,
-    /// The share of vertices whose label differs from the one that generated synthetic data.
+    /// The share of vertices whose label is not the right one, for estimated parameters and given truths under the best
+    /// matching of regions; the mean over several truths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mislabeled: Option<f64>,
+    /// Other measures of the agreement with the right labels, means over several truths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scores: Option<Scores>,
+    /// The share of vertices whose largest u_kp exceeds 0.99.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub binary: Option<f64>,
+    /// The values of the region parameters, a list per region, if they are not those of the instance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parameters: Option<Vec<Vec<f64>>>,
     /// Seconds from the mesh in memory to the labels, including the certificates; `seconds` of the summary counts the
     /// steps only.
     pub wall_seconds: f64,

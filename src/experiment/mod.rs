@@ -11,6 +11,7 @@ mod emit;
 mod external;
 mod figures;
 mod grid;
+mod labeled;
 mod machine;
 mod manifest;
 mod nearest;

@@ -10,19 +10,19 @@ use ndarray::Array1;
 
 use super::data::{Folders, Instance};
 use super::external::Attempt;
+use super::labeled;
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
 use super::plan::{Plan, Planned};
 use super::results::Origin;
+use super::spec::Task;
 use super::store::{Claim, Store};
 use crate::error::{Error, Result};
 use crate::mesh::io;
 use crate::outcome::write_trace;
 use crate::run::{Sample, Status, Stop};
-use crate::solve::{Request, Solution, solve};
-use crate::solver::Method;
-use crate::start::Start;
-use crate::{file, npy, sweep};
+use crate::solve::Solution;
+use crate::{file, npy};
 
 /// The progress of a call.
 pub enum Event<'a> {
@@ -70,6 +70,9 @@ pub const MAX_SHOWN_VERTICES: usize = 60_000;
 
 /// Steps before the first timed run on each instance.
 const WARM_UP_STEPS: u64 = 5;
+
+/// Called between the steps of a run.
+pub type StepObserver<'a> = &'a mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send);
 
 pub type EventObserver<'a> = &'a mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + Send);
 
@@ -122,6 +125,8 @@ struct Current<'a> {
 /// A solution with the measurements of its run.
 struct Timed {
     solution: Solution,
+    /// The values of the region parameters, if they are not those of the instance.
+    parameters: Option<Vec<Vec<f64>>>,
     start: SystemTime,
     wall_seconds: f64,
     load_average: f64,
@@ -187,7 +192,7 @@ impl<'a> Runner<'a> {
         if timed.solution.summary.status == Status::Interrupted {
             return Ok(ControlFlow::Break(()));
         }
-        let manifest = self.manifest(run, &timed);
+        let manifest = self.manifest(run, &timed)?;
         write(claim.folder(), run, &timed.solution, &manifest)?;
         claim.finish()?;
         self.tally.made += 1;
@@ -210,9 +215,9 @@ impl<'a> Runner<'a> {
 
     fn warm_up(&mut self, run: &Planned<'_>) -> Result<()> {
         let current = self.current.as_mut().expect("its instance is there");
-        if !current.is_warm && run.solver.external.is_none() {
+        if !current.is_warm && matches!(run.solver.task, Task::Solve | Task::Segment(_)) {
             let stop = Stop { iterations: Some(WARM_UP_STEPS), ..Stop::default() };
-            attempt(run, &current.instance, stop, &mut |_| ControlFlow::Continue(()))?;
+            labeled::attempt(run, &current.instance, stop, &mut |_| ControlFlow::Continue(()))?;
             current.is_warm = true;
         }
         Ok(())
@@ -230,21 +235,25 @@ impl<'a> Runner<'a> {
         let (start, begin, others) = (SystemTime::now(), Instant::now(), self.load.others());
         let load_average = LoadWatch::average();
         let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));
-        let solution = match &run.solver.external {
-            None => attempt(run, instance, stop.clone(), &mut step)?,
+        let iterations = run.solver.max_iterations.or(stop.iterations);
+        let stop = &Stop { iterations, ..stop.clone() };
+        let (solution, parameters) = match run.solver.task.external() {
+            None => labeled::attempt(run, instance, stop.clone(), &mut step)?,
             Some(external) => {
-                Attempt { run, external, instance, folder, claimed, stop }.make(&mut step)?
+                let attempt = Attempt { run, external, instance, folder, claimed, stop };
+                (attempt.make(&mut step)?, None)
             }
         };
         let wall_seconds = begin.elapsed().as_secs_f64();
         let others = f64::max(others, self.load.others());
-        Ok(Timed { solution, start, wall_seconds, load_average, others })
+        Ok(Timed { solution, parameters, start, wall_seconds, load_average, others })
     }
 
-    fn manifest(&self, run: &Planned<'_>, timed: &Timed) -> Manifest {
-        let Timed { solution, start, wall_seconds, load_average, others } = timed;
+    fn manifest(&self, run: &Planned<'_>, timed: &Timed) -> Result<Manifest> {
+        let Timed { solution, parameters, start, wall_seconds, load_average, others } = timed;
         let instance = &self.current.as_ref().expect("its instance is there").instance;
-        Manifest {
+        let scores = labeled::scores(run, instance, solution)?;
+        Ok(Manifest {
             id: run.id.clone(),
             experiment: self.plan.spec.name.clone(),
             instance: run.instance.label.clone(),
@@ -261,38 +270,23 @@ impl<'a> Runner<'a> {
             generator: "rand_pcg::Pcg64".into(),
             start: humantime::format_rfc3339_millis(*start).to_string(),
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
-            mislabeled: instance.truth.as_ref().map(|truth| mislabeled(solution, truth)),
+            mislabeled: scores.as_ref().map(|scores| scores.mislabeled),
+            scores: scores.and_then(|scores| scores.others),
+            binary: Some(binary(solution)),
+            parameters: parameters.clone(),
             wall_seconds: *wall_seconds,
             exit: match (solution.summary.status, &solution.summary.warnings[..]) {
                 (Status::Failed, [why, ..]) => why.clone(),
                 _ => solution.summary.status_sentence.clone().into_owned(),
             },
-        }
+        })
     }
 }
 
-fn mislabeled(solution: &Solution, truth: &[usize]) -> f64 {
-    let labels = solution.labels.iter().zip(truth);
-    labels.filter(|(label, truth)| **label as usize != **truth).count() as f64 / truth.len() as f64
-}
-
-fn attempt(
-    run: &Planned<'_>,
-    instance: &Instance,
-    stop: Stop,
-    observe: &mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send),
-) -> Result<Solution> {
-    let request = Request {
-        lambda: instance.lambda,
-        mass: run.instance.mass,
-        method: Method::parse(&run.solver.name, &run.solver.options)?,
-        stop,
-        coarse_to_fine: run.solver.coarse_to_fine,
-        keep_dual: false,
-    };
-    let solve = || solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe);
-    sweep::with_threads(run.solver.threads, solve)?
-        .map_err(|error| Error::unsuitable(format!("{}: {error}", run.solver.label)))
+/// The share of vertices whose largest u_kp exceeds 0.99.
+fn binary(solution: &Solution) -> f64 {
+    let rows = solution.u.outer_iter().filter(|u| u.iter().any(|&u| u > 0.99));
+    rows.count() as f64 / solution.u.nrows() as f64
 }
 
 fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manifest) -> Result<()> {

@@ -29,6 +29,7 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::choice::DataChoice;
 use super::document::{self, Scalar, Section, SpanError, SpanResult, Spanned};
 use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, MAX_RUNS};
@@ -38,7 +39,7 @@ use crate::format_error::FormatError;
 use crate::run::{Stop, time_limit};
 
 pub use instance::{InstanceCell, LambdaChoice};
-pub use solver::{External, SolverCell};
+pub use solver::{BaselineName, Estimation, External, Init, SolverCell, Task};
 
 use instance::read_instances;
 use solver::read_solvers;
@@ -104,6 +105,7 @@ impl Spec {
             let exclusions = read_all(file, "exclude", |mut section| {
                 read_exclusion(&mut section, &instances, &solvers)
             })?;
+            check_parameters(&instances, &solvers, &exclusions)?;
             let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
                 check_filters(figure, &instances, &solvers)?;
@@ -164,6 +166,28 @@ fn check_run_count(
          are allowed"
     );
     Err(SpanError::at(repeated, message))
+}
+
+/// Refuses solvers that estimate parameters on instances that are costs.
+fn check_parameters(
+    instances: &[InstanceCell],
+    solvers: &[SolverCell],
+    exclusions: &[Exclusion],
+) -> SpanResult<()> {
+    for instance in instances.iter().filter(|cell| matches!(cell.data, DataChoice::Costs(_))) {
+        let own = |solver: &&SolverCell| {
+            let excluded = exclusions.iter().any(|one| covers(one, instance, solver));
+            !solver.task.has_fixed_costs() && !excluded
+        };
+        if let Some(solver) = solvers.iter().find(own) {
+            let message = format!(
+                "costs have no parameters that {:?} could estimate; exclude one of the two, or give data",
+                solver.label
+            );
+            return Err(SpanError::at(&instance.data_span, message));
+        }
+    }
+    Ok(())
 }
 
 /// Whether an exclusion covers a solver on an instance.

@@ -58,12 +58,43 @@ pub enum Quantity {
     RegionsUsed,
     #[strum(message = "share of vertices that are mislabeled")]
     Mislabeled,
+    /// Against the right labels, as the next three.
+    #[strum(message = "Rand index")]
+    RandIndex,
+    #[strum(message = "variation of information (bits)")]
+    VariationOfInformation,
+    #[strum(message = "covering of the truth")]
+    Covering,
+    /// On grids.
+    #[strum(message = "boundary F")]
+    BoundaryF,
+    /// The share of vertices whose largest u_kp exceeds 0.99.
+    #[strum(message = "share of vertices with max u above 0.99")]
+    Binary,
+    /// The values of the region parameters in ascending order, where a run estimates them.
+    Parameters,
     Status,
 }
 
 /// Keys that a cell may have in addition to its options.
-const KEYS: [&str; 9] =
-    ["mesh", "data", "noise", "seed", "regions", "lambda", "mass", "solver", "threads"];
+const KEYS: [&str; 16] = [
+    "mesh",
+    "data",
+    "model",
+    "project",
+    "noise",
+    "seed",
+    "regions",
+    "lambda",
+    "mass",
+    "solver",
+    "threads",
+    "coarse-to-fine",
+    "max-iterations",
+    "every",
+    "init",
+    "init-seed",
+];
 
 /// The prefix of the keys of options.
 const OPTIONS: &str = "options.";
@@ -135,10 +166,10 @@ mod tests {
         }
         let message = "wall-second".parse::<Variable>().unwrap_err();
         assert!(message.starts_with(
-            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, noise, seed, regions, \
-             lambda, mass, solver, threads, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
+            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, noise, \
+             seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, regions-used, mislabeled, \
-             status; did you mean \"wall-seconds\"?"
+             rand-index, variation-of-information, covering, boundary-f, binary, parameters, status; did you mean \"wall-seconds\"?"
         ));
     }
 

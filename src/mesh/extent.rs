@@ -23,7 +23,7 @@ impl BoundingBox {
 }
 
 /// The bounding box of all vertices.
-pub(super) fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
+pub fn bounding_box(mesh: &Mesh) -> Option<BoundingBox> {
     let first = mesh.vertices.first()?;
     let (min, max) =
         mesh.vertices.iter().fold((*first, *first), |(min, max), x| (min.inf(x), max.sup(x)));

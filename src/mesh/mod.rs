@@ -7,7 +7,7 @@ pub mod charts;
 pub mod coarsen;
 pub mod curvature;
 pub(crate) mod disjoint_sets;
-mod extent;
+pub(crate) mod extent;
 pub mod geometry;
 mod incidence;
 pub mod io;

@@ -41,6 +41,8 @@ pub struct Alternation {
     pub seed: u64,
     /// r, the steps of U between re-estimations; at least 1.
     pub every: u64,
+    /// Initial labels of the V vertices instead, each below m: U starts there, and the parameters are fitted to them.
+    pub labels: Option<Vec<usize>>,
 }
 
 /// The joint problem in U and mu on one mesh: the given one or a coarser one.

@@ -102,7 +102,8 @@ mod tests {
         let n = part.vertices.len();
         let parts = disjoint([0, 1, 2].map(|_| part.clone()));
         let sphere = shape("sphere:4");
-        let alternation = Alternation { regions: 3, initial: Initial::KMeans, seed: 0, every: 10 };
+        let alternation =
+            Alternation { regions: 3, initial: Initial::KMeans, seed: 0, every: 10, labels: None };
         let started = |mesh: &Mesh, lambda: f64, values: Vec<f64>, given: [f64; 3]| {
             let request = Request {
                 lambda,

@@ -1,6 +1,9 @@
 //! The values of the variables of a cell: its keys, and the quantities of its runs.
 
+use crate::agreement::Confusion;
+
 use super::super::figures::{Clock, Target};
+use super::super::manifest::Scores;
 use super::super::results::Done;
 use super::super::variable::{Quantity, Variable};
 use super::pool::{Cell, Pool, Spread, number, value};
@@ -69,7 +72,8 @@ struct CellRuns<'p, 'a> {
 
 impl<'a> CellRuns<'_, 'a> {
     fn value(&self, quantity: Quantity, gap: Option<f64>) -> CellValue {
-        let bound = self.pool.bound(self.cell.instance);
+        let peers = self.pool.peers(self.cell);
+        let bound = peers.bound();
         match quantity {
             Quantity::Vertices => self.of_all(|run| Some(run.summary.vertices as f64)),
             Quantity::Faces => self.of_all(|run| Some(run.summary.faces as f64)),
@@ -79,29 +83,37 @@ impl<'a> CellRuns<'_, 'a> {
             Quantity::Energy => self.of_all(|run| Some(run.summary.energy)),
             Quantity::Bound => self.of_all(|run| Some(run.summary.dual_bound)),
             Quantity::Gap => self.of_all(|run| Some(run.summary.relative_gap)),
-            Quantity::Excess => self.of_all(|run| Some(self.share(run.summary.energy - bound))),
+            Quantity::Excess => self.of_all(|run| Some(peers.share(run.summary.energy - bound))),
             Quantity::Bias => {
                 let least = self.least_smoothed();
-                self.of_all(|run| Some(self.share(smoothed(run).and(least)? - bound)))
+                self.of_all(|run| Some(peers.share(smoothed(run).and(least)? - bound)))
             }
             Quantity::OptimizationError => {
                 let least = self.least_smoothed();
                 self.of_all(|run| match (smoothed(run), least) {
-                    (Some(energy), Some(least)) => Some(self.share(energy - least)),
-                    _ => Some(self.share(run.summary.energy - bound)),
+                    (Some(energy), Some(least)) => Some(peers.share(energy - least)),
+                    _ => Some(peers.share(run.summary.energy - bound)),
                 })
             }
-            Quantity::RoundingError => {
-                self.of_all(|run| Some(self.share(run.summary.rounded_energy - run.summary.energy)))
-            }
+            Quantity::RoundingError => self
+                .of_all(|run| Some(peers.share(run.summary.rounded_energy - run.summary.energy))),
             Quantity::LabelsChanged => {
                 let reference = self.reference_labels();
-                self.of_all(|run| Some(share_of_changes(run.labels.as_ref()?, reference?)))
+                let own = !self.pool.solver(self.cell).task.has_fixed_costs();
+                self.of_all(|run| share_of_changes(run.labels.as_ref()?, reference?, own))
             }
             Quantity::RoundedGap => self.of_all(|run| Some(run.summary.rounded_relative_gap)),
             Quantity::RegionsUsed => self
                 .of_all(|run| Some((run.summary.regions - run.summary.empty_regions.len()) as f64)),
             Quantity::Mislabeled => self.of_all(|run| run.manifest.mislabeled),
+            Quantity::RandIndex => self.of_scores(|scores| Some(scores.rand_index)),
+            Quantity::VariationOfInformation => {
+                self.of_scores(|scores| Some(scores.variation_of_information))
+            }
+            Quantity::Covering => self.of_scores(|scores| Some(scores.covering)),
+            Quantity::BoundaryF => self.of_scores(|scores| scores.boundary_f),
+            Quantity::Binary => self.of_all(|run| run.manifest.binary),
+            Quantity::Parameters => self.parameters(),
             Quantity::Status => self.status(),
         }
     }
@@ -110,13 +122,27 @@ impl<'a> CellRuns<'_, 'a> {
         spread(self.cell.runs.iter().copied().filter_map(value))
     }
 
+    fn of_scores(&self, score: impl Fn(&Scores) -> Option<f64>) -> CellValue {
+        self.of_all(|run| score(run.manifest.scores.as_ref()?))
+    }
+
+    /// The values of the first run, in ascending order, so that the names of regions do not matter.
+    fn parameters(&self) -> CellValue {
+        let first = self.cell.runs.first().and_then(|run| run.manifest.parameters.clone());
+        let Some(mut values) = first else { return CellValue::Nothing };
+        values.sort_by(|a, b| {
+            let pairs = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
+            pairs.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+        });
+        let text = |value: &Vec<f64>| -> String {
+            value.iter().map(|x| format!("{x:.5}")).collect::<Vec<_>>().join(" ")
+        };
+        CellValue::Text(values.iter().map(text).collect::<Vec<_>>().join(" / "))
+    }
+
     /// The spread over the runs whose times are comparable.
     fn of_timed(&self, value: impl Fn(&'a Done) -> f64) -> CellValue {
         spread(self.pool.timed(self.cell).map(value))
-    }
-
-    fn share(&self, difference: f64) -> f64 {
-        self.pool.share(self.cell.instance, difference)
     }
 
     fn time(&self, clock: Clock, gap: Option<f64>) -> CellValue {
@@ -138,13 +164,13 @@ impl<'a> CellRuns<'_, 'a> {
                 .iter()
                 .all(|key| run.key(key) == first.key(key))
         };
-        let runs = self.pool.of_instance(self.cell.instance).filter(is_same);
+        let runs = self.pool.peers(self.cell).runs.into_iter().filter(is_same);
         runs.filter_map(smoothed).reduce(f64::min)
     }
 
     /// The labels of the run of minimum energy among those whose labels are kept.
     fn reference_labels(&self) -> Option<&'a [u8]> {
-        let runs = self.pool.of_instance(self.cell.instance);
+        let runs = self.pool.peers(self.cell).runs.into_iter();
         let labeled = runs.filter_map(|run| Some((run.summary.energy, run.labels.as_deref()?)));
         labeled.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, labels)| labels)
     }
@@ -166,7 +192,14 @@ fn smoothed(run: &Done) -> Option<f64> {
     run.trace.last().and_then(|point| point.smoothed_energy)
 }
 
-fn share_of_changes(labels: &[u8], reference: &[u8]) -> f64 {
+/// The share of labels that differ; with regions of their own, under the best matching.
+fn share_of_changes(labels: &[u8], reference: &[u8], own_regions: bool) -> Option<f64> {
+    if own_regions {
+        let integers = |labels: &[u8]| labels.iter().map(|&p| i64::from(p)).collect::<Vec<_>>();
+        let weights = vec![1.0; labels.len()];
+        let confusion = Confusion::new(&integers(labels), &integers(reference), &weights).ok()?;
+        return Some(1.0 - confusion.accuracy());
+    }
     let changed = labels.iter().zip(reference).filter(|(a, b)| a != b).count();
-    changed as f64 / labels.len() as f64
+    Some(changed as f64 / labels.len() as f64)
 }

@@ -3,7 +3,7 @@
 use super::super::figures::{Clock, FigureKind, FigureSpec, Measure, Target};
 use super::super::results::{Done, Point};
 use super::super::variable::Variable;
-use super::pool::{Cell, Pool, given};
+use super::pool::{Cell, Peers, Pool, given};
 use super::relation::relation;
 use crate::figure::{Axis, Figure, Panel, Primitive, Series, Width};
 
@@ -47,8 +47,8 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
 fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<Panel> {
     let mut instances: Vec<usize> = cells.iter().map(|cell| cell.instance).collect();
     instances.dedup();
-    let measure = |instance: usize, point: &Point| match y {
-        Measure::Suboptimality => pool.suboptimality(instance, point.energy),
+    let measure = |peers: &Peers<'_>, point: &Point| match y {
+        Measure::Suboptimality => peers.suboptimality(point.energy),
         Measure::Gap => point.relative_gap,
         Measure::Energy => point.energy,
     };
@@ -58,18 +58,21 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
         Measure::Energy => "energy",
     };
     let panel = |instance: usize| {
-        let bound = pool.bound(instance);
-        let series = cells.iter().filter(|cell| cell.instance == instance).map(|cell| Series {
-            label: pool.solver(cell).label.clone(),
-            style: cell.solver,
-            primitive: Primitive::LineMarks,
-            points: pool
-                .trace(cell, x == Clock::Seconds)
-                .iter()
-                .map(|point| [x.of(point), measure(instance, point)])
-                .filter(|[x, y]| *x > 0.0 && (bound.is_finite() || y.is_finite()))
-                .collect(),
-            band: Vec::new(),
+        let series = cells.iter().filter(|cell| cell.instance == instance).map(|cell| {
+            let peers = pool.peers(cell);
+            let bound = peers.bound();
+            Series {
+                label: pool.solver(cell).label.clone(),
+                style: cell.solver,
+                primitive: Primitive::LineMarks,
+                points: pool
+                    .trace(cell, x == Clock::Seconds)
+                    .iter()
+                    .map(|point| [x.of(point), measure(&peers, point)])
+                    .filter(|[x, y]| *x > 0.0 && (bound.is_finite() || y.is_finite()))
+                    .collect(),
+                band: Vec::new(),
+            }
         });
         Panel {
             title: Some(pool.spec.instances[instance].label.clone()),

@@ -117,14 +117,19 @@ fn hosts<'a>(pool: &Pool<'a>) -> Vec<(&'a str, &'a Done)> {
 fn instances(pool: &Pool<'_>, store: &Store) -> Result<(Vec<Value>, BTreeMap<String, Value>)> {
     let (mut instances, mut scenes) = (Vec::new(), BTreeMap::new());
     for (i, instance) in pool.spec.instances.iter().enumerate() {
-        let Some(run) = pool.of_instance(i).next() else { continue };
+        // Runs with the costs of the instance have a common bound.
+        let of_instance =
+            || pool.cells.iter().filter(|cell| cell.instance == i && !cell.runs.is_empty());
+        let solved = of_instance().find(|cell| pool.solver(cell).task.has_fixed_costs());
+        let Some(cell) = solved.or_else(|| of_instance().next()) else { continue };
+        let (run, peers) = (cell.runs[0], pool.peers(cell));
         let scene = scene(pool, store, i, run)?;
         let id = format!("g{i}");
         instances.push(json!({
             "id": format!("i{i}"), "label": instance.label, "mesh": instance.mesh,
             "vertices": run.summary.vertices, "faces": run.summary.faces, "regions": run.summary.regions,
             "lambda": run.summary.lambda, "mass": run.summary.mass,
-            "best_bound": pool.bound(i), "best_energy": pool.energy(i), "scene": scene.is_some().then_some(&id),
+            "best_bound": peers.bound(), "best_energy": peers.energy(), "scene": scene.is_some().then_some(&id),
         }));
         if let Some(mut scene) = scene {
             share_mesh(&mut scene, &scenes);
@@ -139,6 +144,7 @@ fn run_json<'a>(pool: &Pool<'a>, cell: &Cell<'a>, run: &Done, host: Option<usize
     let last = run.trace.len().saturating_sub(1);
     let points = run.trace.iter().enumerate().filter(|(i, _)| i % step == 0 || *i == last);
     let points: Vec<&Point> = points.map(|(_, point)| point).collect();
+    let peers = pool.peers(cell);
     let column = |value: &dyn Fn(&Point) -> f64| -> Vec<f64> {
         points.iter().map(|point| value(point)).collect()
     };
@@ -152,7 +158,7 @@ fn run_json<'a>(pool: &Pool<'a>, cell: &Cell<'a>, run: &Done, host: Option<usize
         "trace": {
             "iteration": column(&|point| point.iteration as f64), "seconds": column(&|point| point.seconds),
             "energy": column(&|point| point.energy), "relative_gap": column(&|point| point.relative_gap),
-            "suboptimality": column(&|point| pool.suboptimality(cell.instance, point.energy)),
+            "suboptimality": column(&|point| peers.suboptimality(point.energy)),
         },
     })
 }

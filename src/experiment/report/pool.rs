@@ -23,6 +23,43 @@ pub struct Pool<'a> {
     pub host: String,
 }
 
+/// The runs of an instance whose energies are comparable: those with the costs of the instance, or those with parameters
+/// of their own, which have no common bound.
+pub struct Peers<'a> {
+    fixed_costs: bool,
+    pub runs: Vec<&'a Done>,
+}
+
+impl Peers<'_> {
+    /// D*, the best bound of any solver; with parameters of their own E*.
+    pub fn bound(&self) -> f64 {
+        match self.fixed_costs {
+            true => {
+                let bounds = self.runs.iter().map(|run| run.summary.dual_bound);
+                bounds.fold(f64::NEG_INFINITY, f64::max)
+            }
+            false => self.energy(),
+        }
+    }
+
+    /// E*, the minimum energy of any solver.
+    pub fn energy(&self) -> f64 {
+        self.runs.iter().map(|run| run.summary.energy).fold(f64::INFINITY, f64::min)
+    }
+
+    /// (E - D*) / (E* - B).
+    pub fn suboptimality(&self, energy: f64) -> f64 {
+        self.share(energy - self.bound())
+    }
+
+    /// A difference of energies, relative to E* - B.
+    pub fn share(&self, difference: f64) -> f64 {
+        let baselines = self.runs.iter().map(|run| run.summary.baseline);
+        let baseline = baselines.fold(f64::INFINITY, f64::min);
+        if difference == 0.0 { 0.0 } else { difference / (self.energy() - baseline) }
+    }
+}
+
 /// Median and quartiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
@@ -93,35 +130,14 @@ impl<'a> Pool<'a> {
         cell.runs.clone().into_iter().filter(move |run| run.manifest.machine.host == host)
     }
 
-    /// The best bound of an instance by any solver.
-    pub fn bound(&self, instance: usize) -> f64 {
-        self.of_instance(instance)
-            .map(|run| run.summary.dual_bound)
-            .fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// The minimum energy of an instance by any solver.
-    pub fn energy(&self, instance: usize) -> f64 {
-        self.of_instance(instance).map(|run| run.summary.energy).fold(f64::INFINITY, f64::min)
-    }
-
-    pub fn of_instance(&self, instance: usize) -> impl Iterator<Item = &'a Done> {
-        self.cells
-            .iter()
-            .filter(move |cell| cell.instance == instance)
-            .flat_map(|cell| cell.runs.iter().copied())
-    }
-
-    /// (E - D*) / (E* - B), D* the best bound and E* the minimum energy of all solvers.
-    pub fn suboptimality(&self, instance: usize, energy: f64) -> f64 {
-        self.share(instance, energy - self.bound(instance))
-    }
-
-    /// A difference of energies, relative to E* - B.
-    pub fn share(&self, instance: usize, difference: f64) -> f64 {
-        let baselines = self.of_instance(instance).map(|run| run.summary.baseline);
-        let baseline = baselines.fold(f64::INFINITY, f64::min);
-        if difference == 0.0 { 0.0 } else { difference / (self.energy(instance) - baseline) }
+    /// The runs with which a cell is compared, see [`Peers`].
+    pub fn peers(&self, cell: &Cell<'_>) -> Peers<'a> {
+        let solves = |cell: &Cell<'_>| self.solver(cell).task.has_fixed_costs();
+        let fixed_costs = solves(cell);
+        let same =
+            |other: &&Cell<'a>| other.instance == cell.instance && solves(other) == fixed_costs;
+        let runs = self.cells.iter().filter(same).flat_map(|cell| cell.runs.clone()).collect();
+        Peers { fixed_costs, runs }
     }
 
     /// Iterations or seconds until a gap, infinite for runs that do not reach it; `None` without runs.
@@ -132,9 +148,10 @@ impl<'a> Pool<'a> {
         gap: f64,
         target: Target,
     ) -> Option<Spread> {
+        let peers = self.peers(cell);
         let reached = |point: &&Point| match target {
             Target::Certificate => point.relative_gap <= gap,
-            Target::Optimum => self.suboptimality(cell.instance, point.energy) <= gap,
+            Target::Optimum => peers.suboptimality(point.energy) <= gap,
         };
         let at = |run: &Done| {
             let first = run.trace.iter().find(reached);

@@ -75,7 +75,7 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
                         Some(last) => {
                             let gap = match to {
                                 Target::Certificate => last.relative_gap,
-                                Target::Optimum => pool.suboptimality(cell.instance, last.energy),
+                                Target::Optimum => pool.peers(cell).suboptimality(last.energy),
                             };
                             format!("> {} ({gap:.0e})", number(clock.of(last)))
                         }

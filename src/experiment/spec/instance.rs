@@ -8,6 +8,8 @@ use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
+use crate::data::ModelName;
+use crate::data::projection::Projection;
 use crate::mesh::{Normalize, Source};
 use crate::operator::Mass;
 use crate::regions;
@@ -25,6 +27,12 @@ pub struct InstanceCell {
     pub noise: f64,
     /// The seed of the noise and of k-means.
     pub seed: u64,
+    /// The data model.
+    pub model: ModelName,
+    /// How an image is projected onto the mesh.
+    pub(crate) project: Option<Projection>,
+    /// Labels that are right: a `.npy` file of V integers, or a `.mat` file of human segmentations.
+    pub(crate) truth: Option<String>,
     /// m, from 2 to 64; 0 if the number of columns of a costs file determines it.
     pub regions: usize,
     pub(crate) lambda: LambdaChoice,
@@ -76,7 +84,19 @@ pub(super) fn read_instances(
 ) -> SpanResult<Vec<InstanceCell>> {
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
-    for key in ["mesh", "data", "noise", "seed", "regions", "lambda", "mass", "normalize"] {
+    for key in [
+        "mesh",
+        "data",
+        "model",
+        "project",
+        "truth",
+        "noise",
+        "seed",
+        "regions",
+        "lambda",
+        "mass",
+        "normalize",
+    ] {
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
             None if ["mesh", "data", "lambda"].contains(&key) => {
@@ -109,11 +129,15 @@ fn read_cell(
     })?;
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
     let regions = region_count(cell, &data, data_span)?;
+    let of_costs = matches!(data, DataChoice::Costs(_));
     Ok(InstanceCell {
         label: label_of(label, plain_label(cell, group, mesh, &data, regions), cell, group),
         keys: cell.keys(),
         mesh: mesh.to_owned(),
         data,
+        model: read_model(cell, of_costs)?,
+        project: read_projection(cell)?,
+        truth: read_truth(cell)?,
         noise: cell.number("noise", 0.0, 0.0)?,
         seed: cell.count("seed", 0, 0..=u64::MAX)?,
         regions,
@@ -123,6 +147,28 @@ fn read_cell(
         mesh_span: mesh_span.clone(),
         data_span: data_span.clone(),
     })
+}
+
+fn read_model(cell: &Cell<'_>, of_costs: bool) -> SpanResult<ModelName> {
+    if let (Some(given), true) = (cell.get("model"), of_costs) {
+        return Err(SpanError::at(&given.span, "costs need no model: leave model out"));
+    }
+    cell.named("model", ModelName::default())
+}
+
+fn read_projection(cell: &Cell<'_>) -> SpanResult<Option<Projection>> {
+    let Some((text, span)) = cell.text("project")? else { return Ok(None) };
+    let projection =
+        text.parse().map_err(|message: String| SpanError::at(span, format!("project {message}")));
+    projection.map(Some)
+}
+
+fn read_truth(cell: &Cell<'_>) -> SpanResult<Option<String>> {
+    let Some((text, span)) = cell.text("truth")? else { return Ok(None) };
+    if !(text.ends_with(".npy") || text.ends_with(".mat")) {
+        return Err(SpanError::at(span, "truth must be \"FILE.npy\" or \"FILE.mat\""));
+    }
+    Ok(Some(text.to_owned()))
 }
 
 /// The number of regions; 0 for costs, which determine their own.
@@ -153,7 +199,7 @@ fn plain_label(
     let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
     let lambda = text("lambda").expect("it is needed");
     let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
-    let varied = ["noise", "seed"].into_iter().filter(|key| group.varies(key));
+    let varied = ["model", "project", "noise", "seed"].into_iter().filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
     format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())
 }

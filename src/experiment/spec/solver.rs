@@ -3,12 +3,15 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use strum::{EnumString, IntoStaticStr, VariantNames};
+
 use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
 use crate::error::Result;
 use crate::mesh::Source;
+use crate::names::Named;
 use crate::problem::Problem;
 use crate::run::{Stop, time_limit};
 use crate::solver::{Method, Options, Setup};
@@ -31,9 +34,82 @@ pub struct SolverCell {
     pub threads: Option<usize>,
     /// Whether coarser meshes are solved first.
     pub coarse_to_fine: bool,
-    /// The command of an external solver.
-    pub(crate) external: Option<External>,
+    /// Maximum number of iterations, if it differs from that of the file.
+    pub(crate) max_iterations: Option<u64>,
+    /// What it computes.
+    pub(crate) task: Task,
 }
+
+/// What a solver of an experiment computes.
+#[derive(Clone, Debug)]
+pub enum Task {
+    /// U for fixed costs, by a built-in method.
+    Solve,
+    /// U for fixed costs, by a command.
+    External(External),
+    /// U and the region parameters in turn.
+    Segment(Estimation),
+    /// Labels without regard to cuts.
+    Baseline(BaselineName),
+}
+
+impl Task {
+    /// Whether it uses the costs of the instance. All others have parameters, and thus costs, of their own.
+    pub fn has_fixed_costs(&self) -> bool {
+        matches!(self, Task::Solve | Task::External(_))
+    }
+
+    /// The command, if it is one.
+    pub fn external(&self) -> Option<&External> {
+        match self {
+            Task::External(external) => Some(external),
+            _ => None,
+        }
+    }
+}
+
+/// How region parameters are estimated.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimation {
+    /// r, the steps of U between re-estimations.
+    pub every: u64,
+    /// The start.
+    pub init: Init,
+    /// The seed of a random start.
+    pub seed: u64,
+}
+
+/// The start of an estimation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Init {
+    /// Clusters of the data.
+    #[strum(serialize = "kmeans")]
+    KMeans,
+    /// Random labels.
+    Random,
+    /// Slabs across the longest side of the mesh, of equal length, one per region.
+    Slabs,
+    /// The same slabs in the opposite order.
+    OppositeSlabs,
+    /// Shells around the center of the bounding box of the mesh.
+    Shells,
+    /// Thin slabs, whose labels take turns.
+    Stripes,
+}
+
+/// A baseline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "lowercase")]
+pub enum BaselineName {
+    /// The nearest center of k-means.
+    KMeans,
+    /// The classes of least variance of scalar data.
+    Threshold,
+}
+
+/// The keys of an estimation; the first makes it one.
+const ESTIMATION_KEYS: [&str; 3] = ["every", "init", "init-seed"];
 
 /// The name of all external solvers.
 const EXTERNAL: &str = "external";
@@ -54,7 +130,13 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> SpanResult<
         Some(names) => group.keys.push(("solver".into(), names)),
         None => return Err(SpanError::at(&section.span, "[[solver]] needs name")),
     }
-    for key in ["command", "limit", "threads", "coarse-to-fine"] {
+    for key in ESTIMATION_KEYS.into_iter().chain([
+        "max-iterations",
+        "command",
+        "limit",
+        "threads",
+        "coarse-to-fine",
+    ]) {
         if let Some(values) = section.list(key)? {
             group.keys.push((key.to_owned(), values));
         }
@@ -78,27 +160,41 @@ fn read_cell(
     stop: &Stop,
 ) -> SpanResult<SolverCell> {
     let (name, span) = cell.text("solver")?.expect("it is needed");
-    let external = match name {
-        EXTERNAL => Some(read_external(cell, span, stop)?),
-        _ => None,
+    let baseline = BaselineName::named(name);
+    let task = match (name, baseline) {
+        (EXTERNAL, _) => Task::External(read_external(cell, span, stop)?),
+        (_, Some(baseline)) => Task::Baseline(baseline),
+        _ => read_estimation(cell)?.map_or(Task::Solve, Task::Segment),
     };
-    if external.is_none()
+    if matches!(task, Task::External(_) | Task::Baseline(_))
+        && let Some(given) = ESTIMATION_KEYS.iter().find_map(|key| cell.get(key))
+    {
+        let message =
+            format!("{name} estimates no parameters: leave out {}", ESTIMATION_KEYS.join(", "));
+        return Err(SpanError::at(&given.span, message));
+    }
+    if task.external().is_none()
         && let Some(given) = cell.get("command").or_else(|| cell.get("limit"))
     {
         let message = format!("command and limit need name = \"{EXTERNAL}\"");
         return Err(SpanError::at(&given.span, message));
     }
-    let method = match &external {
-        Some(_) => None,
-        None => Some(method_named(name, span)?),
+    let method = match task {
+        Task::Solve | Task::Segment(_) => Some(method_named(name, span)?),
+        Task::External(_) | Task::Baseline(_) => None,
     };
+    if let (Task::Baseline(_), Some((_, given))) =
+        (&task, cell.0.iter().find(|(key, _)| key.starts_with("options.")))
+    {
+        return Err(SpanError::at(&given.span, format!("{name} has no options")));
+    }
     let options = read_options(cell, method, span)?;
     let threads = match cell.get("threads") {
         None => None,
         Some(_) => Some(cell.count("threads", 1, 1..=1024)? as usize),
     };
     let coarse_to_fine = read_boolean(cell, "coarse-to-fine")?;
-    let called = external.as_ref().map_or(name, |external| &external.command);
+    let called = task.external().map_or(name, |external| &external.command);
     let plain = called.to_owned() + &plain_settings(cell, threads, coarse_to_fine);
     Ok(SolverCell {
         label: label_of(label, plain, cell, group),
@@ -109,15 +205,39 @@ fn read_cell(
         options,
         threads,
         coarse_to_fine,
-        external,
+        max_iterations: match cell.get("max-iterations") {
+            None => None,
+            Some(_) => Some(cell.count("max-iterations", 0, 0..=u64::MAX)?),
+        },
+        task,
     })
+}
+
+fn read_estimation(cell: &Cell<'_>) -> SpanResult<Option<Estimation>> {
+    if cell.get("every").is_none() {
+        return match ESTIMATION_KEYS.iter().find_map(|key| cell.get(key)) {
+            None => Ok(None),
+            Some(given) => Err(SpanError::at(
+                &given.span,
+                "a start needs every = STEPS between re-estimations of the parameters",
+            )),
+        };
+    }
+    Ok(Some(Estimation {
+        every: cell.count("every", 1, 1..=u64::MAX)?,
+        init: cell.named("init", Init::KMeans)?,
+        seed: cell.count("init-seed", 0, 0..=u64::MAX)?,
+    }))
 }
 
 /// The part after the name in the label of a solver without a given one.
 fn plain_settings(cell: &Cell<'_>, threads: Option<usize>, coarse_to_fine: bool) -> String {
-    let options = cell.0.iter().filter_map(|(key, value)| {
-        let key = key.strip_prefix("options.")?;
-        Some(format!(", {key}={}", value.value.text()))
+    let shown = ESTIMATION_KEYS.into_iter().chain(["max-iterations"]);
+    let shown: Vec<&str> = shown.collect();
+    let options = cell.0.iter().filter_map(|(key, value)| match key.strip_prefix("options.") {
+        Some(key) => Some(format!(", {key}={}", value.value.text())),
+        None if shown.contains(&key.as_str()) => Some(format!(", {key} {}", value.value.text())),
+        None => None,
     });
     let threads = threads.map_or(String::new(), |n| format!(", {n} threads"));
     let coarse = if coarse_to_fine { ", coarse to fine" } else { "" };
@@ -128,8 +248,12 @@ fn method_named(name: &str, span: &Range<usize>) -> SpanResult<Method> {
     Method::named(name).map_err(|error| {
         let known = Method::all();
         let known = known.iter().map(Method::name);
-        let meant = did_you_mean(name, known.chain([EXTERNAL]));
-        SpanError::at(span, format!("{error}, {EXTERNAL}{meant}"))
+        let meant = did_you_mean(
+            name,
+            known.chain(BaselineName::names().iter().copied()).chain([EXTERNAL]),
+        );
+        let others = BaselineName::names().join(", ");
+        SpanError::at(span, format!("{error}, {others}, {EXTERNAL}{meant}"))
     })
 }
 

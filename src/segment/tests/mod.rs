@@ -65,7 +65,7 @@ fn request(lambda: f64, mass: Mass) -> Request {
 }
 
 fn alternation(initial: Initial, seed: u64) -> Alternation {
-    Alternation { regions: 3, initial, seed, every: 10 }
+    Alternation { regions: 3, initial, seed, every: 10, labels: None }
 }
 
 /// The region of each color of the palette, by the nearest mean; all three must be different.

@@ -128,11 +128,12 @@ fn every_run_is_measured_by_the_best_of_all_solvers() {
     let done = runs(&spec);
     let pool = Pool::of(&spec, &done);
     assert_eq!(pool.runs().count(), 6);
-    near(pool.bound(0), 11.9);
-    near(pool.energy(0), 12.0);
-    near(pool.share(0, 0.5), 0.25);
-    near(pool.suboptimality(0, 12.5), 0.3);
-    assert_eq!(pool.share(0, 0.0), 0.0);
+    let peers = pool.peers(&pool.cells[0]);
+    near(peers.bound(), 11.9);
+    near(peers.energy(), 12.0);
+    near(peers.share(0.5), 0.25);
+    near(peers.suboptimality(12.5), 0.3);
+    assert_eq!(peers.share(0.0), 0.0);
 }
 
 /// The first sample at or below a gap; medians over the repetitions, for times only those of one host.

@@ -1,0 +1,163 @@
+//! One run of a program's own solver: the solution, the region parameters where it estimates them, and its agreement with
+//! the right labels.
+
+use crate::agreement::{Agreement, MeanAgreement, boundaries, grid_image};
+use crate::error::{Error, Result};
+use crate::labeling::{Baseline, Labeler, Labeling, label};
+use crate::mesh::Mesh;
+use crate::mesh::extent::{BoundingBox, bounding_box};
+use crate::run::Stop;
+use crate::segment::Alternation;
+use crate::solve::{Request, Solution, solve};
+use crate::solver::Method;
+use crate::start::Start;
+use crate::sweep;
+
+use super::data::{Instance, Truth};
+use super::manifest::Scores;
+use super::plan::Planned;
+use super::runner::StepObserver;
+use super::spec::{BaselineName, Estimation, Init, InstanceCell, Task};
+use crate::data::Initial;
+
+/// A solution, and the values of the region parameters if they are not those of the instance.
+type Outcome = (Solution, Option<Vec<Vec<f64>>>);
+
+/// Makes a run that needs no command.
+///
+/// # Errors
+/// The solver or the data model cannot handle the instance.
+pub fn attempt(
+    run: &Planned<'_>,
+    instance: &Instance,
+    stop: Stop,
+    observe: StepObserver<'_>,
+) -> Result<Outcome> {
+    let solver = run.solver;
+    let method = match solver.task {
+        Task::Baseline(_) => Method::default(),
+        _ => Method::parse(&solver.name, &solver.options)?,
+    };
+    let request = Request {
+        lambda: instance.lambda,
+        mass: run.instance.mass,
+        method,
+        stop,
+        coarse_to_fine: solver.coarse_to_fine,
+        keep_dual: false,
+    };
+    let made = || match &solver.task {
+        Task::Segment(estimation) => {
+            let labeler = Labeler::Estimated(run.instance.model);
+            labeled(instance, run.instance, labeler, *estimation, &request, observe)
+        }
+        Task::Baseline(name) => {
+            let seed = run.instance.seed;
+            let baseline = match name {
+                BaselineName::KMeans => Baseline::KMeans { seed },
+                BaselineName::Threshold => Baseline::Otsu,
+            };
+            // What it does not use.
+            let estimation = Estimation { every: 1, init: Init::KMeans, seed };
+            let labeler = Labeler::Baseline(baseline);
+            labeled(instance, run.instance, labeler, estimation, &request, observe)
+        }
+        Task::Solve | Task::External(_) => {
+            solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe)
+                .map(|solution| (solution, None))
+        }
+    };
+    sweep::with_threads(solver.threads, made)?
+        .map_err(|error| Error::unsuitable(format!("{}: {error}", solver.label)))
+}
+
+fn labeled(
+    instance: &Instance,
+    cell: &InstanceCell,
+    labeler: Labeler,
+    Estimation { every, init, seed }: Estimation,
+    request: &Request,
+    observe: StepObserver<'_>,
+) -> Result<Outcome> {
+    let Some(data) = &instance.data else {
+        return Err(Error::unsuitable("costs have no parameters that could be estimated"));
+    };
+    let regions = cell.regions;
+    let initial = if init == Init::Random { Initial::Random } else { Initial::KMeans };
+    let labels = initial_labels(&instance.mesh, init, regions);
+    let alternation = Alternation { regions, initial, seed, every, labels };
+    let lambda = Some(request.lambda);
+    let Labeling { solution, regions, .. } =
+        label(&instance.mesh, data, &labeler, &alternation, lambda, request, observe)?;
+    Ok((solution, Some(regions.into_iter().map(|region| region.value).collect())))
+}
+
+/// Number of stripes of each region.
+const STRIPES: usize = 6;
+
+/// The labels of geometric starts.
+fn initial_labels(mesh: &Mesh, init: Init, m: usize) -> Option<Vec<usize>> {
+    let BoundingBox { min, max } = bounding_box(mesh)?;
+    let (low, high) = (nalgebra::Point3::from(min), nalgebra::Point3::from(max));
+    let extent = high - low;
+    let axis = extent.imax();
+    // From 0 to 1 along the longest side, and away from the center.
+    let along = |x: &nalgebra::Point3<f64>| (x[axis] - low[axis]) / extent[axis];
+    let center = nalgebra::center(&low, &high);
+    let farthest = mesh.vertices.iter().map(|x| (x - center).norm()).fold(0.0, f64::max);
+    let part = |t: f64, parts: usize| ((t * parts as f64) as usize).min(parts - 1);
+    let labels = |label: &dyn Fn(&nalgebra::Point3<f64>) -> usize| {
+        Some(mesh.vertices.iter().map(label).collect())
+    };
+    match init {
+        Init::KMeans | Init::Random => None,
+        Init::Slabs => labels(&|x| part(along(x), m)),
+        Init::OppositeSlabs => labels(&|x| m - 1 - part(along(x), m)),
+        Init::Stripes => labels(&|x| part(along(x), STRIPES * m) % m),
+        Init::Shells => labels(&|x| part((x - center).norm() / farthest, m)),
+    }
+}
+
+/// The agreement of a run with the right labels.
+pub struct Agreed {
+    /// The share of vertices with a wrong label.
+    pub mislabeled: f64,
+    /// Other measures; not for labels in the order of fixed costs, whose regions need no matching.
+    pub others: Option<Scores>,
+}
+
+/// The agreement with the truth of an instance, if it has one.
+///
+/// # Errors
+/// No vertex has a known label, or too many boundaries to be matched.
+pub fn scores(
+    run: &Planned<'_>,
+    instance: &Instance,
+    solution: &Solution,
+) -> Result<Option<Agreed>> {
+    let Some(Truth { labelings, in_order }) = &instance.truth else { return Ok(None) };
+    let labels: Vec<i64> = solution.labels.iter().map(|&label| i64::from(label)).collect();
+    if *in_order && run.solver.task.has_fixed_costs() {
+        let wrong = labels.iter().zip(&labelings[0]).filter(|(label, truth)| label != truth);
+        let mislabeled = wrong.count() as f64 / labels.len() as f64;
+        return Ok(Some(Agreed { mislabeled, others: None }));
+    }
+    let weights = vec![1.0; labels.len()];
+    let agreements: Vec<Agreement> = (labelings.iter())
+        .map(|truth| Agreement::new(&labels, truth, &weights))
+        .collect::<Result<_>>()?;
+    let MeanAgreement { accuracy, rand_index, variation_of_information, covering, .. } =
+        MeanAgreement::of(&agreements);
+    let boundary_f = match instance.grid {
+        None => None,
+        Some(size) => {
+            let image = grid_image(&labels, size[0]);
+            let truths: Vec<Vec<i64>> =
+                labelings.iter().map(|truth| grid_image(truth, size[0])).collect();
+            let truths: Vec<&[i64]> = truths.iter().map(|truth| &truth[..]).collect();
+            Some(boundaries(&image, &truths, size)?.all.f)
+        }
+    };
+    let others = Scores { rand_index, variation_of_information, covering, boundary_f };
+    Ok(Some(Agreed { mislabeled: 1.0 - accuracy, others: Some(others) }))
+}
