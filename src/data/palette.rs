@@ -34,17 +34,16 @@ pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     }
 }
 
-/// The caption of [`colors`] for data with the given name; `range` has the values that were mapped to 0 and 1, if any
-/// were.
+/// The caption of [`colors`] for data with the given name; `range` has the values that were mapped to 0 and 1, and are
+/// drawn dark and bright, if any were.
 pub fn words(data: &Data, name: &str, range: Option<[f64; 2]>, area: &[f64]) -> String {
     let from_to = |[low, high]: [f64; 2], dark: &str, bright: &str| {
         format!("{name}, from {} ({dark}) to {} ({bright})", short(low), short(high))
     };
     match data.dimension {
         1 => {
-            let shown = scaled(data.values.clone(), area).1;
-            let of = |[a, b]: [f64; 2], t: f64| a + t * (b - a);
-            from_to(range.map_or(shown, |range| shown.map(|t| of(range, t))), "dark", "bright")
+            let shown = range.unwrap_or_else(|| scaled(data.values.clone(), area).1);
+            from_to(shown, "dark", "bright")
         }
         3 if are_colors(data) => name.to_owned(),
         3 => from_to(common_range(data, area), "black", "white") + ", as red, green, blue",

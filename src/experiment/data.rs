@@ -246,7 +246,7 @@ fn costs_of_data(
 /// cannot be read is an error only when the instance is made.
 fn paint(hash: &mut Sha256, source: &Source, choice: Option<&DataSource>) -> Result<()> {
     let given = match choice {
-        Some(DataSource::Curvature) => return Ok(()),
+        Some(DataSource::Curvature(_)) => return Ok(()),
         Some(DataSource::Texture(given)) => given.is_some(),
         Some(DataSource::Image(_)) => true,
         _ => false,
