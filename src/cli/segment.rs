@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use meshseg::colormap::categorical;
-use meshseg::data::input::{self, DataSource, InputData, Mapping, UnitRange};
+use meshseg::data::input::{self, DataSource, InputData, Mapping};
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
 use meshseg::data::{DataModel, Gaussian, Initial, L1, PiecewiseConstant, palette};
@@ -252,8 +252,9 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
         None => input.colors.clone(),
     };
     let areas = || barycentric_areas(&surface.scaled);
-    let range = input.unit_range.map(|range| range.ends);
-    let caption = || palette::words(&input.data, &with_unit(input), range, &areas());
+    let range = input.unit_range;
+    let (ends, unit) = (range.map(|range| range.ends), range.and_then(|range| range.unit()));
+    let caption = || palette::words(&input.data, &input.name, ends, unit, &areas());
     Looks {
         regions: found.regions.iter().enumerate().map(drawn).collect(),
         data: (!solving.no_preview).then(|| PicturedData {
@@ -264,21 +265,13 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
     }
 }
 
-/// The name of the data, with the unit of their range, which refers to the lengths of the file.
-fn with_unit(input: &InputData) -> String {
-    match input.unit_range.and_then(|range| range.unit()) {
-        Some(unit) => format!("{} in {unit} of the file", input.name),
-        None => input.name.clone(),
-    }
-}
-
 /// The text that is printed at the end.
 fn report(found: &Found, input: &InputData, lambda: f64, arguments: &Arguments) -> String {
     let mut lines = summary_lines(&found.solution.summary);
-    if let Some(UnitRange { ends, .. }) = input.unit_range {
-        let name = with_unit(input);
-        let [low, high] = ends.map(table::common_format(table::largest(&ends), 4));
-        lines.push(("data", format!("{name}, mapped from [{low}, {high}] to [0, 1]")));
+    if let Some(range) = &input.unit_range {
+        let [low, high] = range.ends.map(table::common_format(table::largest(&range.ends), 4));
+        let unit = range.unit().map_or_else(String::new, |unit| format!(" in {unit} of the file"));
+        lines.push(("data", format!("{}, [{low}, {high}]{unit} mapped to [0, 1]", input.name)));
     }
     if arguments.lambda.is_none() {
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");

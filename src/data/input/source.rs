@@ -41,7 +41,7 @@ impl FromStr for DataSource {
                 let names = CurvatureKind::names();
                 let kind = CurvatureKind::named(kind);
                 kind.map(DataSource::Curvature)
-                    .ok_or_else(|| format!("curvature: the kind {}", must_be_one_of(names)))
+                    .ok_or_else(|| format!("the kind of curvature {}", must_be_one_of(names)))
             }
             ("texture", _) => Ok(DataSource::Texture(None)),
             (_, Some(("texture", image))) if !image.is_empty() => {
@@ -98,7 +98,7 @@ mod tests {
         for text in ["curvature:", "curvature:mean-cotangent", "curvature:Gaussian"] {
             assert_eq!(
                 text.parse::<DataSource>(),
-                Err("curvature: the kind must be one of mean, mean-quadric, gaussian, shape-index"
+                Err("the kind of curvature must be one of mean, mean-quadric, gaussian, shape-index"
                     .into())
             );
         }

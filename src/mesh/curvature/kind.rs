@@ -22,7 +22,7 @@ impl CurvatureKind {
     pub fn words(self) -> &'static str {
         match self {
             CurvatureKind::Mean => "mean curvature",
-            CurvatureKind::MeanQuadric => "mean curvature of fitted quadrics",
+            CurvatureKind::MeanQuadric => "mean curvature (quadric)",
             CurvatureKind::Gaussian => "Gaussian curvature",
             CurvatureKind::ShapeIndex => "shape index",
         }

@@ -161,7 +161,7 @@ fn every_kind_of_curvature_is_named_with_its_range_and_unit() {
         ("", "mean curvature", Some("1/length"), [inner, outer].map(|k| 0.5 * (2.5 + k))),
         (
             ":mean-quadric",
-            "mean curvature of fitted quadrics",
+            "mean curvature (quadric)",
             Some("1/length"),
             [inner, outer].map(|k| 0.5 * (2.5 + k)),
         ),
