@@ -35,9 +35,12 @@ pub struct Arguments {
 
     /// colors (of vertices, else of faces or materials, in [0,1]), texture (the images of the materials),
     /// texture:IMAGE (PNG or JPEG, at the texture coordinates, as stored), image:IMAGE (projected onto the surface, see
-    /// --project; JPEG photos are turned upright according to their EXIF orientation), curvature (mean curvature, whose
-    /// middle 96 % are mapped to [0,1]; positive where the surface is convex as seen from outside), or FILE.npy (V or
-    /// V x d numbers; uint8 is divided by 255) [default: the textures or colors that come with the mesh]
+    /// --project; JPEG photos are turned upright according to their EXIF orientation), curvature (mean curvature by the
+    /// cotangent Laplacian, positive where the surface is convex as seen from outside), curvature:mean-quadric (the
+    /// same of quadrics fitted to two rings of vertices, for noisy meshes), curvature:gaussian (by the angle defect),
+    /// curvature:shape-index (1 on caps, 0.5 on ridges, 0 on saddles, -0.5 in ruts, -1 in cups), or FILE.npy (V or V x
+    /// d numbers; uint8 is divided by 255). The middle 96 % of a curvature are mapped to [0,1], the shape index from
+    /// [-1,1] [default: the textures or colors that come with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
 
@@ -202,7 +205,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
 
     surface.report(arguments);
     warn(&found.solution.summary.warnings);
-    let printed = print(&report(&found, lambda, &labeler, arguments));
+    let printed = print(&report(&found, &input, lambda, &labeler, arguments));
     exit(found.solution.summary.status, printed)
 }
 
@@ -273,7 +276,8 @@ fn warnings(surface: &Surface, input: &InputData, arguments: &Arguments) -> Vec<
 
 /// Given parameters are in the units of the data as they are segmented, which may depend on the mesh.
 fn mapped_data(input: &InputData, labeler: &Labeler) -> Option<String> {
-    let (Labeler::Given(..), Some([low, high])) = (labeler, input.unit_range) else { return None };
+    let (Labeler::Given(..), Some(range)) = (labeler, &input.unit_range) else { return None };
+    let [low, high] = range.ends;
     Some(format!(
         "the given means refer to data from 0 to 1, to which {low:.3e} and {high:.3e} are mapped on this mesh; means of \
          another mesh have other units"
@@ -291,7 +295,8 @@ fn summary<'a>(
         summary: &found.solution.summary,
         data: &input.name,
         // Lengths are those of the scaled mesh.
-        data_unit_range: input.unit_range.map(|range| range.map(|h| h / surface.scale)),
+        data_unit_range: input.unit_range.map(|range| range.on_scaled(surface.scale)),
+        data_unit: input.unit_range.and_then(|range| range.unit()),
         data_sign: input.sign,
         welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
@@ -319,7 +324,9 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
         None => input.colors.clone(),
     };
     let areas = || barycentric_areas(&surface.scaled);
-    let caption = || palette::words(&input.data, &input.name, input.unit_range, &areas());
+    let range = input.unit_range;
+    let (ends, unit) = (range.map(|range| range.ends), range.and_then(|range| range.unit()));
+    let caption = || palette::words(&input.data, &input.name, ends, unit, &areas());
     Looks {
         regions: found.regions.iter().enumerate().map(drawn).collect(),
         data: (!solving.no_preview).then(|| PicturedData {
@@ -331,8 +338,19 @@ fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving)
 }
 
 /// The text that is printed at the end.
-fn report(found: &Found, lambda: f64, labeler: &Labeler, arguments: &Arguments) -> String {
+fn report(
+    found: &Found,
+    input: &InputData,
+    lambda: f64,
+    labeler: &Labeler,
+    arguments: &Arguments,
+) -> String {
     let mut lines = summary_lines(&found.solution.summary);
+    if let Some(range) = &input.unit_range {
+        let [low, high] = range.ends.map(table::common_format(table::largest(&range.ends), 4));
+        let unit = range.unit().map_or_else(String::new, |unit| format!(" in {unit} of the file"));
+        lines.push(("data", format!("{}, [{low}, {high}]{unit} mapped to [0, 1]", input.name)));
+    }
     if arguments.lambda.is_none() {
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
         lambda.expect("it has a line").1 += ", chosen for these data";
@@ -417,6 +435,7 @@ struct SegmentSummary<'a> {
     summary: &'a Summary,
     data: &'a str,
     data_unit_range: Option<[f64; 2]>,
+    data_unit: Option<&'static str>,
     data_sign: Option<&'static str>,
     welded_vertices: usize,
     /// Whether lambda was chosen for the data.

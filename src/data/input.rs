@@ -1,5 +1,5 @@
 //! The data of a mesh: the textures of its materials, the colors of its vertices or faces, an image mapped to it,
-//! its mean curvature, or an array.
+//! its curvature, or an array.
 
 mod images;
 mod own;
@@ -9,7 +9,7 @@ mod source;
 
 use std::path::Path;
 
-use super::curved::{CURVATURE_SIGN, Curved, curved};
+use super::curved::{Curved, curved};
 use super::{Data, palette};
 use crate::colormap::sequential;
 use crate::counted::counted;
@@ -20,7 +20,7 @@ use crate::npy;
 use crate::unreached::INHERIT;
 
 pub use images::image_files;
-pub use reader::InputData;
+pub use reader::{InputData, UnitRange};
 pub use source::{DataSource, Mapping};
 
 use own::Own;
@@ -77,16 +77,19 @@ fn read_choice(
         }
         Some(DataSource::Texture(image)) => reader.textures(image.as_deref(), true),
         Some(DataSource::Image(image)) => reader.image(image),
-        Some(DataSource::Curvature) => {
-            let curved = curved(mesh).map_err(|error| error.of_file(&reader.name()));
+        Some(&DataSource::Curvature(kind)) => {
+            let curved = curved(mesh, kind).map_err(|error| error.of_file(&reader.name()));
             let Curved { values, range, warnings } = curved?;
             Ok(InputData {
                 colors: values.iter().map(|&t| sequential(t)).collect(),
                 data: Data::new(1, values)?,
-                name: "mean curvature".into(),
-                unit_range: Some(range),
+                name: kind.words().into(),
+                unit_range: Some(UnitRange {
+                    ends: range,
+                    inverse_lengths: kind.inverse_lengths(),
+                }),
                 notes: Vec::new(),
-                sign: Some(CURVATURE_SIGN),
+                sign: kind.sign(),
                 warnings,
             })
         }

@@ -34,17 +34,26 @@ pub fn colors(data: &Data, area: &[f64]) -> Vec<[f64; 3]> {
     }
 }
 
-/// The caption of [`colors`] for data with the given name; `range` has the values that were mapped to 0 and 1, if any
-/// were.
-pub fn words(data: &Data, name: &str, range: Option<[f64; 2]>, area: &[f64]) -> String {
+/// The caption of [`colors`] for data with the given name; `range` has the values that were mapped to 0 and 1, and are
+/// drawn dark and bright, if any were, and `unit` is their unit, if they have one.
+pub fn words(
+    data: &Data,
+    name: &str,
+    range: Option<[f64; 2]>,
+    unit: Option<&str>,
+    area: &[f64],
+) -> String {
     let from_to = |[low, high]: [f64; 2], dark: &str, bright: &str| {
         format!("{name}, from {} ({dark}) to {} ({bright})", short(low), short(high))
     };
     match data.dimension {
         1 => {
-            let shown = scaled(data.values.clone(), area).1;
-            let of = |[a, b]: [f64; 2], t: f64| a + t * (b - a);
-            from_to(range.map_or(shown, |range| shown.map(|t| of(range, t))), "dark", "bright")
+            let shown = range.unwrap_or_else(|| scaled(data.values.clone(), area).1);
+            match (unit, shown.map(short)) {
+                // Short enough for the width of a picture.
+                (Some(unit), [low, high]) => format!("{name}: {low} to {high} in {unit}"),
+                (None, _) => from_to(shown, "dark", "bright"),
+            }
         }
         3 if are_colors(data) => name.to_owned(),
         3 => from_to(common_range(data, area), "black", "white") + ", as red, green, blue",
@@ -168,7 +177,7 @@ mod tests {
     fn three_columns_within_the_unit_range_are_colors() {
         let colored = data(3, &[0.1, 0.2, 0.3, 1.0, 0.0, 0.5]);
         assert_eq!(colors(&colored, &[1.0; 2]), [[0.1, 0.2, 0.3], [1.0, 0.0, 0.5]]);
-        assert_eq!(words(&colored, "colors", None, &[1.0; 2]), "colors");
+        assert_eq!(words(&colored, "colors", None, None, &[1.0; 2]), "colors");
     }
 
     /// Data that differ only in the second or third column look different.
@@ -193,15 +202,16 @@ mod tests {
     fn columns_out_of_range_share_one_range() {
         let normals = data(3, &[-1.0, 0.0, 1.0, 1.0, -1.0, 0.0]);
         assert_eq!(colors(&normals, &[1.0; 2]), [[0.0, 0.5, 1.0], [1.0, 0.0, 0.5]]);
-        let text = words(&normals, "N.npy", None, &[1.0; 2]);
+        let text = words(&normals, "N.npy", None, None, &[1.0; 2]);
         assert_eq!(text, "N.npy, from -1 (black) to 1 (white), as red, green, blue");
     }
 
     #[test]
     fn one_column_names_its_ends_in_the_units_before_any_map() {
         let ramp = data(1, &[0.0, 0.5, 1.0]);
-        let text = words(&ramp, "mean curvature", Some([-30.0, 50.0]), &[1.0; 3]);
-        assert_eq!(text, "mean curvature, from -30 (dark) to 50 (bright)");
+        let text = |unit| words(&ramp, "mean curvature", Some([-30.0, 50.0]), unit, &[1.0; 3]);
+        assert_eq!(text(None), "mean curvature, from -30 (dark) to 50 (bright)");
+        assert_eq!(text(Some("1/length")), "mean curvature: -30 to 50 in 1/length");
     }
 
     #[test]

@@ -28,9 +28,11 @@ impl FromStr for DataChoice {
             (_, Some(("costs", file))) if file.ends_with(".npy") => {
                 Ok(DataChoice::Costs(file.into()))
             }
+            (_, Some(("curvature", _))) => text.parse().map(DataChoice::Source),
             _ => text.parse().map(DataChoice::Source).map_err(|_| {
                 "data must be \"waves\", \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
-                 \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"FILE.npy\" or \"costs:FILE.npy\""
+                 \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"curvature:mean-quadric\", \
+                 \"curvature:gaussian\", \"curvature:shape-index\", \"FILE.npy\" or \"costs:FILE.npy\""
                     .into()
             }),
         }

@@ -316,7 +316,7 @@ fn paint(
     cell: &InstanceCell,
 ) -> Result<()> {
     let given = match choice {
-        Some(DataSource::Curvature) => return Ok(()),
+        Some(DataSource::Curvature(_)) => return Ok(()),
         Some(DataSource::Texture(given)) => given.is_some(),
         Some(DataSource::Image(_)) => true,
         _ => false,

@@ -223,6 +223,7 @@ fn data_of_every_kind() {
         ("grid:5x5 --data d.npy", "d.npy"),
         ("grid:5x5 --data d.npy --normalize none --lambda 0.01", "d.npy"),
         ("grid:5x5 --data curvature", "mean curvature"),
+        ("sphere:2 --data curvature:gaussian", "Gaussian curvature"),
         ("colored.off", "colors"),
         ("colored.off --data colors --mass voronoi", "colors"),
         ("textured.obj --data texture:texture.png --mass consistent", "texture texture.png"),

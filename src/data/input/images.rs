@@ -49,7 +49,7 @@ pub fn image_files(
                 Err(_) => return Vec::new(),
             }
         }
-        Some(DataSource::Colors | DataSource::Curvature | DataSource::File(_)) => {
+        Some(DataSource::Colors | DataSource::Curvature(_) | DataSource::File(_)) => {
             return Vec::new();
         }
     };

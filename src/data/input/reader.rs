@@ -16,13 +16,38 @@ pub struct InputData {
     /// Such as `mean curvature`, `colors`, or the path of an array; for captions.
     pub name: String,
     /// The values that were mapped to 0 and 1, if the data were mapped.
-    pub unit_range: Option<[f64; 2]>,
+    pub unit_range: Option<UnitRange>,
     /// Which data were chosen and which others can be, one line each.
     pub notes: Vec<String>,
     /// The meaning of the sign of the data, if it needs an explanation.
     pub sign: Option<&'static str>,
     /// Warnings, one sentence each.
     pub warnings: Vec<String>,
+}
+
+/// The values that were mapped to 0 and 1, in 1/length^n.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnitRange {
+    /// Those of 0 and of 1, with the length unit of the mesh.
+    pub ends: [f64; 2],
+    /// n.
+    pub inverse_lengths: i32,
+}
+
+impl UnitRange {
+    /// The ends on the mesh scaled by a factor.
+    pub fn on_scaled(&self, factor: f64) -> [f64; 2] {
+        self.ends.map(|end| end / factor.powi(self.inverse_lengths))
+    }
+
+    /// The unit, if there is one.
+    pub fn unit(&self) -> Option<&'static str> {
+        match self.inverse_lengths {
+            0 => None,
+            1 => Some("1/length"),
+            _ => Some("1/length^2"),
+        }
+    }
 }
 
 /// A mesh whose data are to be read.

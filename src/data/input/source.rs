@@ -6,8 +6,10 @@ use std::str::FromStr;
 
 use crate::data::projection::{Fit, Projection};
 use crate::data::texture::Texel;
+use crate::mesh::curvature::CurvatureKind;
+use crate::names::{Named, must_be_one_of};
 
-/// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature` or `FILE.npy`.
+/// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature`, `curvature:KIND` or `FILE.npy`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DataSource {
     /// The colors of the vertices, or else those of the faces and their materials.
@@ -16,15 +18,16 @@ pub enum DataSource {
     Texture(Option<PathBuf>),
     /// An image on the surface by a projection or by the texture coordinates, see [`Mapping::project`].
     Image(PathBuf),
-    /// The mean curvature, see `curved.rs`.
-    Curvature,
+    /// A curvature of the surface, see `curved.rs`; `curvature` alone is the mean curvature.
+    Curvature(CurvatureKind),
     /// An array of V or V x d numbers in a `.npy` file, see [`read_data`](crate::npy::read_data).
     File(PathBuf),
 }
 
 impl DataSource {
     /// The forms that [`DataSource::from_str`] takes.
-    pub const SYNTAX: &str = "colors, texture, texture:IMAGE, image:IMAGE, curvature or FILE.npy";
+    pub const SYNTAX: &str = "colors, texture, texture:IMAGE, image:IMAGE, curvature, curvature:mean-quadric, \
+                              curvature:gaussian, curvature:shape-index or FILE.npy";
 }
 
 impl FromStr for DataSource {
@@ -33,7 +36,13 @@ impl FromStr for DataSource {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match (text, text.split_once(':')) {
             ("colors", _) => Ok(DataSource::Colors),
-            ("curvature", _) => Ok(DataSource::Curvature),
+            ("curvature", _) => Ok(DataSource::Curvature(CurvatureKind::Mean)),
+            (_, Some(("curvature", kind))) => {
+                let names = CurvatureKind::names();
+                let kind = CurvatureKind::named(kind);
+                kind.map(DataSource::Curvature)
+                    .ok_or_else(|| format!("the kind of curvature {}", must_be_one_of(names)))
+            }
             ("texture", _) => Ok(DataSource::Texture(None)),
             (_, Some(("texture", image))) if !image.is_empty() => {
                 Ok(DataSource::Texture(Some(image.into())))
@@ -52,7 +61,8 @@ impl fmt::Display for DataSource {
             DataSource::Texture(None) => f.write_str("texture"),
             DataSource::Texture(Some(image)) => write!(f, "texture:{}", image.display()),
             DataSource::Image(image) => write!(f, "image:{}", image.display()),
-            DataSource::Curvature => f.write_str("curvature"),
+            DataSource::Curvature(CurvatureKind::Mean) => f.write_str("curvature"),
+            DataSource::Curvature(kind) => write!(f, "curvature:{}", kind.name()),
             DataSource::File(path) => path.display().fmt(f),
         }
     }
@@ -67,4 +77,31 @@ pub struct Mapping {
     pub project: Option<Projection>,
     /// How a plane projection treats the aspect of an image.
     pub fit: Fit,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_round_trips_and_errors_list_the_names() {
+        for text in ["colors", "texture", "texture:a.png", "image:b.jpg", "curvature", "d.npy"] {
+            assert_eq!(text.parse::<DataSource>().unwrap().to_string(), text);
+        }
+        for &name in CurvatureKind::names() {
+            let text = format!("curvature:{name}");
+            let source: DataSource = text.parse().unwrap();
+            assert_eq!(source, DataSource::Curvature(CurvatureKind::named(name).unwrap()));
+            assert_eq!(source.to_string().parse(), Ok(source));
+            assert!(name == "mean" || DataSource::SYNTAX.contains(&text), "{text}");
+        }
+        for text in ["curvature:", "curvature:mean-cotangent", "curvature:Gaussian"] {
+            assert_eq!(
+                text.parse::<DataSource>(),
+                Err("the kind of curvature must be one of mean, mean-quadric, gaussian, shape-index"
+                    .into())
+            );
+        }
+        assert_eq!("curved".parse::<DataSource>(), Err(format!("must be {}", DataSource::SYNTAX)));
+    }
 }

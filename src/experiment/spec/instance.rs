@@ -10,7 +10,9 @@ use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
 use crate::data::ModelName;
 use crate::data::projection::Projection;
+use crate::mesh::curvature::CurvatureKind;
 use crate::mesh::{Normalize, Source};
+use crate::names::Named;
 use crate::operator::Mass;
 use crate::regions;
 
@@ -124,7 +126,10 @@ fn read_cell(
     }
     let (data, data_span) = cell.text("data")?.expect("it is needed");
     let data: DataChoice = data.parse().map_err(|message: String| {
-        let known = ["waves", "own", "colors", "curvature"];
+        let known = ["waves", "own", "colors", "curvature"].map(str::to_owned);
+        let curvatures = CurvatureKind::names().iter().map(|kind| format!("curvature:{kind}"));
+        let known: Vec<String> = known.into_iter().chain(curvatures).collect();
+        let known = known.iter().map(String::as_str);
         SpanError::at(data_span, message + &did_you_mean(data, known))
     })?;
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;

@@ -147,6 +147,107 @@ fn curvature_of_a_tube_is_nothing_to_segment() {
     assert_eq!(used.len(), 1);
 }
 
+/// Which curvature, its range and its unit are reported on the screen and in the summary.
+#[test]
+fn every_kind_of_curvature_is_named_with_its_range_and_unit() {
+    let folder = Folder::new();
+    let mut torus = shape("torus:60x38");
+    // R = 1, r = 0.4.
+    let scale = 1.4 / torus.vertices[0].x;
+    torus = torus.scaled(scale);
+    io::write(&folder.path("torus.obj"), &torus).unwrap();
+    let [outer, inner] = [1.0 / 1.4, -1.0 / 0.6];
+    for (kind, name, unit, ends) in [
+        ("", "mean curvature", Some("1/length"), [inner, outer].map(|k| 0.5 * (2.5 + k))),
+        (
+            ":mean-quadric",
+            "mean curvature (quadric)",
+            Some("1/length"),
+            [inner, outer].map(|k| 0.5 * (2.5 + k)),
+        ),
+        (":gaussian", "Gaussian curvature", Some("1/length^2"), [inner, outer].map(|k| 2.5 * k)),
+        (":shape-index", "shape index", None, [-1.0, 1.0]),
+    ] {
+        let text = folder.done(&format!(
+            "segment torus.obj --data curvature{kind} --regions 2 --lambda 1e-4 --out out"
+        ));
+        let line = text.lines().find(|line| line.starts_with("data ")).unwrap();
+        assert!(line.contains(name) && line.contains("to [0, 1]"), "{line}");
+        assert!(unit.is_none_or(|unit| line.contains(&format!("in {unit} of the file"))), "{line}");
+        let answer = folder.answer("out");
+        answer.assert_consistent();
+        assert_eq!(answer.summary["data"], name);
+        assert_eq!(answer.summary["data_unit"].as_str(), unit);
+        let signed = answer.summary["data_sign"].as_str().unwrap_or("none");
+        assert_eq!(signed.contains("convex as seen from outside"), kind != ":gaussian", "{signed}");
+        // The range is that of the mesh of area 1, the extreme 2 % of the area are cut off.
+        let power = [None, Some("1/length"), Some("1/length^2")].iter().position(|u| *u == unit);
+        let factor = answer.number("scale").powi(power.unwrap() as i32);
+        for (end, exact) in ends.into_iter().enumerate() {
+            let found = answer.summary["data_unit_range"][end].as_f64().unwrap() * factor;
+            assert!((found - exact).abs() < 0.05 * exact.abs().max(1.0), "{kind}: {found} {exact}");
+        }
+    }
+    let message =
+        stderr(&folder.run("segment torus.obj --data curvature:mean-curv --regions 2 --out out"));
+    assert!(message.contains("mean, mean-quadric, gaussian, shape-index"), "{message}");
+    let message =
+        stderr(&folder.run("segment grid:9x9 --data curvature:shape-index --regions 2 --out o"));
+    let expected = "error: grid:9x9: no vertex of the mesh has a shape index: the surface is flat up to the rounding";
+    assert!(message.starts_with(expected) && message.lines().count() == 1, "{message}");
+}
+
+/// Two triangulations of a torus with other vertices and other edges get the same regions.
+#[test]
+fn regions_do_not_depend_on_the_triangulation() {
+    let folder = Folder::new();
+    let torus = |nu: u32, nv: u32, shift: f64, other: bool| {
+        let mut mesh = shape(&format!("torus:{nu}x{nv}"));
+        let angle = |k: u32, n: u32, seed: u32| {
+            let shift = shift * f64::from(seed * 7919 % 101) / 101.0;
+            std::f64::consts::TAU * (f64::from(k) + shift) / f64::from(n)
+        };
+        for (k, x) in (0..).zip(&mut mesh.vertices) {
+            let (u, v) = (angle(k / nv, nu, k), angle(k % nv, nv, 3 * k + 1));
+            let distance = 1.0 + 0.4 * v.cos();
+            *x = [distance * u.cos(), distance * u.sin(), 0.4 * v.sin()].into();
+        }
+        if other {
+            for pair in mesh.faces.chunks_exact_mut(2) {
+                let ([a, b, c], d) = (pair[0], pair[1][2]);
+                pair.copy_from_slice(&[[a, b, d], [b, c, d]]);
+            }
+        }
+        mesh
+    };
+    let meshes = [torus(60, 38, 0.0, false), torus(71, 43, 0.6, true)];
+    for kind in
+        ["curvature", "curvature:mean-quadric", "curvature:gaussian", "curvature:shape-index"]
+    {
+        let labels = [0, 1].map(|i| {
+            io::write(&folder.path(&format!("{i}.obj")), &meshes[i]).unwrap();
+            folder.done(&format!(
+                "segment {i}.obj --data {kind} --regions 2 --lambda 0.003 --no-preview --out {i}"
+            ));
+            let answer = folder.answer(&i.to_string());
+            let mean =
+                |p: usize| answer.summary["region_parameters"][p]["mean"][0].as_f64().unwrap();
+            let swapped = i32::from(mean(0) > mean(1));
+            answer.labels.iter().map(|label| label ^ swapped).collect::<Vec<_>>()
+        });
+        let mut equal = 0;
+        for (x, label) in meshes[0].vertices.iter().zip(&labels[0]) {
+            let distance = |k: &usize| (meshes[1].vertices[*k] - x).norm_squared();
+            let nearest = (0..meshes[1].vertices.len())
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                .unwrap();
+            equal += usize::from(labels[1][nearest] == *label);
+        }
+        let share = equal as f64 / labels[0].len() as f64;
+        assert!(share > 0.95, "{kind}: {share}");
+    }
+}
+
 #[test]
 fn data_of_one_value_are_nothing_to_segment() {
     let folder = Folder::new();

@@ -42,6 +42,11 @@ fn unknown_and_impossible_values_are_refused_at_their_positions() {
     refuse("[\"torus:20x12\", \"torus:24x16\"]", "[]", &["line 8", "empty list"]);
     refuse("[\"torus:20x12\", \"torus:24x16\"]", "[[\"torus:20x12\"]]", &["list of lists"]);
     refuse("data = \"waves\"", "data = \"wave\"", &["line 9, column 8", "curvature"]);
+    refuse(
+        "data = \"waves\"",
+        "data = \"curvature:gauss\"",
+        &["line 9, column 8", "mean-quadric", "did you mean \"curvature:gaussian\""],
+    );
     refuse("data = \"waves\"", "data = \"costs:S.npy\"", &["regions"]);
     refuse("noise = 0.3", "noise = -0.3", &["line 10", "0 or more"]);
     refuse("regions = 4", "regions = [4, 65]", &["line 11, column 15", "from 2 to 64"]);

@@ -16,20 +16,17 @@
 
 use nalgebra::Vector3;
 
-use super::Mesh;
-use super::geometry::{cotangents, mixed_voronoi_areas, opposite_edges};
+use super::size::of_ordinary_size;
+use crate::mesh::Mesh;
+use crate::mesh::geometry::{cotangents, mixed_voronoi_areas, opposite_edges};
 
 /// H at the V vertices, in 1/length.
 ///
 /// The formula is not valid on the boundary: a boundary vertex takes the mean of its interior neighbors. H is NaN if
 /// there are none, and at vertices without area or normal. Reversing every face changes the sign; where neighbors
-/// disagree in orientation the sign is that of the larger area, see [`super::orient`].
+/// disagree in orientation the sign is that of the larger area, see [`crate::mesh::orient`].
 pub fn mean_curvature(mesh: &Mesh) -> Vec<f64> {
-    // Scaled to an ordinary size, so that powers of areas do not overflow; powers of two cause no rounding.
-    let largest = mesh.vertices.iter().map(|x| x.coords.amax()).fold(0.0, f64::max);
-    let unit = if largest > 0.0 { 2.0_f64.powi(-(largest.log2() as i32)) } else { 1.0 };
-    let mesh = Mesh::new(mesh.vertices.iter().map(|x| x * unit).collect(), mesh.faces.clone());
-
+    let (mesh, unit) = of_ordinary_size(mesh);
     let area = mixed_voronoi_areas(&mesh);
     let mut gradient = vec![Vector3::zeros(); mesh.vertices.len()];
     let mut normal = vec![Vector3::zeros(); mesh.vertices.len()];
