@@ -13,6 +13,7 @@ mod output;
 mod preview;
 mod problem;
 mod progress;
+mod render;
 mod segment;
 mod solve;
 mod solvers;
@@ -52,6 +53,7 @@ enum Verb {
     Segment(segment::Arguments),
     Solve(solve::Arguments),
     Evaluate(evaluate::Arguments),
+    Render(render::Arguments),
     Operators(operators::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Verb),
@@ -77,6 +79,7 @@ pub fn main() -> ExitCode {
         Verb::Segment(arguments) => segment::run(&arguments),
         Verb::Solve(arguments) => solve::run(&arguments),
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
+        Verb::Render(arguments) => render::run(&arguments),
         Verb::Operators(arguments) => operators::run(&arguments),
         Verb::Mesh(verb) => mesh::run(&verb),
         Verb::Problem(verb) => problem::run(&verb),
