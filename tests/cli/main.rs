@@ -9,6 +9,7 @@ mod operators;
 mod readme;
 mod reference;
 mod refusals;
+mod render;
 mod segment;
 mod signals;
 mod solve;

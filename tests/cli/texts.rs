@@ -35,6 +35,7 @@ fn every_verb_has_help_with_examples() {
         ("segment", "meshseg segment builtin:spot --regions 3 --out results/spot"),
         ("solve", "meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh"),
         ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
+        ("render", "meshseg render results/spot --show labels,u:0,uncertainty --views front,back"),
         ("operators", "meshseg operators bunny.ply --out results/bunny"),
         ("mesh", "Inspect, generate and convert meshes"),
         ("mesh info", "Print counts, topology and defects of a mesh"),

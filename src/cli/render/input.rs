@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use meshseg::mesh::{Mesh, Source};
+use meshseg::mesh::Mesh;
 use meshseg::render::panels::{Regions, Shown, Surface};
-use meshseg::solve::check_mesh;
 use meshseg::{Error, Result, file, npy, regions};
 use ndarray::{Array1, Axis, Ix1};
 
 use super::data::Data;
-use super::{Arguments, run_folder};
 
 pub struct Input {
     pub mesh: Mesh,
@@ -23,15 +21,6 @@ pub struct Input {
 }
 
 impl Input {
-    /// Fails if a file cannot be read, or does not belong to the mesh.
-    pub fn read(arguments: &Arguments) -> Result<Self> {
-        let path = &arguments.surface;
-        let input =
-            if path.is_dir() { run_folder::read(path, arguments)? } else { of_mesh(arguments)? };
-        check_mesh(&input.mesh).map_err(|error| error.of_file(path))?;
-        Ok(input)
-    }
-
     pub fn surface(&self) -> Surface<'_> {
         Surface {
             mesh: &self.mesh,
@@ -66,41 +55,6 @@ impl Input {
         }
         surface.check(shown)
     }
-}
-
-/// A mesh with the data and the regions that the arguments name.
-fn of_mesh(arguments: &Arguments) -> Result<Input> {
-    let source = Source::parse(&arguments.surface)?;
-    let mesh = source.mesh()?;
-    let count = mesh.vertices.len();
-    let regions = match (&arguments.u, &arguments.labels) {
-        (Some(path), _) => Some(of_u(path, count)?),
-        (None, Some(path)) => Some(of_labels(path, count, 1, None)?),
-        (None, None) => None,
-    };
-    let data = Data::read(&source, &mesh, arguments.data.as_ref(), &arguments.mapping());
-    let mut lacking_data = String::new();
-    let (data, notes) = match data {
-        Ok((data, notes)) => (Some(data), notes),
-        // Regions can be shown without the data that come with the mesh.
-        Err(error) if regions.is_some() && arguments.data.is_none() => {
-            lacking_data = error.to_string();
-            (None, Vec::new())
-        }
-        Err(error) => return Err(error),
-    };
-    Ok(Input {
-        mesh,
-        data,
-        regions,
-        means: None,
-        notes,
-        lacking: [
-            lacking_data,
-            "there are no regions; supply them with --u U.npy or --labels LABELS.npy, or name the folder of a run"
-                .into(),
-        ],
-    })
 }
 
 /// The regions of U in a file.

@@ -4,30 +4,31 @@ use std::path::{Path, PathBuf};
 
 use meshseg::data::input::DataSource;
 use meshseg::mesh::{Mesh, Source, io};
+use meshseg::solve::check_mesh;
 use meshseg::{Error, Result, counted, file, npy, regions};
 use serde_json::Value;
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::data::Data;
 use super::input::{Input, of_labels, of_u};
 
 /// Reads the folder of a run. Fails if it is not one, or one of its files is missing or broken.
-pub fn read(folder: &Path, arguments: &Arguments) -> Result<Input> {
-    if arguments.u.is_some() || arguments.labels.is_some() {
-        let message =
-            "is a folder of a run, which has its own labels; name a mesh with --u or --labels";
+pub fn read(arguments: &Arguments) -> Result<Input> {
+    let folder = arguments.surface.as_path();
+    if !folder.join("labels.npy").is_file() {
+        let message = if folder.join("manifest.json").is_file() {
+            "holds no labels, which experiments keep of the first repetition on up to 60,000 vertices; name another \
+             run, or a mesh"
+        } else {
+            "is a folder without labels.npy; name a result folder of segment or solve, runs/ID of an experiment, or a \
+             mesh file"
+        };
         return Err(Error::malformed(folder, message));
     }
-    if !folder.join("labels.npy").is_file() {
-        return Err(Error::malformed(
-            folder,
-            if folder.join("manifest.json").is_file() {
-                "holds no labels, which experiments keep of the first repetition on up to 60,000 vertices; name another \
-             run, or a mesh"
-            } else {
-                "has no labels.npy; name a result folder of segment or solve, runs/ID of an experiment, or a mesh"
-            },
-        ));
+    if arguments.u.is_some() || arguments.labels.is_some() {
+        let message =
+            "is the folder of a run, which has its own labels; name a mesh with --u or --labels";
+        return Err(Error::malformed(folder, message));
     }
     if folder.join("segmented.ply").is_file() {
         of_result(folder, arguments)
@@ -40,6 +41,7 @@ pub fn read(folder: &Path, arguments: &Arguments) -> Result<Input> {
 fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
     let path = folder.join("segmented.ply");
     let mut mesh = io::read(&path)?;
+    check_mesh(&mesh).map_err(|error| error.of_file(&path))?;
     // These are the colors of the regions.
     mesh.colors = None;
     let summary = json(&folder.join("summary.json"))?;
@@ -56,7 +58,11 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
             return Err(Error::unsuitable(lacking_data));
         }
         Some(choice) => Some(read(choice)?),
-        None => segmented(&summary).and_then(|choice| read(&choice).ok()),
+        None => segmented(&summary).and_then(|choice| {
+            let (data, mut notes) = read(&choice).ok()?;
+            notes.push(format!("the data are read again: {choice}"));
+            Some((data, notes))
+        }),
     };
     let (data, notes) = found.map_or((None, Vec::new()), |(data, notes)| (Some(data), notes));
     let means = if data.is_none() { means(&summary, regions.count()) } else { None };
@@ -97,8 +103,8 @@ fn means(summary: &Value, m: usize) -> Option<Vec<[f64; 3]>> {
 fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
     let manifest = folder.join("manifest.json");
     if !manifest.is_file() {
-        let message = "has neither segmented.ply nor manifest.json; name a result folder of segment or solve, runs/ID \
-                       of an experiment, or a mesh";
+        let message = "is a folder with labels.npy, but without segmented.ply, so its mesh is unknown; draw the mesh \
+                       with --labels";
         return Err(Error::malformed(folder, message));
     }
     let id = json(&manifest)?.get("instance_id").and_then(Value::as_str).map(str::to_owned);
@@ -110,6 +116,7 @@ fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
     let experiment = whole.parent().and_then(Path::parent).unwrap_or(&whole);
     let path: PathBuf = experiment.join("instances").join(format!("{id}.ply"));
     let mut mesh: Mesh = io::read(&path)?;
+    check_mesh(&mesh).map_err(|error| error.of_file(&path))?;
     let certainty = folder.join("certainty.npy");
     let certainty = match certainty.is_file() {
         true => {

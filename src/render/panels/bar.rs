@@ -8,7 +8,7 @@ use crate::figure::range::Range;
 use crate::figure::text::{DIGIT_HEIGHT, EXPONENT_RAISE, EXPONENT_SIZE, SMALL_SIZE};
 use crate::figure::ticks::{Label, Tick, ticks};
 use crate::font::width;
-use crate::render::text::Direction;
+use crate::render::text::{Direction, shortened};
 
 const MAX_LENGTH: f64 = 40.0 * MILLIMETER;
 /// The largest length, as a share of the room.
@@ -68,7 +68,8 @@ impl Bar {
                     let raised = [start + lengths[0], baseline - EXPONENT_RAISE * POINT];
                     canvas.text(&exponent, raised, EXPONENT_SIZE * POINT, Direction::Right);
                 }
-                centered(canvas, label, center, baseline + LINE_SPACING * SIZE, SIZE);
+                let label = shortened(label, SIZE, room);
+                centered(canvas, &label, center, baseline + LINE_SPACING * SIZE, SIZE);
             }
             Bar::Regions(m) => {
                 let part = (MAX_SHARE * room / *m as f64).min(MAX_REGION_LENGTH).floor().max(1.0);

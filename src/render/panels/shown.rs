@@ -32,7 +32,7 @@ impl Shown {
             Shown::Data { cut: true } => "data and cut".into(),
             Shown::Means => "region means".into(),
             Shown::Labels => "regions".into(),
-            Shown::Column(p) => format!("labels u, region {p}"),
+            Shown::Column(p) => format!("u of region {p}"),
             Shown::Uncertainty => "uncertainty".into(),
         }
     }

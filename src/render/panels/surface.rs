@@ -181,7 +181,7 @@ impl Surface<'_> {
             }
             (Shown::Data { .. } | Shown::Means, _) => None,
             (Shown::Labels, _) => Some(Bar::Regions(regions?.m)),
-            (Shown::Column(p), _) => Some(numbers([0.0, 1.0], &format!("u of region {p}"))),
+            (Shown::Column(_), _) => Some(numbers([0.0, 1.0], "u")),
             (Shown::Uncertainty, _) => {
                 Some(numbers([0.0, regions?.most_uncertain()], "1 \u{2212} max u"))
             }
