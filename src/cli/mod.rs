@@ -15,6 +15,7 @@ mod output;
 mod preview;
 mod problem;
 mod progress;
+mod render;
 mod segment;
 mod solve;
 mod solvers;
@@ -55,6 +56,7 @@ enum Verb {
     Solve(solve::Arguments),
     Evaluate(evaluate::Arguments),
     Compare(compare::Arguments),
+    Render(render::Arguments),
     Operators(operators::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Verb),
@@ -81,6 +83,7 @@ pub fn main() -> ExitCode {
         Verb::Solve(arguments) => solve::run(&arguments),
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Render(arguments) => render::run(&arguments),
         Verb::Operators(arguments) => operators::run(&arguments),
         Verb::Mesh(verb) => mesh::run(&verb),
         Verb::Problem(verb) => problem::run(&verb),

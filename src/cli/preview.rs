@@ -7,30 +7,6 @@ use meshseg::outcome::{Looks, PicturedData};
 use meshseg::render::{Region, View};
 use ndarray::{Array1, Array2, ArrayView1};
 
-/// The mean color of the vertices of each region, if any color is known there.
-pub fn means(
-    colors: &[[f64; 3]],
-    labels: &Array1<i32>,
-    area: &[f64],
-    m: usize,
-) -> Vec<Option<[f64; 3]>> {
-    let mut sums = vec![([0.0; 3], 0.0); m];
-    for (k, &label) in labels.iter().enumerate() {
-        let known = colors[k].iter().all(|c| !c.is_nan());
-        if known && area[k] > 0.0 {
-            let (sum, total) = &mut sums[label as usize];
-            *total += area[k];
-            for (sum, color) in sum.iter_mut().zip(colors[k]) {
-                *sum += area[k] * color;
-            }
-        }
-    }
-    let mean = |(sum, total): ([f64; 3], f64)| {
-        (total > 0.0).then(|| sum.map(|sum| (sum / total).clamp(0.0, 1.0)))
-    };
-    sums.into_iter().map(mean).collect()
-}
-
 /// A line of the legend, with the first three numbers of the value of a region.
 pub fn legend(
     p: usize,

@@ -457,7 +457,8 @@ fn describe_regions(labeling: &Labeling, input: &InputData, area: &[f64]) -> Vec
     for (&label, area) in labels.iter().zip(area) {
         areas[label as usize] += area;
     }
-    let colors = preview::means(&input.colors, labels, area, m);
+    let of_vertices = labels.iter().map(|&label| label as usize);
+    let colors = render::mean_colors(&input.colors, of_vertices, area, m);
     let total: f64 = area.iter().sum();
     let parameters = labeling.regions.iter();
     parameters

@@ -17,14 +17,14 @@ mod drawing;
 mod layout;
 mod legend;
 mod pgfplots;
-mod range;
+pub(crate) mod range;
 mod style;
 mod svg;
 #[cfg(test)]
 mod tests;
 pub mod tex;
-mod text;
-mod ticks;
+pub(crate) mod text;
+pub(crate) mod ticks;
 
 use std::path::Path;
 

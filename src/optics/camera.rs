@@ -73,6 +73,11 @@ impl Camera {
         [right - left, upper - lower]
     }
 
+    /// The distance of the eye from the origin along the optical axis.
+    pub fn distance(&self) -> f64 {
+        self.eye.z
+    }
+
     /// The same view at a scale, with a margin around the window.
     pub fn scaled(self, scale: f64, margin: f64) -> Self {
         Camera { scale, margin, ..self }

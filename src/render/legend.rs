@@ -75,12 +75,7 @@ fn swatch(picture: &mut RgbImage, [left, top]: [usize; 2], color: [f64; 3]) {
 
 /// Writes a line centered above a half, truncated if it is too long.
 pub(super) fn caption(picture: &mut RgbImage, text: &str, left: usize, half: usize) {
-    let room = (half - MARGIN) as f64;
-    let mut line = text.to_owned();
-    if width(&line, FONT_SIZE) > room {
-        while line.pop().is_some() && width(&(line.clone() + "…"), FONT_SIZE) > room {}
-        line.push('…');
-    }
+    let line = text::shortened(text, FONT_SIZE, (half - MARGIN) as f64);
     let x = left as f64 + (half as f64 - width(&line, FONT_SIZE)) / 2.0;
     text::write(picture, &line, [x, CAPTION_HEIGHT as f64 - 14.0], FONT_SIZE);
 }

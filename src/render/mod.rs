@@ -3,11 +3,14 @@
 //!
 //! A software z-buffer with eight samples per pixel, averaged in linear light; each face is shaded once per pixel. Both
 //! halves use the same cameras and lights, so that only their colors differ; a flat mesh is viewed straight on and
-//! unlit. The same input gives the same bytes.
+//! unlit. The same input gives the same bytes. [`panels`] draws pictures for papers by the same code.
 
 mod labels;
+mod layer;
 mod legend;
+mod means;
 mod normals;
+pub mod panels;
 mod region;
 mod scene;
 mod shading;
@@ -20,11 +23,13 @@ mod view;
 use crate::mesh::Mesh;
 use crate::optics::camera::Camera;
 use crate::sweep;
-use image::RgbImage;
-use scene::Scene;
+use image::{RgbImage, RgbaImage};
+use layer::{Layer, Paint};
+use scene::{Ground, Scene};
 
+pub use means::mean_colors;
 pub use region::Region;
-pub use view::{View, default_view};
+pub use view::{View, Views, default_view};
 
 /// The maximum width of a half in pixels, and the maximum height of a half with one view.
 const HALF_SIZE: f64 = 600.0;
@@ -55,7 +60,7 @@ impl Picture<'_> {
     /// The picture, at least 800 pixels wide. The same input gives the same bytes, whatever the number of threads.
     pub fn draw(&self) -> RgbImage {
         let colors: Vec<[f64; 3]> = self.regions.iter().map(|region| region.color).collect();
-        let scene = Scene::new(self.mesh, self.data, &colors, self.u);
+        let scene = Scene::new(self.mesh, self.u, colors.len());
         let halves = scene.map_or_else(
             || [(); 2].map(|()| blank(HALF_SIZE as u32, HALF_SIZE as u32)),
             |scene| {
@@ -67,7 +72,12 @@ impl Picture<'_> {
                     || lit.then(|| normals::corner_normals(&scene.mesh)),
                 );
                 let (cameras, side_by_side) = scaled_to_fit(cameras);
-                let draw = |camera: &Camera| scene.draw(&field, camera, normals.as_deref());
+                let layers = halves(&scene, self.data, &colors);
+                let draw = |camera: &Camera| {
+                    let drawn =
+                        scene.draw(&field, camera, normals.as_deref(), &layers, Ground::White);
+                    drawn.iter().map(opaque).collect::<Vec<_>>()
+                };
                 let views = sweep::results(cameras.iter().collect(), draw);
                 [0, 1].map(|half| {
                     let views: Vec<&RgbImage> = views.iter().map(|view| &view[half]).collect();
@@ -89,6 +99,22 @@ impl Picture<'_> {
         legend.draw(&mut picture, height - bottom);
         picture
     }
+}
+
+/// The layers of the halves: the data, and the regions with their cut.
+fn halves(scene: &Scene, data: &[[f64; 3]], colors: &[[f64; 3]]) -> [Layer; 2] {
+    let regions =
+        Layer { paint: Paint::regions(colors), cut: Some(layer::linear(layer::CUT_COLOR)) };
+    [Layer { paint: scene.colors(data), cut: None }, regions]
+}
+
+/// The colors of an image without transparent pixels.
+fn opaque(image: &RgbaImage) -> RgbImage {
+    let mut colors = RgbImage::new(image.width(), image.height());
+    for (to, from) in colors.chunks_exact_mut(3).zip(image.chunks_exact(4)) {
+        to.copy_from_slice(&from[..3]);
+    }
+    colors
 }
 
 fn blank(width: u32, height: u32) -> RgbImage {

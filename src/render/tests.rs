@@ -41,21 +41,22 @@ fn field(mesh: &Mesh, second: impl Fn(&Point3<f64>) -> f64) -> Vec<f64> {
 }
 
 fn from_above(mesh: &Mesh, data: &[[f64; 3]], u: &[f64]) -> RgbImage {
-    let scene = Scene::new(mesh, data, &[GRAY, BLUE], u).unwrap();
+    let scene = Scene::new(mesh, u, 2).unwrap();
     let camera = Camera::fit(Vector3::z(), Vector3::y(), &scene.mesh.vertices);
-    drawn(&scene, camera)
+    drawn(&scene, data, camera)
 }
 
 /// Both halves in squares of side `HALF`, the mesh with a margin of `BORDER`.
-fn drawn(scene: &Scene, camera: Camera) -> RgbImage {
+fn drawn(scene: &Scene, data: &[[f64; 3]], camera: Camera) -> RgbImage {
     let [width, height] = camera.extent();
     let border = BORDER as f64;
     let camera = camera.scaled((HALF as f64 - 2.0 * border) / width.max(height), border);
     let normals = normals::corner_normals(&scene.mesh);
-    let halves = scene.draw(&scene.field(), &camera, Some(&normals));
+    let layers = halves(scene, data, &[GRAY, BLUE]);
+    let halves = scene.draw(&scene.field(), &camera, Some(&normals), &layers, Ground::White);
     let mut both = blank(2 * HALF as u32, HALF as u32);
     for (i, half) in halves.iter().enumerate() {
-        copy(half, &mut both, [i * HALF, 0]);
+        copy(&opaque(half), &mut both, [i * HALF, 0]);
     }
     both
 }
@@ -63,15 +64,13 @@ fn drawn(scene: &Scene, camera: Camera) -> RgbImage {
 /// A picture with the first view only, at low resolution.
 fn small_preview(mesh: &Mesh, u: &[f64]) -> RgbImage {
     let data = vec![GRAY; mesh.vertices.len()];
-    let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
-    drawn(&scene, cameras(&scene).swap_remove(0))
+    let scene = Scene::new(mesh, u, 2).unwrap();
+    drawn(&scene, &data, cameras(&scene).swap_remove(0))
 }
 
 /// The number of views.
 fn view_count(mesh: &Mesh, u: &[f64]) -> usize {
-    let data = vec![GRAY; mesh.vertices.len()];
-    let scene = Scene::new(mesh, &data, &[GRAY, BLUE], u).unwrap();
-    cameras(&scene).len()
+    cameras(&Scene::new(mesh, u, 2).unwrap()).len()
 }
 
 fn cameras(scene: &Scene) -> Vec<Camera> {

@@ -5,21 +5,47 @@
 use image::RgbImage;
 use rustybuzz::ttf_parser::{GlyphId, OutlineBuilder};
 
-use crate::font::{FACE, shape};
+use crate::font::{FACE, shape, width};
 
 /// Sub-scanlines per scanline.
 const SUBSCANLINES: usize = 5;
-/// Line segments per curve; a letter is about 17 pixels high.
+/// Line segments per curve; a letter is at most about 35 pixels high.
 const SEGMENTS_PER_CURVE: usize = 6;
 /// The ink, sRGB.
-const INK: f64 = 0.16;
+pub(super) const INK: f64 = 0.16;
 
-/// Writes `text` along a baseline, starting at `x`, clipped to the picture.
-pub(super) fn write(image: &mut RgbImage, text: &str, [x, baseline]: [f64; 2], size: f64) {
+/// The direction in which a line of text runs.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Direction {
+    Right,
+    Up,
+}
+
+/// Writes `text` to the right along a baseline, starting at `x`, clipped to the picture.
+pub(super) fn write(image: &mut RgbImage, text: &str, start: [f64; 2], size: f64) {
+    let extent = [image.width() as usize, image.height() as usize];
+    cover(text, start, size, Direction::Right, extent, |[x, y], coverage| {
+        for byte in &mut image.get_pixel_mut(x as u32, y as u32).0 {
+            let paper = f64::from(*byte);
+            *byte = (paper + coverage * (255.0 * INK - paper)).round() as u8;
+        }
+    });
+}
+
+/// Calls `ink` with every pixel that `text` touches and the share of it that is covered. The baseline starts at
+/// `start`, in pixels; what lies outside a picture of width and height `extent` is left out.
+pub(super) fn cover(
+    text: &str,
+    start: [f64; 2],
+    size: f64,
+    direction: Direction,
+    extent: [usize; 2],
+    ink: impl FnMut([usize; 2], f64),
+) {
     let scale = size / f64::from(FACE.units_per_em());
     let glyphs = shape(text);
     let mut outline = Outline { scale, ..Outline::default() };
-    let mut pen = x;
+    let [mut pen, baseline] = start;
     for (glyph, position) in glyphs.glyph_infos().iter().zip(glyphs.glyph_positions()) {
         outline.origin = [
             pen + scale * f64::from(position.x_offset),
@@ -29,7 +55,22 @@ pub(super) fn write(image: &mut RgbImage, text: &str, [x, baseline]: [f64; 2], s
         let _ = FACE.outline_glyph(GlyphId(glyph.glyph_id as u16), &mut outline);
         pen += scale * f64::from(position.x_advance);
     }
-    fill(image, &outline.lines);
+    if direction == Direction::Up {
+        for [x, y] in outline.lines.as_flattened_mut() {
+            (*x, *y) = (start[0] + (*y - start[1]), start[1] - (*x - start[0]));
+        }
+    }
+    fill(&outline.lines, extent, ink);
+}
+
+/// The text, or as much of its beginning as fits into `room` with an ellipsis.
+pub(super) fn shortened(text: &str, size: f64, room: f64) -> String {
+    let mut line = text.to_owned();
+    if width(&line, size) > room {
+        while line.pop().is_some() && width(&(line.clone() + "…"), size) > room {}
+        line.push('…');
+    }
+    line
 }
 
 /// Outlines as line segments, in pixels.
@@ -92,13 +133,16 @@ impl OutlineBuilder for Outline {
     }
 }
 
-fn fill(image: &mut RgbImage, lines: &[[[f64; 2]; 2]]) {
-    let (width, height) = (image.width() as usize, image.height() as usize);
+fn fill(
+    lines: &[[[f64; 2]; 2]],
+    [columns, rows]: [usize; 2],
+    mut ink: impl FnMut([usize; 2], f64),
+) {
     let ends = || lines.iter().flatten().map(|point| point[1]);
     let top = ends().fold(f64::INFINITY, f64::min).max(0.0) as usize;
-    let bottom = (ends().fold(0.0, f64::max).ceil() as usize).min(height);
+    let bottom = (ends().fold(0.0, f64::max).ceil() as usize).min(rows);
     for row in top..bottom {
-        let mut coverage = vec![0.0; width];
+        let mut coverage = vec![0.0; columns];
         for k in 0..SUBSCANLINES {
             let y = row as f64 + (k as f64 + 0.5) / SUBSCANLINES as f64;
             let mut crossings: Vec<(f64, i32)> = lines
@@ -119,11 +163,7 @@ fn fill(image: &mut RgbImage, lines: &[[[f64; 2]; 2]]) {
             }
         }
         for (x, sum) in coverage.into_iter().enumerate().filter(|(_, sum)| *sum > 0.0) {
-            let coverage = (sum / SUBSCANLINES as f64).min(1.0);
-            for byte in &mut image.get_pixel_mut(x as u32, row as u32).0 {
-                let paper = f64::from(*byte);
-                *byte = (paper + coverage * (255.0 * INK - paper)).round() as u8;
-            }
+            ink([x, row], (sum / SUBSCANLINES as f64).min(1.0));
         }
     }
 }

@@ -102,6 +102,27 @@ impl FromStr for View {
     }
 }
 
+/// Views separated by commas; two numbers that follow each other are the angles of one view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Views(pub Vec<View>);
+
+impl FromStr for Views {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut views = Vec::new();
+        let mut words = text.split(',').map(str::trim);
+        while let Some(word) = words.next() {
+            let view = match word.parse::<f64>() {
+                Ok(_) => format!("{word},{}", words.next().unwrap_or_default()),
+                Err(_) => word.to_owned(),
+            };
+            views.push(view.parse().map_err(|error| format!("{view:?}: {error}"))?);
+        }
+        Ok(Views(views))
+    }
+}
+
 /// The direction to the viewer, and the up direction.
 pub(super) type Direction = (Vector3<f64>, Vector3<f64>);
 

@@ -11,6 +11,7 @@ mod operators;
 mod readme;
 mod reference;
 mod refusals;
+mod render;
 mod segment;
 mod signals;
 mod solve;

@@ -36,6 +36,7 @@ fn every_verb_has_help_with_examples() {
         ("solve", "meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh"),
         ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
         ("compare", "meshseg compare results/horses horses.mat --mesh grid:480x320"),
+        ("render", "meshseg render results/spot --show labels,u:0,uncertainty --views front,back"),
         ("operators", "meshseg operators bunny.ply --out results/bunny"),
         ("mesh", "Inspect, generate and convert meshes"),
         ("mesh info", "Print counts, topology and defects of a mesh"),

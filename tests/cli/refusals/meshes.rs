@@ -141,7 +141,7 @@ fn meshes_without_area_are_refused_where_an_area_is_needed() {
     let folder = folder();
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3\nf 2 3 4\nf 1 1 1\n");
     folder.write("tiny.obj", SQUARE_OBJ.replace(" 1", " 1e-170").replace("f 1e-170", "f 1"));
-    for (verb, rest) in &VERBS[..4] {
+    for (verb, rest) in &VERBS[..5] {
         refuse(&folder, &format!("{verb} flat.obj {rest}"), &["flat.obj", "no face with an area"]);
         refuse(&folder, &format!("{verb} tiny.obj {rest}"), &["tiny.obj", "area"]);
     }
@@ -163,6 +163,8 @@ fn pipes_and_devices_are_refused() {
         "solve square.obj --costs pipe.npy --lambda 1 --out out",
         "evaluate square.obj --costs S.npy --u pipe.npy --lambda 1",
         "segment square.obj --data pipe.npy --regions 2 --out out",
+        "render square.obj --labels pipe.npy",
+        "render square.obj --data pipe.npy",
         "segment square.obj --data image:pipe.npy --project xy --regions 2 --out out",
     ] {
         refuse(&folder, line, &["pipe.npy", "not a regular file"]);

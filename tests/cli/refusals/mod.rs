@@ -6,6 +6,7 @@ mod arrays;
 mod images;
 mod meshes;
 mod outputs;
+mod pictures;
 
 use std::time::Instant;
 
@@ -52,11 +53,12 @@ fn misuse(folder: &Folder, line: &str, part: &str) {
 }
 
 /// The verbs that read a mesh, with all other arguments.
-const VERBS: [(&str, &str); 6] = [
+const VERBS: [(&str, &str); 7] = [
     ("segment", "--data D.npy --regions 2 --out out"),
     ("solve", "--costs S.npy --lambda 0.1 --out out"),
     ("evaluate", "--costs S.npy --lambda 0.1 --u U.npy"),
     ("operators", "--out out"),
+    ("render", "--u U.npy --show labels --out out.png"),
     ("mesh info", ""),
     ("mesh convert", "--out out.ply"),
 ];

@@ -1,0 +1,88 @@
+//! What is drawn: a mesh, and its data and regions as far as they are known.
+
+use std::path::Path;
+
+use meshseg::mesh::Mesh;
+use meshseg::render::panels::{Regions, Shown, Surface};
+use meshseg::{Error, Result, file, npy, regions};
+use ndarray::{Array1, Axis, Ix1};
+
+use super::data::Data;
+
+pub struct Input {
+    pub mesh: Mesh,
+    pub data: Option<Data>,
+    pub regions: Option<Regions>,
+    /// The mean color of each region, where the data are not known.
+    pub means: Option<Vec<[f64; 3]>>,
+    pub notes: Vec<String>,
+    /// Why there are no data or no regions, and what to do.
+    pub lacking: [String; 2],
+}
+
+impl Input {
+    pub fn surface(&self) -> Surface<'_> {
+        Surface {
+            mesh: &self.mesh,
+            data: self.data.as_ref().map(Data::shown),
+            regions: self.regions.clone(),
+            means: self.means.clone(),
+        }
+    }
+
+    /// What is shown by default.
+    pub fn default(&self) -> Vec<Shown> {
+        let means = self.data.is_some() || self.means.is_some();
+        let mut shown = Vec::new();
+        shown.extend(self.data.as_ref().map(|_| Shown::Data { cut: false }));
+        if self.regions.is_some() {
+            shown.extend(means.then_some(Shown::Means));
+            shown.push(Shown::Labels);
+        }
+        shown
+    }
+
+    /// Fails if a quantity cannot be shown; the message says what to do.
+    pub fn check(&self, surface: &Surface, shown: Shown) -> Result<()> {
+        let [data, regions] = &self.lacking;
+        let needs_data =
+            matches!(shown, Shown::Data { .. }) || shown == Shown::Means && self.means.is_none();
+        if needs_data && self.data.is_none() {
+            return Err(Error::unsuitable(data));
+        }
+        if shown.needs_regions() && self.regions.is_none() {
+            return Err(Error::unsuitable(format!("{shown} cannot be shown: {regions}")));
+        }
+        surface.check(shown)
+    }
+}
+
+/// The regions of U in a file.
+pub fn of_u(path: &Path, vertices: usize) -> Result<Regions> {
+    let u = npy::read_matrix(path)?;
+    npy::check_rows(path, &u, vertices)?;
+    regions::check(u.ncols()).map_err(|error| error.of_file(path))?;
+    let m = u.ncols();
+    Ok(Regions::of_u(u.as_standard_layout().iter().copied().collect(), m))
+}
+
+/// The regions of labels in a file, at least `m`, with max_p u_p if it is known.
+pub fn of_labels(
+    path: &Path,
+    vertices: usize,
+    m: usize,
+    certainty: Option<Vec<f64>>,
+) -> Result<Regions> {
+    let found: Array1<i64> = npy::integers::<Ix1>(path, &file::read(path)?)?;
+    npy::check_rows(path, &found.mapv(|label| label as f64).insert_axis(Axis(1)), vertices)?;
+    let largest = *regions::REGIONS.end() - 1;
+    let label = |(row, &label): (usize, &i64)| {
+        usize::try_from(label).ok().filter(|&label| label <= largest).ok_or_else(|| {
+            let message = format!("label {label} in row {row}; labels must be from 0 to {largest}");
+            Error::malformed(path, message)
+        })
+    };
+    let labels = found.iter().enumerate().map(label).collect::<Result<Vec<_>>>()?;
+    let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
+    Ok(Regions::of_labels(&labels, m, certainty))
+}

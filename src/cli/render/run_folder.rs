@@ -1,0 +1,157 @@
+//! The folder of a run: the result of `segment` or `solve`, or a run of an experiment.
+
+use std::path::{Path, PathBuf};
+
+use meshseg::data::input::DataSource;
+use meshseg::mesh::curvature::CurvatureKind;
+use meshseg::mesh::{Mesh, Source, io};
+use meshseg::names::Named;
+use meshseg::solve::check_mesh;
+use meshseg::{Error, Result, counted, file, npy, regions};
+use serde_json::Value;
+
+use super::arguments::Arguments;
+use super::data::Data;
+use super::input::{Input, of_labels, of_u};
+
+/// Reads the folder of a run. Fails if it is not one, or one of its files is missing or broken.
+pub fn read(arguments: &Arguments) -> Result<Input> {
+    let folder = arguments.surface.as_path();
+    if !folder.join("labels.npy").is_file() {
+        let message = if folder.join("manifest.json").is_file() {
+            "holds no labels, which experiments keep of the first repetition on up to 60,000 vertices; name another \
+             run, or a mesh"
+        } else {
+            "is a folder without labels.npy; name a result folder of segment or solve, runs/ID of an experiment, or a \
+             mesh file"
+        };
+        return Err(Error::malformed(folder, message));
+    }
+    if arguments.u.is_some() || arguments.labels.is_some() {
+        let message =
+            "is the folder of a run, which has its own labels; name a mesh with --u or --labels";
+        return Err(Error::malformed(folder, message));
+    }
+    if folder.join("segmented.ply").is_file() {
+        of_result(folder, arguments)
+    } else {
+        of_experiment(folder, arguments)
+    }
+}
+
+/// A result folder of `segment` or `solve`.
+fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
+    let path = folder.join("segmented.ply");
+    let mut mesh = io::read(&path)?;
+    check_mesh(&mesh).map_err(|error| error.of_file(&path))?;
+    // These are the colors of the regions.
+    mesh.colors = None;
+    let summary = json(&folder.join("summary.json"))?;
+    let regions = of_u(&folder.join("u.npy"), mesh.vertices.len())?;
+    let lacking_data = format!(
+        "{}: does not keep the data; draw the mesh that has them: meshseg render MESH --u {}",
+        folder.display(),
+        folder.join("u.npy").display()
+    );
+    let source = Source::File(path);
+    let read = |choice: &DataSource| Data::read(&source, &mesh, Some(choice), &arguments.mapping());
+    let found = match &arguments.data {
+        Some(DataSource::Colors | DataSource::Texture(None)) => {
+            return Err(Error::unsuitable(lacking_data));
+        }
+        Some(choice) => Some(read(choice)?),
+        None => segmented(&summary).and_then(|choice| {
+            let (data, mut notes) = read(&choice).ok()?;
+            notes.push(format!("the data are read again: {choice}"));
+            Some((data, notes))
+        }),
+    };
+    let (data, notes) = found.map_or((None, Vec::new()), |(data, notes)| (Some(data), notes));
+    let means = if data.is_none() { means(&summary, regions.count()) } else { None };
+    Ok(Input {
+        mesh,
+        data,
+        regions: Some(regions),
+        means,
+        notes,
+        lacking: [lacking_data, String::new()],
+    })
+}
+
+/// The data that were segmented, if they can be read again.
+fn segmented(summary: &Value) -> Option<DataSource> {
+    let name = summary.get("data")?.as_str()?;
+    let mut kinds = CurvatureKind::names().iter().filter_map(|name| CurvatureKind::named(name));
+    if let Some(kind) = kinds.find(|kind| kind.words() == name) {
+        return Some(DataSource::Curvature(kind));
+    }
+    let is_there = name.ends_with(".npy") && Path::new(name).is_file();
+    is_there.then(|| DataSource::File(name.into()))
+}
+
+/// The mean color of each region in the data that were segmented, gray for empty regions.
+fn means(summary: &Value, m: usize) -> Option<Vec<[f64; 3]>> {
+    let regions = summary.get("region_parameters")?.as_array()?;
+    let color = |region: &Value| -> Option<[f64; 3]> {
+        let numbers = region.get("color")?.as_array()?.iter().map(Value::as_f64);
+        numbers.collect::<Option<Vec<f64>>>()?.try_into().ok()
+    };
+    let colors: Vec<Option<[f64; 3]>> = regions.iter().map(color).collect();
+    let known = colors.len() == m && colors.iter().any(Option::is_some);
+    known.then(|| colors.into_iter().map(|color| color.unwrap_or([0.72; 3])).collect())
+}
+
+/// A run of an experiment, whose surface is kept beside the runs.
+fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
+    let manifest = folder.join("manifest.json");
+    if !manifest.is_file() {
+        let message = "is a folder with labels.npy, but without segmented.ply, so its mesh is unknown; draw the mesh \
+                       with --labels";
+        return Err(Error::malformed(folder, message));
+    }
+    let id = json(&manifest)?.get("instance_id").and_then(Value::as_str).map(str::to_owned);
+    let id = id.ok_or_else(|| {
+        Error::malformed(&manifest, "has no instance_id; run the experiment again")
+    })?;
+    // Not by `..`, which leads elsewhere if the folder is a link.
+    let whole = folder.canonicalize().map_err(|error| Error::io(folder, error))?;
+    let experiment = whole.parent().and_then(Path::parent).unwrap_or(&whole);
+    let path: PathBuf = experiment.join("instances").join(format!("{id}.ply"));
+    let mut mesh: Mesh = io::read(&path)?;
+    check_mesh(&mesh).map_err(|error| error.of_file(&path))?;
+    let certainty = folder.join("certainty.npy");
+    let certainty = match certainty.is_file() {
+        true => {
+            let bytes = npy::read_bytes(&certainty)?;
+            if bytes.len() != mesh.vertices.len() {
+                let message = format!(
+                    "has {}, but the mesh has {}; run the experiment again",
+                    counted::counted(bytes.len(), "row", "rows"),
+                    counted::counted(mesh.vertices.len(), "vertex", "vertices")
+                );
+                return Err(Error::malformed(&certainty, message));
+            }
+            Some(bytes.into_iter().map(|byte| f64::from(byte) / 255.0).collect())
+        }
+        false => None,
+    };
+    let m = json(&folder.join("summary.json"))?.get("regions").and_then(Value::as_u64);
+    let m = m.unwrap_or(1).clamp(1, *regions::REGIONS.end() as u64) as usize;
+    let regions = of_labels(&folder.join("labels.npy"), mesh.vertices.len(), m, certainty)?;
+    let (data, notes) = match &arguments.data {
+        None => (mesh.colors.take().map(Data::Colors), Vec::new()),
+        Some(choice) => {
+            let source = Source::File(path.clone());
+            let (data, notes) = Data::read(&source, &mesh, Some(choice), &arguments.mapping())?;
+            (Some(data), notes)
+        }
+    };
+    let lacking = [format!("{}: has no colors", path.display()), String::new()];
+    Ok(Input { mesh, data, regions: Some(regions), means: None, notes, lacking })
+}
+
+fn json(path: &Path) -> Result<Value> {
+    serde_json::from_slice(&file::read(path)?).map_err(|error| {
+        Error::malformed(path, format!("is not JSON: {error}; make the run again"))
+    })
+}

@@ -1,0 +1,94 @@
+//! A surface that is ready to be drawn, with its cameras.
+
+use std::sync::Arc;
+
+use image::RgbaImage;
+use nalgebra::Vector3;
+
+use super::layout::MARGIN;
+use super::shown::Shown;
+use super::surface::Surface;
+use crate::optics::camera::Camera;
+use crate::render::normals::corner_normals;
+use crate::render::scene::{Ground, Scene};
+use crate::render::view::{self, View};
+use crate::sweep;
+
+pub(super) struct Stage<'a> {
+    surface: &'a Surface<'a>,
+    /// `None` if there is nothing to draw.
+    scene: Option<Scene>,
+    /// The cameras, and whether the surface is lit.
+    cameras: Vec<(Camera, bool)>,
+    /// At the corners of each face, if some view is lit.
+    normals: Option<Arc<Vec<[Vector3<f32>; 3]>>>,
+}
+
+impl<'a> Stage<'a> {
+    /// The stages of all surfaces. Those of one mesh have the cameras of the first of them.
+    pub fn all(surfaces: &'a [Surface<'a>], views: &[View]) -> Vec<Self> {
+        let mut stages: Vec<Stage> = Vec::with_capacity(surfaces.len());
+        for surface in surfaces {
+            let same = stages.iter().find(|stage| std::ptr::eq(stage.surface.mesh, surface.mesh));
+            let stage = Stage::new(surface, views, same);
+            stages.push(stage);
+        }
+        stages
+    }
+
+    fn new(surface: &'a Surface<'a>, views: &[View], same: Option<&Stage>) -> Self {
+        let scene = match &surface.regions {
+            Some(regions) => Scene::new(surface.mesh, regions.u(), regions.count()),
+            None => Scene::new(surface.mesh, &vec![0.0; surface.mesh.vertices.len()], 1),
+        };
+        let mut stage = Stage { surface, scene, cameras: Vec::new(), normals: None };
+        let Some(scene) = &stage.scene else { return stage };
+        if let Some(Stage { cameras, normals, .. }) = same {
+            (stage.cameras, stage.normals) = (cameras.clone(), normals.clone());
+            return stage;
+        }
+        let field = scene.field();
+        for &view in views {
+            let straight = view::straight_on(&scene.mesh).filter(|_| view == View::Auto);
+            let lit = straight.is_none();
+            let cameras = view::cameras(&scene.mesh, &field, view, straight);
+            stage.cameras.extend(cameras.into_iter().map(|camera| (camera, lit)));
+        }
+        if stage.cameras.iter().any(|(_, lit)| *lit) {
+            stage.normals = Some(Arc::new(corner_normals(&scene.mesh)));
+        }
+        stage
+    }
+
+    /// The sizes of the views, in units of length of the mesh in the unit ball.
+    pub fn sizes(&self) -> Vec<[f64; 2]> {
+        if self.cameras.is_empty() {
+            return vec![[2.0; 2]];
+        }
+        let size = |(camera, _): &(Camera, bool)| camera.extent().map(|x| x * camera.distance());
+        self.cameras.iter().map(size).collect()
+    }
+
+    /// The views of each quantity, at a scale in pixels per unit of length.
+    pub fn draw(&self, shown: &[Shown], scale: f64) -> Vec<Vec<RgbaImage>> {
+        let Some(scene) = self.scene.as_ref().filter(|_| !shown.is_empty()) else {
+            return vec![Vec::new(); shown.len()];
+        };
+        let layers: Vec<_> = shown.iter().map(|&shown| self.surface.layer(scene, shown)).collect();
+        let field = scene.field();
+        let views =
+            sweep::results(self.cameras.iter().collect(), |(camera, lit): &(Camera, bool)| {
+                let camera = camera.clone().scaled(scale * camera.distance(), MARGIN);
+                let normals =
+                    self.normals.as_ref().filter(|_| *lit).map(|normals| normals.as_slice());
+                scene.draw(&field, &camera, normals, &layers, Ground::Transparent)
+            });
+        let mut of_quantity = vec![Vec::with_capacity(views.len()); shown.len()];
+        for view in views {
+            for (pictures, picture) in of_quantity.iter_mut().zip(view) {
+                pictures.push(picture);
+            }
+        }
+        of_quantity
+    }
+}

@@ -1,0 +1,205 @@
+//! A surface with everything that its panels can show.
+
+use super::bar::Bar;
+use super::shown::Shown;
+use crate::colormap::{categorical, sequential};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::geometry::barycentric_areas;
+use crate::render::layer::{CUT_COLOR, Layer, Paint, linear};
+use crate::render::means::{mean_colors, mean_numbers};
+use crate::render::scene::Scene;
+
+/// The cut on data and on mean colors, sRGB.
+const RED: [f64; 3] = [0.9, 0.0, 0.0];
+/// The color of regions without a mean, sRGB.
+const GRAY: [f64; 3] = [0.72; 3];
+
+/// A mesh with data and regions. Surfaces that borrow the same mesh have the same views and scale.
+pub struct Surface<'a> {
+    /// V vertices, F faces. A mesh without area leaves its panels empty.
+    pub mesh: &'a Mesh,
+    /// What `data` and `means` show.
+    pub data: Option<ShownData<'a>>,
+    /// What all but `data` needs.
+    pub regions: Option<Regions>,
+    /// The mean color of each region, sRGB in [0, 1]; without them, those of the data.
+    pub means: Option<Vec<[f64; 3]>>,
+}
+
+/// Data at the vertices.
+#[derive(Clone, Copy)]
+pub enum ShownData<'a> {
+    /// V colors, sRGB in [0, 1]; gray where NaN.
+    Colors(&'a [[f64; 3]]),
+    /// V numbers, shown by a color map and a color bar; gray where NaN.
+    Numbers {
+        /// In the units of `range`.
+        values: &'a [f64],
+        /// The numbers at the ends of the color map; others are cut off.
+        range: [f64; 2],
+        /// The quantity and its unit.
+        label: &'a str,
+    },
+}
+
+/// The regions of a surface.
+#[derive(Clone, Debug)]
+pub struct Regions {
+    /// V x m in row order; one-hot rows if only labels are known.
+    u: Vec<f64>,
+    m: usize,
+    has_u: bool,
+    /// max_p u_p at each vertex, if it is known.
+    certainty: Option<Vec<f64>>,
+}
+
+impl Regions {
+    /// The regions of U, V x m in row order. Panics if m is 0 or the rows are not of length m.
+    pub fn of_u(u: Vec<f64>, m: usize) -> Self {
+        assert!(m > 0 && u.len().is_multiple_of(m));
+        let largest = |row: &[f64]| row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let certainty = Some(u.chunks_exact(m).map(largest).collect());
+        Regions { u, m, has_u: true, certainty }
+    }
+
+    /// The regions of V labels, each below m, with max_p u_p at the vertices if it is known. Panics if a label is not
+    /// below m.
+    pub fn of_labels(labels: &[usize], m: usize, certainty: Option<Vec<f64>>) -> Self {
+        let mut u = vec![0.0; labels.len() * m];
+        for (row, &label) in u.chunks_exact_mut(m).zip(labels) {
+            row[label] = 1.0;
+        }
+        Regions { u, m, has_u: false, certainty }
+    }
+
+    /// m.
+    pub fn count(&self) -> usize {
+        self.m
+    }
+
+    pub(super) fn u(&self) -> &[f64] {
+        &self.u
+    }
+
+    /// 1 - 1/m, the largest uncertainty.
+    fn most_uncertain(&self) -> f64 {
+        1.0 - 1.0 / self.m.max(2) as f64
+    }
+
+    /// The label of each vertex, the first of equally large ones.
+    fn labels(&self) -> impl Iterator<Item = usize> {
+        self.u
+            .chunks_exact(self.m)
+            .map(|row| (1..row.len()).fold(0, |best, p| if row[p] > row[best] { p } else { best }))
+    }
+}
+
+impl Surface<'_> {
+    /// Fails if the surface does not have what is to be shown.
+    pub fn check(&self, shown: Shown) -> Result<()> {
+        let lacks = |what: &str| Err(Error::unsuitable(format!("{shown} cannot be shown: {what}")));
+        let data =
+            matches!(shown, Shown::Data { .. }) || shown == Shown::Means && self.means.is_none();
+        if data && self.data.is_none() {
+            return lacks("there are no data");
+        }
+        let Some(regions) = &self.regions else {
+            return if shown.needs_regions() { lacks("there are no regions") } else { Ok(()) };
+        };
+        match shown {
+            Shown::Column(_) if !regions.has_u => lacks("only the labels are known, not U"),
+            Shown::Column(p) if p >= regions.m => lacks(&format!(
+                "U has {} columns; choose from u:0 to u:{}",
+                regions.m,
+                regions.m - 1
+            )),
+            Shown::Uncertainty if regions.certainty.is_none() => {
+                lacks("only the labels are known, not U")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The layer of a quantity that was checked.
+    pub(super) fn layer(&self, scene: &Scene, shown: Shown) -> Layer {
+        let paint = match (shown, &self.regions, self.data) {
+            (Shown::Data { .. }, _, Some(ShownData::Colors(colors))) => scene.colors(colors),
+            (Shown::Data { .. }, _, Some(ShownData::Numbers { values, range, .. })) => {
+                scene.numbers(|k| unit(values[k], range))
+            }
+            (Shown::Means, Some(regions), _) => Paint::regions(&self.mean_colors(regions)),
+            (Shown::Column(p), Some(regions), _) => scene.numbers(|k| regions.u[k * regions.m + p]),
+            (Shown::Uncertainty, Some(Regions { certainty: Some(certainty), .. }), _) => {
+                let most = self.regions.as_ref().map_or(1.0, Regions::most_uncertain);
+                scene.numbers(|k| (1.0 - certainty[k]) / most)
+            }
+            (_, regions, _) => {
+                let m = regions.as_ref().map_or(1, |regions| regions.m);
+                Paint::regions(&(0..m).map(categorical).collect::<Vec<_>>())
+            }
+        };
+        let cut = match shown {
+            Shown::Data { cut: true } | Shown::Means => Some(RED),
+            Shown::Labels => Some(CUT_COLOR),
+            Shown::Data { cut: false } | Shown::Column(_) | Shown::Uncertainty => None,
+        };
+        Layer { paint, cut: cut.map(linear) }
+    }
+
+    fn mean_colors(&self, regions: &Regions) -> Vec<[f64; 3]> {
+        if let Some(means) = &self.means {
+            return means.clone();
+        }
+        let area = barycentric_areas(self.mesh);
+        let labels = regions.labels();
+        let means: Vec<Option<[f64; 3]>> = match self.data {
+            Some(ShownData::Colors(colors)) => mean_colors(colors, labels, &area, regions.m),
+            Some(ShownData::Numbers { values, range, .. }) => {
+                let means = mean_numbers(values, labels, &area, regions.m);
+                means
+                    .into_iter()
+                    .map(|mean| mean.map(|mean| sequential(unit(mean, range))))
+                    .collect()
+            }
+            None => vec![None; regions.m],
+        };
+        means.into_iter().map(|mean| mean.unwrap_or(GRAY)).collect()
+    }
+
+    /// The color bar of a quantity, if it needs one.
+    pub(super) fn bar(&self, shown: Shown) -> Option<Bar> {
+        let numbers = |range: [f64; 2], label: &str| Bar::Numbers {
+            range: widened(range),
+            label: label.to_owned(),
+        };
+        let regions = self.regions.as_ref();
+        match (shown, self.data) {
+            (Shown::Means, _) if self.means.is_some() => None,
+            (Shown::Data { .. } | Shown::Means, Some(ShownData::Numbers { range, label, .. })) => {
+                Some(numbers(range, label))
+            }
+            (Shown::Data { .. } | Shown::Means, _) => None,
+            (Shown::Labels, _) => Some(Bar::Regions(regions?.m)),
+            (Shown::Column(_), _) => Some(numbers([0.0, 1.0], "u")),
+            (Shown::Uncertainty, _) => {
+                Some(numbers([0.0, regions?.most_uncertain()], "1 \u{2212} max u"))
+            }
+        }
+    }
+}
+
+/// The position of a number in a range, as a fraction; NaN stays.
+fn unit(value: f64, range: [f64; 2]) -> f64 {
+    let [low, high] = widened(range);
+    (value - low) / (high - low)
+}
+
+/// A range of positive width around one number.
+fn widened([low, high]: [f64; 2]) -> [f64; 2] {
+    if low < high {
+        return [low, high];
+    }
+    let reach = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
+    [low - reach, low + reach]
+}
