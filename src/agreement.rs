@@ -1,8 +1,8 @@
 //! Measures of agreement between two labelings of the same vertices, such as a result and a human segmentation.
 //!
-//! A labeling has one integer per vertex, negative where unknown; the names of the labels do not matter. A vertex counts
-//! with a weight: its area, or 1 for pixels. All region measures derive from the confusion matrix p_ab, the share of the
-//! weight that has label a in the labeling and b in the truth:
+//! A labeling has one integer per vertex, negative where unknown; the names of the labels do not matter. A vertex
+//! counts with a weight: its area, or 1 for pixels. All region measures derive from the confusion matrix p_ab, the
+//! share of the weight that has label a in the labeling and b in the truth:
 //!
 //! | measure | equal partitions | reference |
 //! |---|---|---|

@@ -5,15 +5,17 @@
 //! R = matched boundary pixels of the truth / its boundary pixels
 //! ```
 //!
-//! Pixel (x, y) is on an edge if its label differs from that of (x + 1, y), (x, y + 1) or (x + 1, y + 1); unknown pixels
-//! make no edge. Thinned edges (`thin.rs`) are the boundary. Its pixels are matched one to one within 0.0075 of the
-//! diagonal of the image, as many as possible. Against several truths, a pixel of the labeling is correct if it is matched
-//! with any of them, and R is the fraction of matched pixels of all truths together. Without boundary pixels P or R is 1.
+//! Pixel (x, y) is on an edge if its label differs from that of (x + 1, y), (x, y + 1) or (x + 1, y + 1); unknown
+//! pixels make no edge. Thinned edges (`thin.rs`) are the boundary. Its pixels are matched one to one within 0.0075 of
+//! the diagonal of the image, as many as possible. Against several truths, a pixel of the labeling is correct if it is
+//! matched with any of them, and R is the fraction of matched pixels of all truths together. Without boundary pixels P
+//! or R is 1.
 //!
-//! Reference: D. R. Martin, C. C. Fowlkes, J. Malik, *Learning to Detect Natural Image Boundaries Using Local Brightness,
-//! Color, and Texture Cues*, PAMI 26, 2004. The benchmark of the Berkeley data set does the same but for ties: among the
-//! largest matchings it takes one of nearly smallest total distance, while here only the initial matching prefers short
-//! distances. This concerns P against several truths, which depends on the pixels that are matched, not on their number.
+//! Reference: D. R. Martin, C. C. Fowlkes, J. Malik, *Learning to Detect Natural Image Boundaries Using Local
+//! Brightness, Color, and Texture Cues*, PAMI 26, 2004. The benchmark of the Berkeley data set does the same but for
+//! ties: among the largest matchings it takes one of nearly smallest total distance, while here only the initial
+//! matching prefers short distances. This concerns P against several truths, which depends on the pixels that are
+//! matched, not on their number.
 
 use serde::Serialize;
 
@@ -49,14 +51,14 @@ pub struct Boundaries {
     pub all: Boundary,
 }
 
-/// The labels of the vertices of a grid of `width` vertices per row, which are counted from the lower left, as an image,
-/// row by row from the top.
+/// The labels of the vertices of a grid of `width` vertices per row, which are counted from the lower left, as an
+/// image, row by row from the top.
 pub fn grid_image(labels: &[i64], width: usize) -> Vec<i64> {
     labels.chunks(width).rev().flatten().copied().collect()
 }
 
-/// Compares the boundaries of an image of labels with those of one or more truths, all row by row from the top, `size` =
-/// [width, height] pixels.
+/// Compares the boundaries of an image of labels with those of one or more truths, all row by row from the top, `size`
+/// = [width, height] pixels.
 ///
 /// # Errors
 /// The boundaries are too long to be matched, see [`MAX_STEPS`].

@@ -4,8 +4,8 @@
 //! C = sum_b p_b max_a O_ab       O_ab = p_ab / (p_a + p_b - p_ab)   (intersection over union)
 //! ```
 //!
-//! It is not symmetric: regions of the labeling may serve several regions of the truth. Reference: P. Arbelaez, M. Maire,
-//! C. Fowlkes, J. Malik, *Contour Detection and Hierarchical Image Segmentation*, PAMI 33, 2011, section 2.
+//! It is not symmetric: regions of the labeling may serve several regions of the truth. Reference: P. Arbelaez, M.
+//! Maire, C. Fowlkes, J. Malik, *Contour Detection and Hierarchical Image Segmentation*, PAMI 33, 2011, section 2.
 
 use super::Confusion;
 

@@ -177,8 +177,8 @@ fn the_rand_index_is_the_share_of_pairs() {
     }
 }
 
-/// With c_ij = 1 if the labels of i and j are equal and p_ij the fraction of truths in which they are, the mean over the
-/// truths is the mean over pairs of c_ij p_ij + (1 - c_ij) (1 - p_ij).
+/// With c_ij = 1 if the labels of i and j are equal and p_ij the fraction of truths in which they are, the mean over
+/// the truths is the mean over pairs of c_ij p_ij + (1 - c_ij) (1 - p_ij).
 #[test]
 fn the_mean_rand_index_is_the_probabilistic_one() {
     let mut rng = rng(6);

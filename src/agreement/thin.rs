@@ -1,8 +1,8 @@
 //! Thinning of a set of pixels to lines that are one pixel wide and connected where the set is.
 //!
-//! Two kinds of passes take turns until nothing changes; each removes all pixels at once that are removable by their eight
-//! neighbors. Reference: Z. Guo, R. W. Hall, *Parallel Thinning with Two-Subiteration Algorithms*, Communications of the
-//! ACM 32, 1989, algorithm A1, which the Berkeley benchmark uses.
+//! Two kinds of passes take turns until nothing changes; each removes all pixels at once that are removable by their
+//! eight neighbors. Reference: Z. Guo, R. W. Hall, *Parallel Thinning with Two-Subiteration Algorithms*, Communications
+//! of the ACM 32, 1989, algorithm A1, which the Berkeley benchmark uses.
 
 /// Thins a bitmap of this width, row by row.
 pub fn thin(set: &mut [bool], width: usize) {

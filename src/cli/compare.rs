@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let labels = labels(&arguments.labels)?;
     let place = Place::read(arguments, labels.len())?;
     let truths = truths(&arguments.truth, &place)?;
-    for truth in truths.iter().filter(|truth| truth.len() != labels.len()) {
+    if let Some(truth) = truths.iter().find(|truth| truth.len() != labels.len()) {
         let message = format!(
             "has {}, but {} has {}; both must label the same vertices",
             counted(truth.len(), "label", "labels"),

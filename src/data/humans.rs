@@ -2,8 +2,8 @@
 //!
 //! A file holds a cell array `groundTruth` with one struct per human, whose field `Segmentation` is an image of labels.
 //! The labels of vertices are those of their nearest pixels, where the image lies on the mesh as a photograph does with
-//! `--data image:IMAGE` (`projection.rs`: onto the plane, covering the bounding box). Reference: P. Arbelaez, M. Maire, C.
-//! Fowlkes, J. Malik, *Contour Detection and Hierarchical Image Segmentation*, PAMI 33, 2011.
+//! `--data image:IMAGE` (`projection.rs`: onto the plane, covering the bounding box). Reference: P. Arbelaez, M. Maire,
+//! C. Fowlkes, J. Malik, *Contour Detection and Hierarchical Image Segmentation*, PAMI 33, 2011.
 
 mod mat;
 

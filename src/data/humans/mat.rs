@@ -8,8 +8,8 @@
 //!          numbers: in the smallest type that holds them, column by column
 //! ```
 //!
-//! Versions 5 to 7, little-endian. All lengths are checked against the data, and what is inflated is limited. Reference:
-//! The MathWorks, *MAT-File Format*, R2023a, chapter 1.
+//! Versions 5 to 7, little-endian. All lengths are checked against the data, and what is inflated is limited.
+//! Reference: The MathWorks, *MAT-File Format*, R2023a, chapter 1.
 
 use std::io::Read;
 

@@ -208,7 +208,7 @@ fn a_grid_of_the_size_of_the_image_has_one_vertex_in_each_pixel() {
     std::fs::write(&path, file_of(&[compressed(&truth(&[human(&numbers(&image, 2))]))])).unwrap();
     let mut mesh = crate::samples::shape("grid:4x2");
     let expected: Vec<i64> = vec![20, 21, 22, 23, 24, 10, 11, 12, 13, 14, 0, 1, 2, 3, 4];
-    assert_eq!(on_mesh(&mesh, &path).unwrap(), [expected.clone()]);
+    assert_eq!(on_mesh(&mesh, &path).unwrap(), std::slice::from_ref(&expected));
     // A vertex without faces is unknown, wherever it is.
     mesh.vertices.push(nalgebra::Point3::new(9.0, 9.0, 0.0));
     assert_eq!(on_mesh(&mesh, &path).unwrap(), [[expected, vec![UNKNOWN]].concat()]);
