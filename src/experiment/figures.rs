@@ -8,6 +8,8 @@ use super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::nearest::did_you_mean;
 use super::variable::Variable;
 use crate::names::{Named, must_be_one_of};
+use crate::render::View;
+use crate::render::panels::Shown;
 
 /// `[[figure]]`.
 #[derive(Clone, Debug)]
@@ -49,6 +51,16 @@ pub enum FigureKind {
         gap: f64,
     },
     Relation(Relation),
+    Surface(SurfaceFigure),
+}
+
+/// Pictures of the instances, a row for each: what needs no regions once, all else for each solver.
+#[derive(Clone, Debug)]
+pub struct SurfaceFigure {
+    /// The quantities, at least one.
+    pub show: Vec<Shown>,
+    /// From where each surface is seen, at least one.
+    pub views: Vec<View>,
 }
 
 /// One point for each cell.
@@ -117,6 +129,7 @@ enum FigureKindName {
     Decay,
     Profile,
     Relation,
+    Surface,
 }
 
 /// The values of the key `width` of a figure.
@@ -207,6 +220,28 @@ fn read_relation(section: &mut Section<'_>) -> SpanResult<KindRead> {
     Ok((FigureKind::Relation(relation), Some(shown)))
 }
 
+fn read_surface(section: &mut Section<'_>) -> SpanResult<KindRead> {
+    let table = section.span.clone();
+    let parsed = |Spanned { value, span }: Spanned<String>| {
+        value.parse().map_err(|message: String| SpanError::at(&span, format!("show {message}")))
+    };
+    let show: Vec<Shown> =
+        section.texts("show")?.into_iter().map(parsed).collect::<SpanResult<_>>()?;
+    if show.is_empty() {
+        let message = format!("a figure of surfaces needs show = [...]: {}", Shown::SYNTAX);
+        return Err(SpanError::at(&table, message));
+    }
+    let parsed = |Spanned { value, span }: Spanned<String>| {
+        value.parse().map_err(|message: String| SpanError::at(&span, format!("views {message}")))
+    };
+    let mut views: Vec<View> =
+        section.texts("views")?.into_iter().map(parsed).collect::<SpanResult<_>>()?;
+    if views.is_empty() {
+        views.push(View::Auto);
+    }
+    Ok((FigureKind::Surface(SurfaceFigure { show, views }), None))
+}
+
 /// A point and its label.
 fn read_reference(list: Vec<Spanned<Scalar>>) -> SpanResult<(String, [f64; 2])> {
     let wrong = |span| SpanError::at(span, "reference = [\"label\", x, y]");
@@ -228,6 +263,7 @@ impl FigureSpec {
             FigureKindName::Decay => read_decay(&mut section),
             FigureKindName::Profile => read_profile(&mut section),
             FigureKindName::Relation => read_relation(&mut section),
+            FigureKindName::Surface => read_surface(&mut section),
         }?;
         let page = choice(&mut section, "width", WidthName::Page)? == WidthName::Page;
         let columns = section.count("columns", 1)?;
@@ -259,7 +295,9 @@ impl FigureSpec {
     pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
             FigureKind::Relation(Relation { x, y, .. }) => vec![x, y],
-            FigureKind::Decay { .. } | FigureKind::Profile { .. } => Vec::new(),
+            FigureKind::Decay { .. } | FigureKind::Profile { .. } | FigureKind::Surface(_) => {
+                Vec::new()
+            }
         }
     }
 }

@@ -1,12 +1,14 @@
 //! One run of a program's own solver: the solution, the region parameters where it estimates them, and its agreement with
 //! the right labels.
 
+use std::ops::ControlFlow;
+
 use crate::agreement::{Agreement, MeanAgreement, boundaries, grid_image};
 use crate::error::{Error, Result};
 use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
-use crate::run::Stop;
+use crate::run::{Sample, Stop};
 use crate::segment::Alternation;
 use crate::solve::{Request, Solution, solve};
 use crate::solver::Method;
@@ -16,9 +18,11 @@ use crate::sweep;
 use super::data::{Instance, Truth};
 use super::manifest::Scores;
 use super::plan::Planned;
-use super::runner::StepObserver;
 use super::spec::{BaselineName, Estimation, Init, InstanceCell, Task};
 use crate::data::Initial;
+
+/// Called between the steps of a run.
+pub type StepObserver<'a> = &'a mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send);
 
 /// A solution, and the values of the region parameters if they are not those of the instance.
 type Outcome = (Solution, Option<Vec<Vec<f64>>>);

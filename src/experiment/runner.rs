@@ -16,7 +16,7 @@ use super::manifest::Manifest;
 use super::plan::{Plan, Planned};
 use super::results::Origin;
 use super::spec::Task;
-use super::store::{Claim, Store};
+use super::store::{Claim, MAX_KEPT_VERTICES, Store};
 use crate::error::{Error, Result};
 use crate::mesh::io;
 use crate::outcome::write_trace;
@@ -65,14 +65,8 @@ pub struct Tally {
     pub interrupted: bool,
 }
 
-/// Labels and surfaces of meshes with more vertices are not kept for the page.
-pub const MAX_SHOWN_VERTICES: usize = 60_000;
-
 /// Steps before the first timed run on each instance.
 const WARM_UP_STEPS: u64 = 5;
-
-/// Called between the steps of a run.
-pub type StepObserver<'a> = &'a mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send);
 
 pub type EventObserver<'a> = &'a mut (dyn FnMut(Event<'_>) -> ControlFlow<()> + Send);
 
@@ -299,7 +293,7 @@ fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manif
     file::write(&folder.join("spec.toml"), |out| out.write_all(run.toml.as_bytes()))?;
     write_trace(&folder.join("trace.csv"), &solution.trace)?;
     json("summary.json", &|out| serde_json::to_writer_pretty(out, &solution.summary))?;
-    if run.repetition == 0 && solution.labels.len() <= MAX_SHOWN_VERTICES {
+    if run.repetition == 0 && solution.labels.len() <= MAX_KEPT_VERTICES {
         let labels: Array1<u8> = solution.labels.iter().map(|&label| label as u8).collect();
         let certainty: Array1<u8> = (solution.u.outer_iter())
             .map(|u| (255.0 * u.iter().fold(0.0, |a: f64, &b| a.max(b))).round() as u8)
@@ -314,7 +308,7 @@ fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manif
 fn keep_surface(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
     let folder = store.folder.join("instances");
     let path = folder.join(format!("{}.ply", run.instance_id));
-    if instance.mesh.vertices.len() > MAX_SHOWN_VERTICES || path.exists() {
+    if instance.mesh.vertices.len() > MAX_KEPT_VERTICES || path.exists() {
         return Ok(());
     }
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;

@@ -17,6 +17,12 @@ use super::spec::Spec;
 use crate::error::{Error, Result};
 use crate::file;
 
+/// Labels and surfaces of meshes with more vertices are not kept.
+pub const MAX_KEPT_VERTICES: usize = 200_000;
+
+/// Surfaces with more vertices are not on the page.
+pub const MAX_SHOWN_VERTICES: usize = 60_000;
+
 /// The files that every run has.
 const RUN_FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];
 

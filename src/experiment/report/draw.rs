@@ -13,7 +13,8 @@ pub struct Drawn<'a> {
     pub sources: Vec<&'a Done>,
 }
 
-pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
+/// The cells that a figure selects.
+pub fn selected<'p, 'a>(pool: &'p Pool<'a>, spec: &FigureSpec) -> Vec<&'p Cell<'a>> {
     let wanted = |cell: &&Cell<'a>| {
         let contains = |label: &str, part: &Option<String>| {
             part.as_ref().is_none_or(|part| label.contains(part.as_str()))
@@ -21,7 +22,12 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
         contains(&pool.instance(cell).label, &spec.only)
             && contains(&pool.solver(cell).label, &spec.solvers)
     };
-    let cells: Vec<&Cell<'a>> = pool.cells.iter().filter(wanted).collect();
+    pool.cells.iter().filter(wanted).collect()
+}
+
+/// Draws a figure of numbers. Panics if it is one of surfaces.
+pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
+    let cells = selected(pool, spec);
     let (panels, timed) = match &spec.kind {
         FigureKind::Decay { x, y } => (decay(pool, &cells, *x, *y), *x == Clock::Seconds),
         FigureKind::Profile { x, gap } => {
@@ -31,6 +37,7 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
             let timed = [&spec.x, &spec.y].into_iter().any(Variable::is_time);
             (relation(pool, &cells, spec), timed)
         }
+        FigureKind::Surface(_) => unreachable!("surfaces are drawn by surface.rs"),
     };
     let figure = Figure {
         panels,

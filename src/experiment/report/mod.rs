@@ -5,6 +5,7 @@ mod draw;
 mod page;
 mod pool;
 mod relation;
+mod surface;
 mod table;
 mod why;
 
@@ -19,13 +20,15 @@ use serde_json::json;
 
 use self::page::{PageContent, PageFigure};
 use self::pool::Pool;
+use self::surface::DrawnSurfaces;
 use self::table::Table;
 use super::figures::{
-    Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
+    Clock, FigureKind, FigureSpans, FigureSpec, Measure, SurfaceFigure, TableKind, TableSpec,
+    Target,
 };
 use super::results::Done;
-use super::runner::MAX_SHOWN_VERTICES;
 use super::spec::Spec;
+use super::store::MAX_SHOWN_VERTICES;
 use super::store::Store;
 use super::variable::{Quantity, Variable};
 use crate::error::{Error, Result};
@@ -36,7 +39,7 @@ pub use why::{Why, why};
 
 /// The files that were written.
 pub struct Report {
-    /// The SVG files of the figures.
+    /// The files of the figures: SVG, and PNG of surfaces.
     pub figures: Vec<PathBuf>,
     /// The Markdown files of the tables.
     pub tables: Vec<PathBuf>,
@@ -75,7 +78,8 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     let (figures, tables) = requested(&spec);
     let unlabeled =
         Unlabeled { lacking: pool.runs().filter(|run| lacks_labels(run)).count(), runs };
-    let figures = write_figures(&pool, &figures, &unlabeled, &created(folder.join("figures"))?)?;
+    let into = created(folder.join("figures"))?;
+    let figures = write_figures(&pool, &store, &figures, &unlabeled, &into)?;
     let tables = write_tables(&pool, &tables, &unlabeled, &created(folder.join("tables"))?)?;
 
     let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
@@ -147,6 +151,7 @@ struct WrittenFigures {
 
 fn write_figures(
     pool: &Pool<'_>,
+    store: &Store,
     figures: &[FigureSpec],
     unlabeled: &Unlabeled,
     folder: &Path,
@@ -154,6 +159,10 @@ fn write_figures(
     let mut written = WrittenFigures::default();
     for figure in figures {
         let (name, title) = (&figure.name[..], figure.title.as_deref());
+        if let FigureKind::Surface(surface) = &figure.kind {
+            write_surfaces(pool, store, (figure, surface), folder, &mut written)?;
+            continue;
+        }
         let path = folder.join(format!("{name}.svg"));
         let shown = if unlabeled.prevents(&figure.variables()) {
             written.kept.push(unlabeled.sentence(&path));
@@ -175,6 +184,48 @@ fn write_figures(
         written.paths.push(path);
     }
     Ok(written)
+}
+
+/// Writes a figure of surfaces, as PNG.
+fn write_surfaces(
+    pool: &Pool<'_>,
+    store: &Store,
+    (figure, surface): (&FigureSpec, &SurfaceFigure),
+    folder: &Path,
+    written: &mut WrittenFigures,
+) -> Result<()> {
+    let (name, title) = (&figure.name[..], figure.title.as_deref());
+    let path = folder.join(format!("{name}.png"));
+    let cells = draw::selected(pool, figure);
+    let drawn = surface::draw(pool, store, &cells, figure, surface)
+        .map_err(|error| pool.spec.format_error(&figure.spans.shown, error))?;
+    let advice = "`meshseg experiment run --force` makes them";
+    match drawn {
+        Some(DrawnSurfaces { png, sources, left_out }) => {
+            if !left_out.is_empty() {
+                written.kept.push(format!(
+                    "{} shows no {}: their surfaces or labels are missing; {advice}",
+                    path.display(),
+                    left_out.join(", ")
+                ));
+            }
+            file::write(&path, |out| out.write_all(&png))?;
+            write_sources(folder, name, &sources)?;
+        }
+        None => {
+            written.kept.push(format!(
+                "{} {}: it needs the surfaces and the labels of the runs; {advice}",
+                path.display(),
+                if path.is_file() { "is unchanged" } else { "is left out" }
+            ));
+            if !path.is_file() {
+                return Ok(());
+            }
+        }
+    }
+    written.shown.push(PageFigure::picture(title, &path, name)?);
+    written.paths.push(path);
+    Ok(())
 }
 
 fn nothing_to_show(spec: &Spec, figure: &FigureSpec) -> Error {

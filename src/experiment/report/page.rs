@@ -8,7 +8,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
 use super::super::results::{Done, Point};
-use super::super::store::Store;
+use super::super::store::{MAX_SHOWN_VERTICES, Store};
 use super::draw::Drawn;
 use super::pool::{Cell, Pool};
 use super::table::{Table, TableEntry};
@@ -48,6 +48,24 @@ impl PageFigure {
     pub fn kept(title: Option<&str>, path: &Path, stem: &str) -> Result<Self> {
         let svg = String::from_utf8(file::read(path)?)
             .map_err(|error| Error::malformed(path, error.to_string()))?;
+        Ok(PageFigure::new(title, svg, stem))
+    }
+
+    /// A picture in a PNG file.
+    pub fn picture(title: Option<&str>, path: &Path, stem: &str) -> Result<Self> {
+        let bytes = file::read(path)?;
+        let decoder = png::Decoder::new(std::io::Cursor::new(&bytes[..]));
+        let reader =
+            decoder.read_info().map_err(|error| Error::malformed(path, error.to_string()))?;
+        let (width, height) = (reader.info().width, reader.info().height);
+        // 300 pixels per inch, 96 CSS pixels per inch.
+        let [shown_width, shown_height] = [width, height].map(|x| f64::from(x) * 96.0 / 300.0);
+        let data = BASE64_STANDARD.encode(&bytes);
+        let svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{shown_width}\" height=\"{shown_height}\" \
+             viewBox=\"0 0 {width} {height}\"><image width=\"{width}\" height=\"{height}\" \
+             href=\"data:image/png;base64,{data}\"/></svg>"
+        );
         Ok(PageFigure::new(title, svg, stem))
     }
 
@@ -207,7 +225,7 @@ fn share_mesh(scene: &mut Value, scenes: &BTreeMap<String, Value>) {
 /// The surface of an instance with its data and the kept labels of its solvers.
 fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<Option<Value>> {
     let path = store.folder.join("instances").join(format!("{}.ply", run.manifest.instance_id));
-    if !path.exists() {
+    if !path.exists() || run.summary.vertices > MAX_SHOWN_VERTICES {
         return Ok(None);
     }
     let mesh = io::read(&path)?;

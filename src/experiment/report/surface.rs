@@ -1,0 +1,144 @@
+//! Figures of surfaces: a row for each instance, in it the data once and what is shown of each solver.
+
+use super::super::figures::{FigureSpec, SurfaceFigure};
+use super::super::results::Done;
+use super::super::store::Store;
+use super::pool::{Cell, Pool};
+use crate::error::Result;
+use crate::mesh::{Mesh, io};
+use crate::render::panels::{PageWidth, Panel, Panels, Regions, Shown, ShownData, Surface};
+
+/// A figure of surfaces as a PNG file.
+pub struct DrawnSurfaces<'a> {
+    pub png: Vec<u8>,
+    /// The runs that it shows.
+    pub sources: Vec<&'a Done>,
+    /// The labels of instances that are left out, since a surface or the labels of a solver are missing.
+    pub left_out: Vec<&'a str>,
+}
+
+/// The width of a figure in a column, in millimeters.
+const COLUMN_WIDTH: &str = "85mm";
+
+/// An instance whose surface and labels are there.
+struct Shows<'a> {
+    label: &'a str,
+    mesh: Mesh,
+    /// One per solver.
+    runs: Vec<&'a Done>,
+    regions: Vec<Regions>,
+}
+
+/// Draws the surfaces of the cells, given instance by instance; `None` if all are left out.
+///
+/// # Errors
+/// A surface cannot be read, or a run does not have what is to be shown.
+pub fn draw<'a>(
+    pool: &Pool<'a>,
+    store: &Store,
+    cells: &[&Cell<'a>],
+    figure: &FigureSpec,
+    surface: &SurfaceFigure,
+) -> Result<Option<DrawnSurfaces<'a>>> {
+    let (mut all, mut left_out) = (Vec::new(), Vec::new());
+    for cells in cells.chunk_by(|a, b| a.instance == b.instance) {
+        let label = pool.instance(cells[0]).label.as_str();
+        match shows(store, cells, label)? {
+            Some(shows) => all.push(shows),
+            None => left_out.push(label),
+        }
+    }
+    if all.is_empty() {
+        return Ok(None);
+    }
+    let solvers: Vec<&str> = (cells.iter())
+        .filter(|cell| cell.instance == cells[0].instance)
+        .map(|cell| pool.solver(cell).label.as_str())
+        .collect();
+    let (of_instance, of_solver): (Vec<Shown>, Vec<Shown>) =
+        surface.show.iter().partition(|shown| !shown.needs_regions());
+    let mut columns: Vec<String> = of_instance.iter().map(|shown| shown.caption()).collect();
+    for solver in &solvers {
+        columns.extend(of_solver.iter().map(|shown| match of_solver.len() {
+            1 => (*solver).to_owned(),
+            _ => format!("{solver}: {}", shown.caption()),
+        }));
+    }
+    let mut surfaces = Vec::new();
+    let mut panels = Vec::new();
+    let panel = |surface: usize, shown: Shown| Panel { surface, shown, caption: None };
+    for Shows { mesh, regions, .. } in &all {
+        let colors = mesh.colors.as_deref().unwrap_or_default();
+        for (s, regions) in regions.iter().enumerate() {
+            let index = surfaces.len();
+            surfaces.push(Surface {
+                mesh,
+                data: Some(ShownData::Colors(colors)),
+                regions: Some(regions.clone()),
+                means: None,
+            });
+            if s == 0 {
+                panels.extend(of_instance.iter().map(|&shown| panel(index, shown)));
+            }
+            panels.extend(of_solver.iter().map(|&shown| panel(index, shown)));
+        }
+    }
+    let row_headings: Vec<String> = match all.len() {
+        1 => Vec::new(),
+        _ => all.iter().map(|shows| shows.label.to_owned()).collect(),
+    };
+    let width = match figure.page {
+        true => PageWidth::default(),
+        false => COLUMN_WIDTH.parse().expect("a width"),
+    };
+    let png = Panels {
+        surfaces: &surfaces,
+        panels: &panels,
+        views: &surface.views,
+        columns: Some(columns.len()),
+        row_headings: &row_headings,
+        column_headings: &columns,
+        width,
+        transparent: false,
+    }
+    .png()?;
+    let sources = all.iter().flat_map(|shows| shows.runs.iter().copied()).collect();
+    Ok(Some(DrawnSurfaces { png, sources, left_out }))
+}
+
+/// The surface of an instance and the labels of the given cells, if all are there.
+fn shows<'a>(store: &Store, cells: &[&Cell<'a>], label: &'a str) -> Result<Option<Shows<'a>>> {
+    let labeled = |cell: &&Cell<'a>| cell.runs.iter().copied().find(|run| run.labels.is_some());
+    let Some(runs) = cells.iter().map(labeled).collect::<Option<Vec<&Done>>>() else {
+        return Ok(None);
+    };
+    let id = &runs[0].manifest.instance_id;
+    let path = store.folder.join("instances").join(format!("{id}.ply"));
+    if !path.exists() {
+        return Ok(None);
+    }
+    let mesh = io::read(&path)?;
+    let regions = runs.iter().map(|run| regions(run)).collect();
+    Ok(Some(Shows { label, mesh, runs, regions }))
+}
+
+/// The regions of a run: U for two regions, whose larger entry determines both, otherwise the labels and how certain they
+/// are.
+fn regions(run: &Done) -> Regions {
+    let labels = run.labels.as_deref().unwrap_or_default();
+    let certainty: Option<Vec<f64>> = run
+        .certainty
+        .as_ref()
+        .map(|certainty| certainty.iter().map(|&byte| f64::from(byte) / 255.0).collect());
+    match (run.summary.regions, certainty) {
+        (2, Some(certainty)) => {
+            let row =
+                |(&label, u): (&u8, f64)| if label == 0 { [u, 1.0 - u] } else { [1.0 - u, u] };
+            Regions::of_u(labels.iter().zip(certainty).flat_map(row).collect(), 2)
+        }
+        (m, certainty) => {
+            let labels: Vec<usize> = labels.iter().map(|&label| usize::from(label)).collect();
+            Regions::of_labels(&labels, m, certainty)
+        }
+    }
+}
