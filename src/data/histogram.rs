@@ -246,3 +246,6 @@ impl DataModel for Histogram<'_> {
         density::distance(&a.mass, &b.mass)
     }
 }
+
+#[cfg(test)]
+mod tests;
