@@ -65,7 +65,7 @@ fn accuracy<D: DataModel>(
     right.max(1.0 - right)
 }
 
-/// Regions of equal means, and of equal covariances for the first two, which no model with less than a density separates.
+/// Regions of equal means; those of the first case have equal variances, too, so that normal distributions do not separate them.
 #[test]
 fn regions_of_the_same_mean_are_found() {
     let mesh = shape("torus:100x60");
