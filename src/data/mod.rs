@@ -4,6 +4,7 @@
 pub mod constant;
 pub mod curved;
 pub mod gaussian;
+pub mod histogram;
 pub mod humans;
 pub mod input;
 pub mod kmeans;
@@ -24,6 +25,7 @@ mod tests;
 
 pub use constant::PiecewiseConstant;
 pub use gaussian::Gaussian;
+pub use histogram::Histogram;
 pub use l1::L1;
 pub use model::{Cost, DataModel, Initial, Scale, rows};
 pub use named::{ModelName, ModelTask};

@@ -2,7 +2,7 @@
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
-use super::{Data, DataModel, Gaussian, L1, PiecewiseConstant};
+use super::{Data, DataModel, Gaussian, Histogram, L1, PiecewiseConstant};
 use crate::error::Result;
 
 /// The models of data that are numbers at the vertices.
@@ -16,6 +16,8 @@ pub enum ModelName {
     L1,
     /// [`Gaussian`].
     Gaussian,
+    /// [`Histogram`].
+    Histogram,
 }
 
 /// A computation for a data model of any type.
@@ -40,6 +42,7 @@ impl ModelName {
             ModelName::Constant => task.run(&PiecewiseConstant::new(data)),
             ModelName::L1 => task.run(&L1::new(data)),
             ModelName::Gaussian => task.run(&Gaussian::new(data)?),
+            ModelName::Histogram => task.run(&Histogram::new(data)?),
         }
     }
 }

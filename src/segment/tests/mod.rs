@@ -2,6 +2,7 @@
 
 mod ends;
 mod gaussian;
+mod histogram;
 mod levels;
 mod models;
 
