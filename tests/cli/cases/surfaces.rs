@@ -151,7 +151,7 @@ fn curvature_of_a_tube_is_nothing_to_segment() {
 #[test]
 fn every_kind_of_curvature_is_named_with_its_range_and_unit() {
     let folder = Folder::new();
-    let mut torus = shape("torus:60x38");
+    let mut torus = shape("torus:120x76");
     // R = 1, r = 0.4.
     let scale = 1.4 / torus.vertices[0].x;
     torus = torus.scaled(scale);
