@@ -74,7 +74,7 @@ impl Camera {
     }
 
     /// The same view of the vertices from another distance, which must not be smaller.
-    pub fn from_distance(self, distance: f64, points: &[Point3<f64>]) -> Self {
+    pub fn at_distance(self, distance: f64, points: &[Point3<f64>]) -> Self {
         let eye = Vector3::new(self.eye.x, self.eye.y, distance);
         Camera { eye, window: window(&self.axes, &eye, points), ..self }
     }

@@ -58,7 +58,7 @@ impl<'a> Stage<'a> {
         let farthest =
             stage.cameras.iter().map(|(camera, _)| camera.distance()).fold(0.0, f64::max);
         for (camera, _) in &mut stage.cameras {
-            *camera = camera.clone().from_distance(farthest, &scene.mesh.vertices);
+            *camera = camera.clone().at_distance(farthest, &scene.mesh.vertices);
         }
         if stage.cameras.iter().any(|(_, lit)| *lit) {
             stage.normals = Some(Arc::new(corner_normals(&scene.mesh)));
