@@ -58,12 +58,7 @@ impl Camera {
         let [a, b, c, d] = bounds;
         let distance = (a + b).max(c + d) / (2.0 * t);
         let eye = Vector3::new((a - b) / 2.0, (c - d) / 2.0, distance);
-        let mut window = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        for point in points {
-            let ray = eye - axes * point.coords;
-            let (x, y) = (-ray.x / ray.z, -ray.y / ray.z);
-            window = [window[0].min(x), window[1].min(y), window[2].max(x), window[3].max(y)];
-        }
+        let window = window(&axes, &eye, points);
         Camera { axes, eye, window, scale: 1.0, margin: 0.0 }
     }
 
@@ -76,6 +71,12 @@ impl Camera {
     /// The distance of the eye from the origin along the optical axis.
     pub fn distance(&self) -> f64 {
         self.eye.z
+    }
+
+    /// The same view of the vertices from another distance, which must not be smaller.
+    pub fn at_distance(self, distance: f64, points: &[Point3<f64>]) -> Self {
+        let eye = Vector3::new(self.eye.x, self.eye.y, distance);
+        Camera { eye, window: window(&self.axes, &eye, points), ..self }
     }
 
     /// The same view at a scale, with a margin around the window.
@@ -129,4 +130,15 @@ impl Camera {
             w,
         }
     }
+}
+
+/// The bounding box of the projected vertices, in slopes.
+fn window(axes: &Matrix3<f64>, eye: &Vector3<f64>, points: &[Point3<f64>]) -> [f64; 4] {
+    let mut window = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+    for point in points {
+        let ray = eye - axes * point.coords;
+        let (x, y) = (-ray.x / ray.z, -ray.y / ray.z);
+        window = [window[0].min(x), window[1].min(y), window[2].max(x), window[3].max(y)];
+    }
+    window
 }

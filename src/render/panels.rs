@@ -71,6 +71,9 @@ impl Panels<'_> {
     /// # Errors
     /// A surface does not have what a panel shows, a panel names a surface that does not exist, there are no panels,
     /// views or columns, or the headings do not fit the grid.
+    ///
+    /// # Panics
+    /// An array of a surface is not of its vertices.
     pub fn png(&self) -> Result<Vec<u8>> {
         let canvas = self.drawn()?;
         let page = if self.transparent {

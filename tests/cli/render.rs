@@ -89,8 +89,8 @@ fn runs_of_experiments_are_drawn() {
     let folder = Folder::new();
     folder.write(
         "small.toml",
-        "[[instance]]\nmesh = \"torus:24x16\"\ndata = \"waves\"\nregions = 4\nlambda = 0.01\n\n[[solver]]\nname = \
-         \"chambolle-pock\"\n\n[stop]\ngap = 1e-2\n",
+        "stop = { gap = 1e-2, max-iterations = 300 }\n[[instance]]\nmesh = \"torus:24x16\"\ndata = \
+         \"waves\"\nregions = 4\nlambda = 0.01\n[[solver]]\nname = \"chambolle-pock\"\n",
     );
     folder.done("experiment run small.toml --results results");
     let runs = folder.path("results/small/runs");

@@ -1,6 +1,6 @@
 //! The grid of panels: the number of columns, and the scale of each mesh.
 //!
-//! All views of a mesh have one scale: its pixels per unit of length, at the distance of its center. The views of a
+//! All views of a mesh are from one distance and have one scale: pixels per unit of length at its center. The views of a
 //! panel lie side by side or below each other. Of all grids, that with the largest scale is taken; panels that its last
 //! row lacks count against it, since they leave a gap.
 

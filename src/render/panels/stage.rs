@@ -54,6 +54,12 @@ impl<'a> Stage<'a> {
             let cameras = view::cameras(&scene.mesh, &field, view, straight);
             stage.cameras.extend(cameras.into_iter().map(|camera| (camera, lit)));
         }
+        // From one distance, so that perspective does not change the scale.
+        let farthest =
+            stage.cameras.iter().map(|(camera, _)| camera.distance()).fold(0.0, f64::max);
+        for (camera, _) in &mut stage.cameras {
+            *camera = camera.clone().at_distance(farthest, &scene.mesh.vertices);
+        }
         if stage.cameras.iter().any(|(_, lit)| *lit) {
             stage.normals = Some(Arc::new(corner_normals(&scene.mesh)));
         }

@@ -43,6 +43,16 @@ pub enum ShownData<'a> {
     },
 }
 
+impl ShownData<'_> {
+    /// The number of vertices.
+    fn len(&self) -> usize {
+        match self {
+            ShownData::Colors(colors) => colors.len(),
+            ShownData::Numbers { values, .. } => values.len(),
+        }
+    }
+}
+
 /// The regions of a surface.
 #[derive(Clone, Debug)]
 pub struct Regions {
@@ -96,8 +106,16 @@ impl Regions {
 }
 
 impl Surface<'_> {
-    /// Fails if the surface does not have what is to be shown.
+    /// Fails if the surface does not have what is to be shown. Panics if data or regions are not of V vertices, or
+    /// means not of m regions.
     pub fn check(&self, shown: Shown) -> Result<()> {
+        let count = self.mesh.vertices.len();
+        assert!(self.data.is_none_or(|data| data.len() == count));
+        if let Some(regions) = &self.regions {
+            assert_eq!(regions.u.len(), count * regions.m);
+            assert!(regions.certainty.as_ref().is_none_or(|certainty| certainty.len() == count));
+            assert!(self.means.as_ref().is_none_or(|means| means.len() == regions.m));
+        }
         let lacks = |what: &str| Err(Error::unsuitable(format!("{shown} cannot be shown: {what}")));
         let data =
             matches!(shown, Shown::Data { .. }) || shown == Shown::Means && self.means.is_none();

@@ -125,7 +125,7 @@ fn the_views_of_a_mesh_have_one_scale() {
     let [side, end] = [0, 1].map(|i| [views_drawn[i].width(), views_drawn[i].height()]);
     let ratio = |a: u32, b: u32| f64::from(a) / f64::from(b);
     // The rest is perspective.
-    assert!((0.8..1.1).contains(&ratio(side[1], end[1])), "{side:?} {end:?}");
+    assert!((0.9..1.1).contains(&ratio(side[1], end[1])), "{side:?} {end:?}");
     assert!(ratio(side[0], end[0]) > 2.2, "{side:?} {end:?}");
     assert!((0.97..1.03).contains(&ratio(end[0], end[1])), "{end:?}");
     // All of it fits on the page.
@@ -148,7 +148,7 @@ fn surfaces_of_one_mesh_look_alike() {
         [surface(&mesh, &colors, Some(regions(1.0))), surface(&mesh, &colors, Some(regions(-1.0)))];
     let panels = [0, 1].map(|surface| Panel { surface, ..panel(DATA) });
     let image = white(&Panels { columns: Some(1), ..page(&surfaces, &panels, &[View::Auto]) });
-    let gap = (400..).find(|_| true).and(Some(ROW_GAP as u32)).unwrap();
+    let gap = ROW_GAP as u32;
     let half = (image.height() - gap) / 2;
     for y in 0..half {
         for x in 0..400 {
@@ -291,7 +291,8 @@ fn regions_have_the_mean_of_their_data() {
         ShownData::Numbers { values: &[1.0, 3.0, 3.0, 1.0], range: [1.0, 5.0], label: "" };
     let surfaces =
         [Surface { mesh: &mesh, data: Some(numbers), regions: Some(labels.clone()), means: None }];
-    assert_eq!(pixel(&surfaces, Shown::Means, 350), bytes(sequential(0.5)));
+    let found = pixel(&surfaces, Shown::Means, 350);
+    assert!(found.iter().zip(bytes(sequential(0.5))).all(|(a, b)| a.abs_diff(b) <= 1), "{found:?}");
     // Means that are given need no data.
     let means = Some(vec![GREEN, blue]);
     let surfaces = [Surface { mesh: &mesh, data: None, regions: Some(labels), means }];
