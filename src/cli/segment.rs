@@ -66,7 +66,8 @@ pub struct Arguments {
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
     /// outliers, costs are absolute differences, summed over the columns of the data; gaussian: normally distributed
-    /// with a mean and a covariance, costs are negative log densities, for regions that differ by their spread as well.
+    /// with a mean and a covariance, costs are negative log densities, for regions that differ by their spread as well; histogram: any distribution of
+    /// up to three numbers, costs are negative log densities of smoothed histograms.
     /// Baselines that ignore cuts, scored by the energy and bound of constant for their means: kmeans, the nearest
     /// center of area-weighted k-means; threshold, the classes of least variance of data with one number per vertex
     /// (Otsu's method), or those of --thresholds [default: constant, or that of the parameters]
@@ -83,8 +84,8 @@ pub struct Arguments {
     thresholds: Vec<f64>,
 
     /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1, of length
-    /// for gaussian) [default: 0.02 times the variance of the data (half of their mean deviation for l1, half of their
-    /// dimension for gaussian), times the square root of the area, halved until no region is empty on a coarse mesh and
+    /// for gaussian and histogram) [default: 0.02 times the variance of the data (half of their mean deviation for l1,
+    /// half of their dimension for gaussian and histogram), times the square root of the area, halved until no region is empty on a coarse mesh and
     /// the labels there explain two thirds of what k-means (k-medians for l1, a mixture for gaussian) explains]
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
@@ -134,6 +135,7 @@ enum Model {
     Constant,
     L1,
     Gaussian,
+    Histogram,
     KMeans,
     Threshold,
 }
@@ -141,7 +143,7 @@ enum Model {
 impl Arguments {
     fn labeler(&self) -> Result<Labeler> {
         let named = match self.model {
-            Some(model @ (Model::Constant | Model::L1 | Model::Gaussian)) => {
+            Some(model @ (Model::Constant | Model::L1 | Model::Gaussian | Model::Histogram)) => {
                 ModelName::named(model.name())
             }
             _ => None,

@@ -59,6 +59,9 @@ pub struct Manifest {
     /// Other measures of the agreement with the right labels, means over several truths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scores: Option<Scores>,
+    /// The length of the cut between the labels, in units of the mesh as it is solved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cut_length: Option<f64>,
     /// The share of vertices whose largest u_kp exceeds 0.99.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub binary: Option<f64>,

@@ -71,6 +71,9 @@ pub enum Quantity {
     /// The share of vertices whose largest u_kp exceeds 0.99.
     #[strum(message = "share of vertices with max u above 0.99")]
     Binary,
+    /// The length of the cut.
+    #[strum(message = "length of the cut")]
+    CutLength,
     /// The values of the region parameters in ascending order, where a run estimates them.
     Parameters,
     Status,
@@ -169,7 +172,7 @@ mod tests {
             "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, noise, \
              seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, regions-used, mislabeled, \
-             rand-index, variation-of-information, covering, boundary-f, binary, parameters, status; did you mean \"wall-seconds\"?"
+             rand-index, variation-of-information, covering, boundary-f, binary, cut-length, parameters, status; did you mean \"wall-seconds\"?"
         ));
     }
 

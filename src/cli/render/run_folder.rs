@@ -19,7 +19,7 @@ pub fn read(arguments: &Arguments) -> Result<Input> {
     let folder = arguments.surface.as_path();
     if !folder.join("labels.npy").is_file() {
         let message = if folder.join("manifest.json").is_file() {
-            "holds no labels, which experiments keep of the first repetition on up to 60,000 vertices; name another \
+            "holds no labels, which experiments keep of the first repetition on up to 200,000 vertices; name another \
              run, or a mesh"
         } else {
             "is a folder without labels.npy; name a result folder of segment or solve, runs/ID of an experiment, or a \

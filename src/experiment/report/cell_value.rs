@@ -113,6 +113,7 @@ impl<'a> CellRuns<'_, 'a> {
             Quantity::Covering => self.of_scores(|scores| Some(scores.covering)),
             Quantity::BoundaryF => self.of_scores(|scores| scores.boundary_f),
             Quantity::Binary => self.of_all(|run| run.manifest.binary),
+            Quantity::CutLength => self.of_all(|run| run.manifest.cut_length),
             Quantity::Parameters => self.parameters(),
             Quantity::Status => self.status(),
         }
