@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
-use crate::mesh::geometry::opposite_edges;
+use crate::mesh::geometry::{barycentric_areas, opposite_edges};
 use crate::run::{Sample, Stop};
 use crate::segment::Alternation;
 use crate::solve::{Request, Solution, solve};
@@ -144,7 +144,7 @@ pub fn cut_length(mesh: &Mesh, solution: &Solution) -> f64 {
 
 /// The agreement of a run with the right labels.
 pub struct Agreed {
-    /// The share of vertices with a wrong label.
+    /// The share of the vertices with a wrong label, or of the area if regions had to be matched.
     pub mislabeled: f64,
     /// Other measures; not for labels in the order of fixed costs, whose regions need no matching.
     pub others: Option<Scores>,
@@ -166,7 +166,8 @@ pub fn scores(
         let mislabeled = wrong.count() as f64 / labels.len() as f64;
         return Ok(Some(Agreed { mislabeled, others: None }));
     }
-    let weights = vec![1.0; labels.len()];
+    // Vertices without a face have no area, and labels that mean nothing.
+    let weights = barycentric_areas(&instance.mesh);
     let agreements: Vec<Agreement> = (labelings.iter())
         .map(|truth| Agreement::new(&labels, truth, &weights))
         .collect::<Result<_>>()?;

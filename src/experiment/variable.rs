@@ -56,7 +56,7 @@ pub enum Quantity {
     RoundedGap,
     #[strum(message = "regions that are used")]
     RegionsUsed,
-    #[strum(message = "share of vertices that are mislabeled")]
+    #[strum(message = "share that is mislabeled")]
     Mislabeled,
     /// Against the right labels, as the next three.
     #[strum(message = "Rand index")]

@@ -117,7 +117,9 @@ impl Panels<'_> {
             .iter()
             .map(|text| wrap(text, TEXT_SIZE, layout.column_width))
             .collect();
-        let title_height = titles.iter().map(Vec::len).max().unwrap_or(0) as f64 * line;
+        let lines = titles.iter().map(Vec::len).max().unwrap_or(0);
+        // Descenders of the last line need room above the pictures.
+        let title_height = if lines > 0 { (lines as f64 + 0.4) * line } else { 0.0 };
         let gaps = ROW_GAP * (rows.len() - 1) as f64;
         let height = title_height + rows.iter().map(Row::height).sum::<f64>() + gaps;
         let mut canvas = Canvas::new(width as usize, height.ceil() as usize);
@@ -125,7 +127,7 @@ impl Panels<'_> {
         let left = |column: usize| heading + column as f64 * (layout.column_width + GAP);
         let center = |column: usize| left(column) + layout.column_width / 2.0;
         for (column, lines) in titles.iter().enumerate() {
-            let missing = title_height - lines.len() as f64 * line;
+            let missing = title_height - (lines.len() as f64 + 0.4) * line;
             lines_below(&mut canvas, lines, center(column), missing);
         }
         let mut top = title_height;

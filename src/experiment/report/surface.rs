@@ -60,7 +60,8 @@ pub fn draw<'a>(
     let mut columns: Vec<String> = of_instance.iter().map(|shown| shown.caption()).collect();
     for solver in &solvers {
         columns.extend(of_solver.iter().map(|shown| match of_solver.len() {
-            1 => (*solver).to_owned(),
+            1 if solvers.len() > 1 => (*solver).to_owned(),
+            _ if solvers.len() == 1 => shown.caption(),
             _ => format!("{solver}: {}", shown.caption()),
         }));
     }
