@@ -122,7 +122,7 @@ impl Panels<'_> {
         let title_height = if lines > 0 { (lines as f64 + 0.4) * line } else { 0.0 };
         let gaps = ROW_GAP * (rows.len() - 1) as f64;
         let height = title_height + rows.iter().map(Row::height).sum::<f64>() + gaps;
-        let mut canvas = Canvas::new(width as usize, height.ceil() as usize);
+        let mut canvas = Canvas::new(width as usize, height.ceil().max(1.0) as usize);
 
         let left = |column: usize| heading + column as f64 * (layout.column_width + GAP);
         let center = |column: usize| left(column) + layout.column_width / 2.0;
