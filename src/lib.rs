@@ -51,6 +51,7 @@ mod font;
 pub mod format_error;
 #[cfg(feature = "experiments")]
 pub mod labeling;
+pub mod level_sets;
 pub mod mesh;
 pub mod names;
 pub mod npy;

@@ -52,6 +52,8 @@ pub enum FigureKind {
     },
     Relation(Relation),
     Surface(SurfaceFigure),
+    /// (E(t) - E) / (E - B) over the thresholds t of two regions, of labels and of level lines, a panel for each instance.
+    Thresholds,
 }
 
 /// Pictures of the instances, a row for each: what needs no regions once, all else for each solver.
@@ -130,6 +132,7 @@ enum FigureKindName {
     Profile,
     Relation,
     Surface,
+    Thresholds,
 }
 
 /// The values of the key `width` of a figure.
@@ -264,6 +267,7 @@ impl FigureSpec {
             FigureKindName::Profile => read_profile(&mut section),
             FigureKindName::Relation => read_relation(&mut section),
             FigureKindName::Surface => read_surface(&mut section),
+            FigureKindName::Thresholds => Ok((FigureKind::Thresholds, None)),
         }?;
         let page = choice(&mut section, "width", WidthName::Page)? == WidthName::Page;
         let columns = section.count("columns", 1)?;
@@ -295,9 +299,10 @@ impl FigureSpec {
     pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
             FigureKind::Relation(Relation { x, y, .. }) => vec![x, y],
-            FigureKind::Decay { .. } | FigureKind::Profile { .. } | FigureKind::Surface(_) => {
-                Vec::new()
-            }
+            FigureKind::Decay { .. }
+            | FigureKind::Profile { .. }
+            | FigureKind::Surface(_)
+            | FigureKind::Thresholds => Vec::new(),
         }
     }
 }

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use crate::agreement::{Agreement, MeanAgreement, boundaries, grid_image};
 use crate::error::{Error, Result};
 use crate::labeling::{Baseline, Labeler, Labeling, label};
+use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
 use crate::mesh::geometry::{barycentric_areas, opposite_edges};
@@ -25,8 +26,21 @@ use crate::data::Initial;
 /// Called between the steps of a run.
 pub type StepObserver<'a> = &'a mut (dyn FnMut(Option<&Sample>) -> ControlFlow<()> + Send);
 
-/// A solution, and the values of the region parameters if they are not those of the instance.
-type Outcome = (Solution, Option<Vec<Vec<f64>>>);
+/// What a run made.
+pub struct Made {
+    pub solution: Solution,
+    /// The values of the region parameters, if they are not those of the instance.
+    pub parameters: Option<Vec<Vec<f64>>>,
+    /// The thresholds of two regions, if they were requested.
+    pub level_sets: Option<Vec<LevelSet>>,
+}
+
+impl Made {
+    /// A run with the costs of the instance.
+    pub fn of(solution: Solution) -> Self {
+        Made { solution, parameters: None, level_sets: None }
+    }
+}
 
 /// Makes a run that needs no command.
 ///
@@ -37,7 +51,7 @@ pub fn attempt(
     instance: &Instance,
     stop: Stop,
     observe: StepObserver<'_>,
-) -> Result<Outcome> {
+) -> Result<Made> {
     let solver = run.solver;
     let method = match solver.task {
         Task::Baseline(_) => Method::default(),
@@ -69,11 +83,30 @@ pub fn attempt(
         }
         Task::Solve | Task::External(_) => {
             solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe)
-                .map(|solution| (solution, None))
+                .and_then(|solution| with_level_sets(run, instance, solution, &request))
         }
     };
     sweep::with_threads(solver.threads, made)?
         .map_err(|error| Error::unsuitable(format!("{}: {error}", solver.label)))
+}
+
+fn with_level_sets(
+    run: &Planned<'_>,
+    instance: &Instance,
+    solution: Solution,
+    request: &Request,
+) -> Result<Made> {
+    let level_sets = match run.solver.thresholds {
+        Some(_) if instance.costs.ncols() != 2 => {
+            return Err(Error::unsuitable("thresholds divide two regions only"));
+        }
+        Some(count) => {
+            let u = solution.u.column(0);
+            Some(level_sets(&instance.mesh, &instance.costs, u, count, request)?)
+        }
+        None => None,
+    };
+    Ok(Made { level_sets, ..Made::of(solution) })
 }
 
 fn labeled(
@@ -83,7 +116,7 @@ fn labeled(
     Estimation { every, init, seed }: Estimation,
     request: &Request,
     observe: StepObserver<'_>,
-) -> Result<Outcome> {
+) -> Result<Made> {
     let Some(data) = &instance.data else {
         return Err(Error::unsuitable("costs have no parameters that could be estimated"));
     };
@@ -94,7 +127,8 @@ fn labeled(
     let lambda = Some(request.lambda);
     let Labeling { solution, regions, .. } =
         label(&instance.mesh, data, &labeler, &alternation, lambda, request, observe)?;
-    Ok((solution, Some(regions.into_iter().map(|region| region.value).collect())))
+    let parameters = Some(regions.into_iter().map(|region| region.value).collect());
+    Ok(Made { solution, parameters, level_sets: None })
 }
 
 /// Number of stripes of each region.

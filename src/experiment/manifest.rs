@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::machine::{Machine, Program};
+use crate::level_sets::LevelSet;
 
 /// The agreement with right labels, see [`crate::agreement`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +66,9 @@ pub struct Manifest {
     /// The share of vertices whose largest u_kp exceeds 0.99.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub binary: Option<f64>,
+    /// The thresholds of two regions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub level_sets: Option<Vec<LevelSet>>,
     /// The values of the region parameters, a list per region, if they are not those of the instance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<Vec<Vec<f64>>>,

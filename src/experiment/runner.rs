@@ -10,7 +10,7 @@ use ndarray::Array1;
 
 use super::data::{Folders, Instance};
 use super::external::Attempt;
-use super::labeled;
+use super::labeled::{self, Made};
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
 use super::plan::{Plan, Planned};
@@ -118,9 +118,7 @@ struct Current<'a> {
 
 /// A solution with the measurements of its run.
 struct Timed {
-    solution: Solution,
-    /// The values of the region parameters, if they are not those of the instance.
-    parameters: Option<Vec<Vec<f64>>>,
+    made: Made,
     start: SystemTime,
     wall_seconds: f64,
     load_average: f64,
@@ -183,14 +181,14 @@ impl<'a> Runner<'a> {
         }
         self.warm_up(run)?;
         let timed = self.timed(run, claim.folder(), observe)?;
-        if timed.solution.summary.status == Status::Interrupted {
+        if timed.made.solution.summary.status == Status::Interrupted {
             return Ok(ControlFlow::Break(()));
         }
         let manifest = self.manifest(run, &timed)?;
-        write(claim.folder(), run, &timed.solution, &manifest)?;
+        write(claim.folder(), run, &timed.made.solution, &manifest)?;
         claim.finish()?;
         self.tally.made += 1;
-        Ok(observe(Event::Ended { run, solution: &timed.solution }))
+        Ok(observe(Event::Ended { run, solution: &timed.made.solution }))
     }
 
     fn bring_instance(&mut self, run: &'a Planned<'a>) -> Result<()> {
@@ -231,21 +229,22 @@ impl<'a> Runner<'a> {
         let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));
         let iterations = run.solver.max_iterations.or(stop.iterations);
         let stop = &Stop { iterations, ..stop.clone() };
-        let (solution, parameters) = match run.solver.task.external() {
+        let made = match run.solver.task.external() {
             None => labeled::attempt(run, instance, stop.clone(), &mut step)?,
             Some(external) => {
                 let attempt = Attempt { run, external, instance, folder, claimed, stop };
-                (attempt.make(&mut step)?, None)
+                Made::of(attempt.make(&mut step)?)
             }
         };
         let wall_seconds = begin.elapsed().as_secs_f64();
         let others = f64::max(others, self.load.others());
-        Ok(Timed { solution, parameters, start, wall_seconds, load_average, others })
+        Ok(Timed { made, start, wall_seconds, load_average, others })
     }
 
     fn manifest(&self, run: &Planned<'_>, timed: &Timed) -> Result<Manifest> {
-        let Timed { solution, parameters, start, wall_seconds, load_average, others } = timed;
+        let Timed { made, start, wall_seconds, load_average, others } = timed;
         let instance = &self.current.as_ref().expect("its instance is there").instance;
+        let Made { solution, parameters, level_sets } = made;
         let scores = labeled::scores(run, instance, solution)?;
         Ok(Manifest {
             id: run.id.clone(),
@@ -269,6 +268,7 @@ impl<'a> Runner<'a> {
             cut_length: Some(labeled::cut_length(&instance.mesh, solution)),
             binary: Some(binary(solution)),
             parameters: parameters.clone(),
+            level_sets: level_sets.clone(),
             wall_seconds: *wall_seconds,
             exit: match (solution.summary.status, &solution.summary.warnings[..]) {
                 (Status::Failed, [why, ..]) => why.clone(),

@@ -106,6 +106,7 @@ impl Spec {
                 read_exclusion(&mut section, &instances, &solvers)
             })?;
             check_parameters(&instances, &solvers, &exclusions)?;
+            check_thresholds(&instances, &solvers, &exclusions)?;
             let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
                 check_filters(figure, &instances, &solvers)?;
@@ -184,6 +185,26 @@ fn check_parameters(
                 "costs have no parameters that {:?} could estimate; exclude one of the two, or give data",
                 solver.label
             );
+            return Err(SpanError::at(&instance.data_span, message));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses thresholds of more than two regions.
+fn check_thresholds(
+    instances: &[InstanceCell],
+    solvers: &[SolverCell],
+    exclusions: &[Exclusion],
+) -> SpanResult<()> {
+    for instance in instances.iter().filter(|cell| cell.regions > 2) {
+        let included = |solver: &&SolverCell| {
+            solver.thresholds.is_some()
+                && !exclusions.iter().any(|one| covers(one, instance, solver))
+        };
+        if let Some(solver) = solvers.iter().find(included) {
+            let message =
+                format!("{:?} has thresholds, which divide two regions only", solver.label);
             return Err(SpanError::at(&instance.data_span, message));
         }
     }

@@ -74,6 +74,12 @@ pub enum Quantity {
     /// The length of the cut.
     #[strum(message = "length of the cut")]
     CutLength,
+    /// max_t |E(t) - E| / (E - B) over the thresholds of two regions as labels.
+    #[strum(message = "largest error of thresholds as labels")]
+    ThresholdLabels,
+    /// The same along level lines.
+    #[strum(message = "largest error of thresholds along level lines")]
+    ThresholdLines,
     /// The values of the region parameters in ascending order, where a run estimates them.
     Parameters,
     Status,
@@ -172,7 +178,8 @@ mod tests {
             "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, noise, \
              seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, regions-used, mislabeled, \
-             rand-index, variation-of-information, covering, boundary-f, binary, cut-length, parameters, status; did you mean \"wall-seconds\"?"
+             rand-index, variation-of-information, covering, boundary-f, binary, cut-length, threshold-labels, \
+             threshold-lines, parameters, status; did you mean \"wall-seconds\"?"
         ));
     }
 

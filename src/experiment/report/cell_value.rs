@@ -1,6 +1,7 @@
 //! The values of the variables of a cell: its keys, and the quantities of its runs.
 
 use crate::agreement::Confusion;
+use crate::level_sets::LevelSet;
 
 use super::super::figures::{Clock, Target};
 use super::super::manifest::Scores;
@@ -114,6 +115,8 @@ impl<'a> CellRuns<'_, 'a> {
             Quantity::BoundaryF => self.of_scores(|scores| scores.boundary_f),
             Quantity::Binary => self.of_all(|run| run.manifest.binary),
             Quantity::CutLength => self.of_all(|run| run.manifest.cut_length),
+            Quantity::ThresholdLabels => self.of_thresholds(|set| set.labels),
+            Quantity::ThresholdLines => self.of_thresholds(|set| set.lines),
             Quantity::Parameters => self.parameters(),
             Quantity::Status => self.status(),
         }
@@ -125,6 +128,17 @@ impl<'a> CellRuns<'_, 'a> {
 
     fn of_scores(&self, score: impl Fn(&Scores) -> Option<f64>) -> CellValue {
         self.of_all(|run| score(run.manifest.scores.as_ref()?))
+    }
+
+    /// The largest difference of a threshold's energy from that of U, relative to E - B.
+    fn of_thresholds(&self, energy: impl Fn(&LevelSet) -> f64) -> CellValue {
+        self.of_all(|run| {
+            let summary = &run.summary;
+            let differences = run.manifest.level_sets.as_ref()?.iter().map(|set| {
+                (energy(set) - summary.energy).abs() / (summary.energy - summary.baseline)
+            });
+            differences.reduce(f64::max)
+        })
     }
 
     /// The values of the first run, in ascending order, so that the names of regions do not matter.

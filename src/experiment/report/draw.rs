@@ -6,6 +6,7 @@ use super::super::variable::Variable;
 use super::pool::{Cell, Peers, Pool, given};
 use super::relation::relation;
 use crate::figure::{Axis, Figure, Panel, Primitive, Series, Width};
+use crate::level_sets::LevelSet;
 
 /// A figure and the runs behind its numbers.
 pub struct Drawn<'a> {
@@ -37,6 +38,7 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
             let timed = [&spec.x, &spec.y].into_iter().any(Variable::is_time);
             (relation(pool, &cells, spec), timed)
         }
+        FigureKind::Thresholds => (thresholds(pool, &cells), false),
         FigureKind::Surface(_) => unreachable!("surfaces are drawn by surface.rs"),
     };
     let figure = Figure {
@@ -89,6 +91,41 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
         }
     };
     instances.into_iter().map(panel).collect()
+}
+
+/// A panel for each instance, for each solver the labels and the level lines of its thresholds.
+fn thresholds<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>]) -> Vec<Panel> {
+    let of_instance = |cells: &[&Cell<'a>]| {
+        let mut series = Vec::new();
+        for cell in cells {
+            let found =
+                cell.runs.iter().find_map(|run| Some((run, run.manifest.level_sets.as_ref()?)));
+            let Some((run, sets)) = found else { continue };
+            let above = |energy: f64| {
+                let summary = &run.summary;
+                (energy - summary.energy) / (summary.energy - summary.baseline)
+            };
+            type Energy = fn(&LevelSet) -> f64;
+            let kinds: [(&str, Energy); 2] =
+                [("labels", |set| set.labels), ("level lines", |set| set.lines)];
+            for (i, (name, energy)) in kinds.into_iter().enumerate() {
+                series.push(Series {
+                    label: format!("{}: {name}", pool.solver(cell).label),
+                    style: 2 * cell.solver + i,
+                    primitive: Primitive::LineMarks,
+                    points: sets.iter().map(|set| [set.threshold, above(energy(set))]).collect(),
+                    band: Vec::new(),
+                });
+            }
+        }
+        (!series.is_empty()).then(|| Panel {
+            title: Some(pool.instance(cells[0]).label.clone()),
+            x: Axis::new("threshold t", false),
+            y: Axis::new("energy of {u > t} above E(U)", false),
+            series,
+        })
+    };
+    cells.chunk_by(|a, b| a.instance == b.instance).filter_map(of_instance).collect()
 }
 
 /// The share of instances that a solver solves to a gap within a multiple of the time of the fastest solver.

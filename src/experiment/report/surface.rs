@@ -1,9 +1,13 @@
 //! Figures of surfaces: a row for each instance, in it the data once and what is shown of each solver.
+//!
+//! The regions of a solver are matched with those of the first one, so that equal colors mean the same, unless columns of U
+//! are shown, which tell which region is which.
 
 use super::super::figures::{FigureSpec, SurfaceFigure};
 use super::super::results::Done;
 use super::super::store::Store;
 use super::pool::{Cell, Pool};
+use crate::agreement::Confusion;
 use crate::error::Result;
 use crate::mesh::{Mesh, io};
 use crate::render::panels::{PageWidth, Panel, Panels, Regions, Shown, ShownData, Surface};
@@ -40,10 +44,11 @@ pub fn draw<'a>(
     figure: &FigureSpec,
     surface: &SurfaceFigure,
 ) -> Result<Option<DrawnSurfaces<'a>>> {
+    let by_column = surface.show.iter().any(|shown| matches!(shown, Shown::Column(_)));
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
     for cells in cells.chunk_by(|a, b| a.instance == b.instance) {
         let label = pool.instance(cells[0]).label.as_str();
-        match shows(store, cells, label)? {
+        match shows(store, cells, label, by_column)? {
             Some(shows) => all.push(shows),
             None => left_out.push(label),
         }
@@ -108,7 +113,12 @@ pub fn draw<'a>(
 }
 
 /// The surface of an instance and the labels of the given cells, if all are there.
-fn shows<'a>(store: &Store, cells: &[&Cell<'a>], label: &'a str) -> Result<Option<Shows<'a>>> {
+fn shows<'a>(
+    store: &Store,
+    cells: &[&Cell<'a>],
+    label: &'a str,
+    by_column: bool,
+) -> Result<Option<Shows<'a>>> {
     let labeled = |cell: &&Cell<'a>| cell.runs.iter().copied().find(|run| run.labels.is_some());
     let Some(runs) = cells.iter().map(labeled).collect::<Option<Vec<&Done>>>() else {
         return Ok(None);
@@ -119,14 +129,35 @@ fn shows<'a>(store: &Store, cells: &[&Cell<'a>], label: &'a str) -> Result<Optio
         return Ok(None);
     }
     let mesh = io::read(&path)?;
-    let regions = runs.iter().map(|run| regions(run)).collect();
+    let names = |run: &Done| match by_column {
+        true => Ok((0..run.summary.regions).collect()),
+        false => matched(run, runs[0]),
+    };
+    let regions = runs.iter().map(|run| Ok(regions(run, &names(run)?))).collect::<Result<_>>()?;
     Ok(Some(Shows { label, mesh, runs, regions }))
 }
 
-/// The regions of a run: U for two regions, whose larger entry determines both, otherwise the labels and how certain they
+/// For each region of a run the region of the first run with which it has most vertices in common, one to one.
+fn matched(run: &Done, first: &Done) -> Result<Vec<usize>> {
+    let integers = |run: &Done| -> Vec<i64> {
+        run.labels.iter().flatten().map(|&label| i64::from(label)).collect()
+    };
+    let (labels, reference) = (integers(run), integers(first));
+    let confusion = Confusion::new(&labels, &reference, &vec![1.0; labels.len()])?;
+    let m = run.summary.regions;
+    let mut names: Vec<Option<usize>> = vec![None; m];
+    for (row, column) in confusion.matching().into_iter().enumerate() {
+        let name = column.map(|column| confusion.truth_labels[column] as usize);
+        names[confusion.labels[row] as usize] = name.filter(|&name| name < m);
+    }
+    let mut free = (0..m).filter(|p| !names.contains(&Some(*p))).collect::<Vec<_>>().into_iter();
+    Ok(names.iter().map(|name| name.or_else(|| free.next()).expect("m names")).collect())
+}
+
+/// The regions of a run under other names: U for two regions, whose larger entry determines both, otherwise the labels and how certain they
 /// are.
-fn regions(run: &Done) -> Regions {
-    let labels = run.labels.as_deref().unwrap_or_default();
+fn regions(run: &Done, names: &[usize]) -> Regions {
+    let labels = run.labels.iter().flatten().map(|&label| names[usize::from(label)]);
     let certainty: Option<Vec<f64>> = run
         .certainty
         .as_ref()
@@ -134,12 +165,9 @@ fn regions(run: &Done) -> Regions {
     match (run.summary.regions, certainty) {
         (2, Some(certainty)) => {
             let row =
-                |(&label, u): (&u8, f64)| if label == 0 { [u, 1.0 - u] } else { [1.0 - u, u] };
-            Regions::of_u(labels.iter().zip(certainty).flat_map(row).collect(), 2)
+                |(label, u): (usize, f64)| if label == 0 { [u, 1.0 - u] } else { [1.0 - u, u] };
+            Regions::of_u(labels.zip(certainty).flat_map(row).collect(), 2)
         }
-        (m, certainty) => {
-            let labels: Vec<usize> = labels.iter().map(|&label| usize::from(label)).collect();
-            Regions::of_labels(&labels, m, certainty)
-        }
+        (m, certainty) => Regions::of_labels(&labels.collect::<Vec<_>>(), m, certainty),
     }
 }

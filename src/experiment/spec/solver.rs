@@ -36,6 +36,8 @@ pub struct SolverCell {
     pub coarse_to_fine: bool,
     /// Maximum number of iterations, if it differs from that of the file.
     pub(crate) max_iterations: Option<u64>,
+    /// Number of thresholds of two regions that are evaluated, see [`crate::level_sets`].
+    pub(crate) thresholds: Option<usize>,
     /// What it computes.
     pub(crate) task: Task,
 }
@@ -132,6 +134,7 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> SpanResult<
     }
     for key in ESTIMATION_KEYS.into_iter().chain([
         "max-iterations",
+        "thresholds",
         "command",
         "limit",
         "threads",
@@ -209,6 +212,7 @@ fn read_cell(
             None => None,
             Some(_) => Some(cell.count("max-iterations", 0, 0..=u64::MAX)?),
         },
+        thresholds: read_thresholds(cell, &task)?,
         task,
     })
 }
@@ -292,6 +296,15 @@ fn read_options(
     }
     let texts: Vec<String> = options.into_iter().map(|(option, _)| option).collect();
     Options::parse(&texts).map_err(|error| SpanError::at(span, error.to_string()))
+}
+
+fn read_thresholds(cell: &Cell<'_>, task: &Task) -> SpanResult<Option<usize>> {
+    let Some(given) = cell.get("thresholds") else { return Ok(None) };
+    if !matches!(task, Task::Solve) {
+        let message = "thresholds are those of a solver with fixed costs: leave out every";
+        return Err(SpanError::at(&given.span, message));
+    }
+    Ok(Some(cell.count("thresholds", 0, 1..=1000)? as usize))
 }
 
 /// The value of a Boolean key, false by default.

@@ -2,6 +2,7 @@
 
 mod cluster;
 mod files;
+mod labeling;
 mod report;
 mod runs;
 

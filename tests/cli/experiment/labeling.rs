@@ -1,0 +1,206 @@
+//! Experiments that estimate region parameters: starts, baselines, truths, scores, and figures of surfaces.
+
+use std::collections::BTreeMap;
+
+use ndarray::Array1;
+use ndarray_npy::{read_npy, write_npy};
+use serde_json::Value;
+
+use super::outcomes;
+use crate::support::{Folder, stderr};
+
+const FILE: &str = r#"# Does the start matter?
+
+stop = { gap = 1e-5, max-iterations = 3000 }
+
+[[instance]]
+label = "torus"
+mesh = "torus:60x40"
+data = "waves"
+noise = 0.3
+regions = 4
+lambda = 0.004
+
+[[solver]]
+label = "k-means"
+name = "kmeans"
+
+[[solver]]
+label = "fixed"
+name = "chambolle-pock"
+
+[[solver]]
+label = "from"
+name = "chambolle-pock"
+every = 10
+init = ["kmeans", "slabs", "opposite-slabs"]
+
+[[solver]]
+label = "start"
+name = "chambolle-pock"
+every = 10
+init = "slabs"
+max-iterations = 0
+
+[[figure]]
+name = "surfaces"
+kind = "surface"
+show = ["data", "labels"]
+views = ["front", "back"]
+
+[[table]]
+name = "all"
+kind = "cells"
+columns = ["init", "excess", "labels-changed", "mislabeled", "rand-index", "binary", "cut-length", "parameters"]
+"#;
+
+/// The rows of a table by the label of the solver.
+fn rows(folder: &Folder, experiment: &str) -> BTreeMap<String, Vec<String>> {
+    let path = folder.path(&format!("results/{experiment}/tables/all.csv"));
+    let mut csv = csv::Reader::from_path(path).unwrap();
+    let rows = csv.records().map(|record| record.unwrap());
+    rows.map(|row| (row[1].to_owned(), row.iter().skip(2).map(str::to_owned).collect())).collect()
+}
+
+fn number(text: &str) -> f64 {
+    text.parse().unwrap()
+}
+
+/// The baselines and the estimation are those of `segment`; runs with parameters of their own are compared with the best
+/// of them, under the best matching of their regions.
+#[test]
+fn parameters_are_estimated_from_several_starts() {
+    let folder = Folder::new();
+    folder.write("starts.toml", FILE);
+    folder.done("experiment run starts.toml");
+    folder.done("experiment report results/starts");
+    let rows = rows(&folder, "starts");
+    assert_eq!(rows.len(), 6);
+    let of = |label: &str, column: usize| rows[label][column].as_str();
+    // k-means ignores cuts and is mostly wrong; all starts end in the same labels, whatever their regions are called.
+    assert!(number(of("k-means", 3)) > 0.15);
+    for init in ["kmeans", "slabs", "opposite-slabs"] {
+        let label = format!("from, init {init}");
+        assert_eq!(of(&label, 0), init);
+        assert!(number(of(&label, 1)) < 1e-4, "{rows:?}");
+        assert!(number(of(&label, 2)) < 1e-3 && number(of(&label, 3)) < 0.03, "{rows:?}");
+        assert!(number(of(&label, 4)) > 0.97, "{rows:?}");
+        assert_eq!(of(&label, 7).split(" / ").count(), 4);
+    }
+    assert!(number(of("k-means", 6)) > 2.0 * number(of("from, init slabs", 6)), "{rows:?}");
+    // Fixed costs have a bound of their own, and no parameters.
+    assert_eq!((of("fixed", 7), of("fixed", 4)), ("", ""));
+    // The start itself: four slabs of labels.
+    assert_eq!(of("start", 5), "1");
+
+    let figures = folder.path("results/starts/figures");
+    let picture = image::open(figures.join("surfaces.png")).unwrap();
+    assert_eq!(picture.width(), 2008);
+    let sources: Value =
+        serde_json::from_slice(&std::fs::read(figures.join("surfaces.runs.json")).unwrap())
+            .unwrap();
+    assert_eq!(sources["runs"].as_array().unwrap().len(), 6);
+    let page = std::fs::read_to_string(folder.path("results/starts/report.html")).unwrap();
+    assert!(page.contains("data:image/png;base64,"));
+
+    // Without the labels of a run the picture stays as it is.
+    let labels: Vec<_> = glob(&folder, "results/starts/runs", "labels.npy");
+    std::fs::remove_file(&labels[0]).unwrap();
+    let before = std::fs::read(figures.join("surfaces.png")).unwrap();
+    let said = stderr(&folder.run("experiment report results/starts"));
+    assert!(said.contains("surfaces.png is unchanged"), "{said}");
+    assert_eq!(std::fs::read(figures.join("surfaces.png")).unwrap(), before);
+}
+
+/// The files of this name in the folders of a folder.
+fn glob(folder: &Folder, of: &str, name: &str) -> Vec<std::path::PathBuf> {
+    let folders = std::fs::read_dir(folder.path(of)).unwrap().map(|entry| entry.unwrap().path());
+    folders.map(|path| path.join(name)).filter(|path| path.exists()).collect()
+}
+
+/// The estimation of an experiment is that of `segment` with the same lambda.
+#[test]
+fn an_estimation_is_that_of_segment() {
+    let folder = Folder::new();
+    let file = "stop = { gap = 1e-4 }\n[[instance]]\nmesh = \"torus:40x24\"\ndata = \"data.npy\"\nmodel = \"gaussian\"\n\
+                truth = \"truth.npy\"\nregions = 2\nlambda = 0.02\n[[solver]]\nname = \"chambolle-pock\"\nevery = 10\n";
+    // Equal means, different spreads.
+    let mut state = 7_u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64
+    };
+    let truth = Array1::from_shape_fn(960, |k| i32::from(k >= 480));
+    let data = truth.mapv(|p| (uniform() + uniform() - 1.0) * if p == 0 { 0.2 } else { 2.0 });
+    write_npy(folder.path("data.npy"), &data).unwrap();
+    write_npy(folder.path("truth.npy"), &truth).unwrap();
+    folder.write("e.toml", file);
+    folder.done("experiment run e.toml");
+    let segment = "segment torus:40x24 --data data.npy --model gaussian --regions 2 --lambda 0.02 --no-preview --out s";
+    folder.done(segment);
+    let answer = folder.answer("s");
+    let runs = outcomes(&folder.path("results/e"));
+    let id = runs.first_key_value().unwrap().0;
+    let read = |name: &str| -> Value {
+        let path = folder.path(&format!("results/e/runs/{id}/{name}"));
+        serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+    };
+    assert_eq!(read("summary.json")["energy"], answer.summary["energy"]);
+    let manifest = read("manifest.json");
+    assert!(manifest["mislabeled"].as_f64().unwrap() < 0.03, "{manifest}");
+    // The scores are those of `compare`.
+    let output = folder.run("compare s truth.npy --mesh torus:40x24 --json");
+    let compared: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for (own, other) in [
+        ("rand_index", "rand_index"),
+        ("variation_of_information", "variation_of_information"),
+        ("covering", "covering"),
+    ] {
+        let [own, other] = [&manifest["scores"][own], &compared["mean"][other]]
+            .map(|number| number.as_f64().unwrap());
+        assert!((own - other).abs() <= 1e-12, "{own} {other}");
+    }
+    let labels: Array1<u8> =
+        read_npy(folder.path(&format!("results/e/runs/{id}/labels.npy"))).unwrap();
+    assert!(labels.iter().zip(&answer.labels).all(|(&a, &b)| i32::from(a) == b));
+}
+
+#[test]
+fn impossible_estimations_are_refused_at_their_positions() {
+    let folder = Folder::new();
+    for (from, to, message) in [
+        ("every = 10\ninit = [", "init = [", "a start needs every = STEPS"),
+        ("name = \"kmeans\"", "name = \"kmeans\"\nevery = 10", "kmeans estimates no parameters"),
+        (
+            "name = \"kmeans\"",
+            "name = \"kmeans\"\noptions = { rho = 1.5 }",
+            "kmeans has no options",
+        ),
+        ("name = \"kmeans\"", "name = \"kmeens\"", "did you mean \"kmeans\""),
+        ("init = \"slabs\"", "init = \"slab\"", "did you mean \"slabs\""),
+        ("every = 10", "every = 0", "every must be a whole number, 1 or more"),
+        ("regions = 4", "regions = 4\nmodel = \"gauss\"", "did you mean \"gaussian\""),
+        (
+            "regions = 4",
+            "regions = 4\ntruth = \"labels.txt\"",
+            "truth must be \"FILE.npy\" or \"FILE.mat\"",
+        ),
+        ("regions = 4", "regions = 4\nproject = \"xx\"", "project must be"),
+        (
+            "data = \"waves\"\nnoise = 0.3\nregions = 4",
+            "data = \"costs:c.npy\"",
+            "costs have no parameters",
+        ),
+        ("show = [\"data\", \"labels\"]", "", "a figure of surfaces needs show"),
+        ("\"labels\"]", "\"label\"]", "show must be"),
+        ("\"back\"]", "\"behind\"]", "views must be"),
+    ] {
+        let text = FILE.replacen(from, to, 1);
+        assert_ne!(text, FILE, "{from}");
+        folder.write("bad.toml", text);
+        let output = folder.run("experiment list bad.toml");
+        assert_eq!(output.status.code(), Some(1), "{to}");
+        let said = stderr(&output);
+        assert!(said.contains("bad.toml:") && said.contains(message), "{to}: {said}");
+    }
+}
