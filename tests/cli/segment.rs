@@ -141,8 +141,9 @@ fn by_model(folder: &Folder, line: &str, named: &str, other: &str) -> Answer {
     for threads in [1, 2] {
         let output = folder.run(&format!("{line} --threads {threads} --out {threads}"));
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-        let table = String::from_utf8(output.stdout).unwrap();
-        assert!(table.contains(named) && !table.contains(other), "{table}");
+        let text = String::from_utf8(output.stdout).unwrap();
+        let (_, table) = text.split_once("\nregion ").unwrap();
+        assert!(table.contains(named) && !table.contains(other), "{text}");
     }
     let [one, two] = ["1", "2"].map(|n| fs::read(folder.path(n).join("u.npy")).unwrap());
     assert_eq!(one, two, "{line}");
