@@ -201,6 +201,7 @@ fn impossible_estimations_are_refused_at_their_positions() {
         let output = folder.run("experiment list bad.toml");
         assert_eq!(output.status.code(), Some(1), "{to}");
         let said = stderr(&output);
-        assert!(said.contains("bad.toml:") && said.contains(message), "{to}: {said}");
+        assert!(said.starts_with("error: bad.toml, line "), "{to}: {said}");
+        assert!(said.contains(message), "{to}: {said}");
     }
 }
