@@ -40,7 +40,8 @@ fn of_array(path: &Path, model: ModelName) -> Result<Means> {
             return Err(Error::malformed(path, message));
         }
     };
-    let rows = npy::read_rows(path)?;
+    // In the units of data from such a file.
+    let rows = npy::read_data(path)?;
     let parameters = |row: ndarray::ArrayView1<f64>| {
         let numbers: Vec<Value> = row.iter().map(|&x| Value::from(x)).collect();
         Value::Object(Map::from_iter([(key.to_owned(), Value::Array(numbers))]))

@@ -303,7 +303,11 @@ fn summary<'a>(
         welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
         model: labeler.name(),
-        init: if let Labeler::Given(..) = labeler { "given" } else { arguments.init.name() },
+        init: match labeler {
+            Labeler::Given(..) => "given",
+            Labeler::Baseline(baseline) => baseline.name(),
+            Labeler::Estimated(_) => arguments.init.name(),
+        },
         seed: arguments.seed,
         every: arguments.every,
         re_estimations: found.estimates,

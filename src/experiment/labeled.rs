@@ -178,10 +178,10 @@ pub fn cut_length(mesh: &Mesh, solution: &Solution) -> f64 {
 
 /// The agreement of a run with the right labels.
 pub struct Agreed {
-    /// The share of the vertices with a wrong label, or of the area if regions had to be matched.
+    /// The share of the area with a wrong label.
     pub mislabeled: f64,
-    /// Other measures; not for labels in the order of fixed costs, whose regions need no matching.
-    pub others: Option<Scores>,
+    /// Other measures.
+    pub others: Scores,
 }
 
 /// The agreement with the truth of an instance, if it has one.
@@ -195,11 +195,6 @@ pub fn scores(
 ) -> Result<Option<Agreed>> {
     let Some(Truth { labelings, in_order }) = &instance.truth else { return Ok(None) };
     let labels: Vec<i64> = solution.labels.iter().map(|&label| i64::from(label)).collect();
-    if *in_order && run.solver.task.has_fixed_costs() {
-        let wrong = labels.iter().zip(&labelings[0]).filter(|(label, truth)| label != truth);
-        let mislabeled = wrong.count() as f64 / labels.len() as f64;
-        return Ok(Some(Agreed { mislabeled, others: None }));
-    }
     // Vertices without a face have no area, and labels that mean nothing.
     let weights = barycentric_areas(&instance.mesh);
     let agreements: Vec<Agreement> = (labelings.iter())
@@ -218,5 +213,14 @@ pub fn scores(
         }
     };
     let others = Scores { rand_index, variation_of_information, covering, boundary_f };
-    Ok(Some(Agreed { mislabeled: 1.0 - accuracy, others: Some(others) }))
+    let mislabeled = match *in_order && run.solver.task.has_fixed_costs() {
+        // The regions have their names.
+        true => {
+            let pairs = labels.iter().zip(&labelings[0]).zip(&weights);
+            let wrong = pairs.filter(|((label, truth), _)| label != truth).map(|(_, w)| w);
+            wrong.sum::<f64>() / weights.iter().sum::<f64>()
+        }
+        false => 1.0 - accuracy,
+    };
+    Ok(Some(Agreed { mislabeled, others }))
 }

@@ -53,8 +53,8 @@ pub struct Manifest {
     pub start: String,
     /// Time when the run ended, in the same format.
     pub end: String,
-    /// The share of vertices whose label is not the right one; for estimated parameters and given truths the share of the
-    /// area, under the best matching of regions; the mean over several truths.
+    /// The share of the area whose label is not the right one, for estimated parameters and given truths under the best
+    /// matching of regions; the mean over several truths.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mislabeled: Option<f64>,
     /// Other measures of the agreement with the right labels, means over several truths.

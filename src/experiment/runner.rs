@@ -264,7 +264,7 @@ impl<'a> Runner<'a> {
             start: humantime::format_rfc3339_millis(*start).to_string(),
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
             mislabeled: scores.as_ref().map(|scores| scores.mislabeled),
-            scores: scores.and_then(|scores| scores.others),
+            scores: scores.map(|scores| scores.others),
             cut_length: Some(labeled::cut_length(&instance.mesh, solution)),
             binary: Some(binary(solution)),
             parameters: parameters.clone(),

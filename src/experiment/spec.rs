@@ -31,11 +31,14 @@ use std::path::{Path, PathBuf};
 
 use super::choice::DataChoice;
 use super::document::{self, Scalar, Section, SpanError, SpanResult, Spanned};
-use super::figures::{FigureSpec, TableSpec};
+use super::figures::{FigureKind, FigureSpec, TableSpec};
 use super::grid::{Exclusion, MAX_RUNS};
 use super::nearest::did_you_mean;
+use crate::data::ModelName;
 use crate::error::{Error, Result};
 use crate::format_error::FormatError;
+use crate::names::Named;
+use crate::render::panels::Shown;
 use crate::run::{Stop, time_limit};
 
 pub use instance::{InstanceCell, LambdaChoice};
@@ -107,9 +110,11 @@ impl Spec {
             })?;
             check_parameters(&instances, &solvers, &exclusions)?;
             check_thresholds(&instances, &solvers, &exclusions)?;
+            check_baselines(&instances, &solvers, &exclusions)?;
             let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
                 check_filters(figure, &instances, &solvers)?;
+                check_columns(figure, &instances)?;
             }
             let tables = read_all(file, "table", TableSpec::read)?;
             Ok(Spec {
@@ -189,6 +194,53 @@ fn check_parameters(
         }
     }
     Ok(())
+}
+
+/// Refuses baselines beside other models than theirs, whose energies are not comparable.
+fn check_baselines(
+    instances: &[InstanceCell],
+    solvers: &[SolverCell],
+    exclusions: &[Exclusion],
+) -> SpanResult<()> {
+    for instance in instances.iter().filter(|cell| cell.model != ModelName::Constant) {
+        let included = |solver: &&SolverCell| {
+            let excluded = exclusions.iter().any(|one| covers(one, instance, solver));
+            matches!(solver.task, Task::Baseline(_)) && !excluded
+        };
+        if let Some(solver) = solvers.iter().find(included) {
+            let message = format!(
+                "{:?} is scored by the model constant, not by {}; exclude it there, or give it an instance of its own",
+                solver.label,
+                instance.model.name()
+            );
+            return Err(SpanError::at(&instance.data_span, message));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses columns of U in figures of surfaces that runs do not keep: they have labels and their certainty, which give U
+/// for two regions only.
+fn check_columns(figure: &FigureSpec, instances: &[InstanceCell]) -> SpanResult<()> {
+    let FigureKind::Surface(surface) = &figure.kind else { return Ok(()) };
+    let columns = surface.show.iter().filter_map(|shown| match shown {
+        Shown::Column(p) => Some(*p),
+        _ => None,
+    });
+    let Some(p) = columns.max() else { return Ok(()) };
+    let selected = |cell: &&InstanceCell| {
+        figure.only.as_ref().is_none_or(|part| cell.label.contains(part.as_str()))
+    };
+    match instances.iter().filter(selected).find(|cell| cell.regions != 2 || p > 1) {
+        None => Ok(()),
+        Some(cell) => Err(SpanError::at(
+            &figure.spans.shown,
+            format!(
+                "u:{p} of {:?} cannot be shown: runs keep U for two regions only, as u:0 and u:1",
+                cell.label
+            ),
+        )),
+    }
 }
 
 /// Refuses thresholds of more than two regions.

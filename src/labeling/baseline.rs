@@ -20,7 +20,7 @@ use crate::evaluate::{Question, evaluate};
 use crate::mesh::Mesh;
 use crate::problem::{label_gap, relative_gap};
 use crate::run::{Sample, Status};
-use crate::solve::{Observer, Request, Solution, Summary, solve};
+use crate::solve::{Observer, Request, Solution, Summary, model_mesh, solve};
 use crate::start::Start;
 use ndarray::Array2;
 use rand::SeedableRng;
@@ -92,8 +92,11 @@ impl Baseline {
                 Baseline::Thresholds(_) => {
                     format!("{m} regions need {} thresholds, not {}", m - 1, thresholds.len())
                 }
+                _ if thresholds.is_empty() => {
+                    "the data have one value only, so there is nothing to segment; choose other data".into()
+                }
                 _ => format!(
-                    "the data have only {} different values; use as many regions",
+                    "the data have only {0} different values; use --regions {0}",
                     thresholds.len() + 1
                 ),
             }));
@@ -152,7 +155,17 @@ pub fn labeled(
     };
     let labels: ndarray::Array1<i32> = labels.into_iter().map(|p| p as i32).collect();
     let unknown = (0..data.len()).filter(|&k| !data.is_known(k)).count();
-    let mut warnings = solved.warnings;
+    let empty_regions = empty_regions::of_labels(&labels, m);
+    let mut warnings = model_mesh(mesh)?.1;
+    if !empty_regions.is_empty() {
+        warnings.push(format!(
+            "{}: the data have fewer clusters; use fewer regions",
+            empty_regions::sentence(&empty_regions)
+        ));
+    }
+    if let Status::IterationLimit | Status::TimeLimit = solved.status {
+        warnings.push("the bound is not the best one: its solve was stopped at a limit".into());
+    }
     if unknown > 0 {
         warnings.push(format!(
             "{} without data: {} looks at no neighbors and puts them into region 0",
@@ -178,7 +191,7 @@ pub fn labeled(
         relative_gap,
         rounded_energy: energy,
         rounded_relative_gap: label_gap(above(energy), above(dual_bound)),
-        empty_regions: empty_regions::of_labels(&labels, m),
+        empty_regions,
         coarse_to_fine: None,
         warnings,
         ..solved

@@ -146,6 +146,44 @@ fn thresholds_are_a_global_optimum_of_k_means() {
     close(otsu, kmeans, 0.02);
 }
 
+/// Means of bytes are in the units of data of bytes.
+#[test]
+fn means_of_bytes_are_divided_by_255() {
+    let folder = Folder::new();
+    let data = bands(&folder).mapv(|x| (100.0 + 50.0 * x) as u8);
+    write_npy(folder.path("bytes.npy"), &data).unwrap();
+    write_npy(folder.path("mu.npy"), &Array1::from(vec![100_u8, 150])).unwrap();
+    folder.done(&format!(
+        "segment {MESH} --data bytes.npy --means mu.npy --lambda 1e-4 --no-preview --out given"
+    ));
+    assert_eq!(means(&folder, "given"), [100.0 / 255.0, 150.0 / 255.0]);
+    assert_eq!(folder.answer("given").summary["empty_regions"].as_array().unwrap().len(), 0);
+}
+
+/// Warnings of a baseline are about its own labels, not about those of the solve for the bound.
+#[test]
+fn warnings_of_baselines_are_about_their_labels() {
+    let folder = Folder::new();
+    bands(&folder);
+    let warnings = |line: &str| -> Vec<String> {
+        folder.done(&format!("segment {MESH} {line} --no-preview --out base"));
+        let warnings = folder.answer("base").summary["warnings"].as_array().unwrap().clone();
+        warnings.iter().map(|warning| warning.as_str().unwrap().to_owned()).collect()
+    };
+    let large = "--data data.npy --regions 3 --lambda 10";
+    for model in ["kmeans", "threshold"] {
+        assert!(warnings(&format!("{large} --model {model}")).is_empty());
+    }
+    let two = Array1::from_shape_fn(40 * 24, |k| f64::from((k % 2) as u8));
+    write_npy(folder.path("two.npy"), &two).unwrap();
+    let said = warnings("--data two.npy --regions 4 --lambda 0.01 --model kmeans");
+    assert!(said.len() == 1 && said[0].contains("the data have fewer clusters"), "{said:?}");
+    let unknown = Array1::from_shape_fn(40 * 24, |k| if k == 5 { f64::NAN } else { two[k] });
+    write_npy(folder.path("unknown.npy"), &unknown).unwrap();
+    let said = warnings("--data unknown.npy --regions 2 --lambda 0.01 --model kmeans");
+    assert!(said.iter().any(|line| line.contains("1 vertex is without data")), "{said:?}");
+}
+
 #[test]
 fn parameters_that_do_not_fit_are_refused() {
     let folder = Folder::new();
@@ -181,7 +219,6 @@ fn parameters_that_do_not_fit_are_refused() {
         assert!(line.contains(message) && line.lines().count() == 1, "{arguments}: {line}");
         assert!(!folder.path("out").exists());
     }
-    let output =
-        folder.run(&format!("segment builtin:spot --model threshold --regions 3 --out out"));
+    let output = folder.run("segment builtin:spot --model threshold --regions 3 --out out");
     assert!(stderr(&output).contains("thresholds need data with one number per vertex"));
 }

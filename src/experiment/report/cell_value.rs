@@ -134,9 +134,12 @@ impl<'a> CellRuns<'_, 'a> {
     fn of_thresholds(&self, energy: impl Fn(&LevelSet) -> f64) -> CellValue {
         self.of_all(|run| {
             let summary = &run.summary;
-            let differences = run.manifest.level_sets.as_ref()?.iter().map(|set| {
-                (energy(set) - summary.energy).abs() / (summary.energy - summary.baseline)
-            });
+            let differences = run
+                .manifest
+                .level_sets
+                .as_ref()?
+                .iter()
+                .map(|set| energy(set).abs() / (summary.energy - summary.baseline));
             differences.reduce(f64::max)
         })
     }

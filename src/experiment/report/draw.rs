@@ -101,10 +101,7 @@ fn thresholds<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>]) -> Vec<Panel> {
             let found =
                 cell.runs.iter().find_map(|run| Some((run, run.manifest.level_sets.as_ref()?)));
             let Some((run, sets)) = found else { continue };
-            let above = |energy: f64| {
-                let summary = &run.summary;
-                (energy - summary.energy) / (summary.energy - summary.baseline)
-            };
+            let above = |difference: f64| difference / (run.summary.energy - run.summary.baseline);
             type Energy = fn(&LevelSet) -> f64;
             let kinds: [(&str, Energy); 2] =
                 [("labels", |set| set.labels), ("level lines", |set| set.lines)];

@@ -232,6 +232,7 @@ fn nothing_to_show(spec: &Spec, figure: &FigureSpec) -> Error {
     let variables = figure.variables();
     let names: Vec<&str> = variables.into_iter().map(Variable::name).collect();
     let (name, names) = (&figure.name, names.join(" and "));
+    let names = if names.is_empty() { "what it shows" } else { &names };
     let message = format!("the figure {name:?} has nothing to show: no run has {names}");
     spec.format_error(&figure.spans.shown, message)
 }

@@ -301,7 +301,7 @@ fn read_options(
 fn read_thresholds(cell: &Cell<'_>, task: &Task) -> SpanResult<Option<usize>> {
     let Some(given) = cell.get("thresholds") else { return Ok(None) };
     if !matches!(task, Task::Solve) {
-        let message = "thresholds are those of a solver with fixed costs: leave out every";
+        let message = "thresholds are those of a built-in solver with fixed costs, without every";
         return Err(SpanError::at(&given.span, message));
     }
     Ok(Some(cell.count("thresholds", 0, 1..=1000)? as usize))

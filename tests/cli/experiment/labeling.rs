@@ -89,7 +89,8 @@ fn parameters_are_estimated_from_several_starts() {
     }
     assert!(number(of("k-means", 6)) > 2.0 * number(of("from, init slabs", 6)), "{rows:?}");
     // Fixed costs have a bound of their own, and no parameters.
-    assert_eq!((of("fixed", 7), of("fixed", 4)), ("", ""));
+    assert_eq!(of("fixed", 7), "");
+    assert!(number(of("fixed", 4)) > 0.97, "{rows:?}");
     // The start itself: four slabs of labels.
     assert_eq!(of("start", 5), "1");
 
@@ -192,6 +193,9 @@ fn impossible_estimations_are_refused_at_their_positions() {
             "costs have no parameters",
         ),
         ("show = [\"data\", \"labels\"]", "", "a figure of surfaces needs show"),
+        ("\"labels\"]", "\"u:0\"]", "runs keep U for two regions only"),
+        ("regions = 4", "regions = 4\nmodel = \"l1\"", "is scored by the model constant"),
+        ("name = \"kmeans\"", "name = \"kmeans\"\nthresholds = 5", "without every"),
         ("\"labels\"]", "\"label\"]", "show must be"),
         ("\"back\"]", "\"behind\"]", "views must be"),
     ] {
