@@ -8,6 +8,7 @@ use meshseg::data::{Initial, PiecewiseConstant};
 use meshseg::mesh::{Source, io};
 use meshseg::operator::Mass;
 use meshseg::run::Stop;
+use meshseg::seeds::Seeds;
 use meshseg::segment::{Alternation, segment};
 use meshseg::solve::Request;
 use meshseg::solver::Method;
@@ -23,8 +24,14 @@ fn main() -> meshseg::Result<()> {
     let input = input::read(&source, &mesh, None, None, &Mapping::default())?;
     println!("{}: {} vertices", input.name, input.data.len());
 
-    let alternation =
-        Alternation { regions: 4, initial: Initial::KMeans, seed: 1, every: 10, labels: None };
+    let alternation = Alternation {
+        regions: 4,
+        initial: Initial::KMeans,
+        seed: 1,
+        every: 10,
+        labels: None,
+        seeds: Seeds::default(),
+    };
     let request = Request {
         lambda: 1e-3,
         mass: Mass::Barycentric,

@@ -18,6 +18,7 @@ use meshseg::mesh::order::Order;
 use meshseg::mesh::source;
 use meshseg::operator::Mass;
 use meshseg::run::Stop;
+use meshseg::seeds::Seeds;
 use meshseg::segment::{Alternation, segment};
 use meshseg::solve::Request;
 use meshseg::solver::Method;
@@ -139,8 +140,14 @@ fn main() -> meshseg::Result<()> {
     }
     let model = Directions { n: n.into_iter().map(|n| n.normalize()).collect() };
 
-    let alternation =
-        Alternation { regions: 6, initial: Initial::KMeans, seed: 1, every: 10, labels: None };
+    let alternation = Alternation {
+        regions: 6,
+        initial: Initial::KMeans,
+        seed: 1,
+        every: 10,
+        labels: None,
+        seeds: Seeds::default(),
+    };
     let request = Request {
         lambda: 0.05,
         mass: Mass::Barycentric,

@@ -18,8 +18,8 @@ use crate::problem::{Problem, relative_gap};
 use crate::request::{Observer, Request};
 use crate::run::{Run, Status, Stop};
 use crate::solver::{Iterate, Method, Setup};
-use crate::start::{cheapest_labels, without_forbidden};
-use crate::sweep::{self, sweep};
+use crate::start::{cheapest_labels, remove_forbidden};
+use crate::sweep;
 use crate::transfer::{prolong, prolong_dual, restrict};
 
 /// Meshes of at most this many vertices are not coarsened: solving them costs next to nothing.
@@ -199,11 +199,6 @@ pub(crate) fn start<const M: usize>(
     });
     let record = Record { spent: begin.elapsed(), levels };
     Ok(CoarseStart { pair, record })
-}
-
-/// Removes the mass that P u may give to labels which a finer vertex forbids.
-fn remove_forbidden<const M: usize>(u: &mut [Row<M>], f: &[Row<M>]) {
-    sweep((u, f), |_, (u, f)| *u = without_forbidden(*u, f));
 }
 
 /// Maximum number of vertices of the mesh on which [`separating_lambda`] tries lambdas.

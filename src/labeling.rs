@@ -5,6 +5,9 @@
 //! piecewise constant model with these parameters.
 
 mod baseline;
+mod seeded;
+
+use std::ops::RangeInclusive;
 
 use ndarray::Array2;
 
@@ -12,11 +15,16 @@ use crate::data::{Data, DataModel, ModelName, ModelTask, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::names::Named;
+use crate::operator::Mass;
+use crate::regions::check as check_regions;
+use crate::seeds::Seeds;
+use crate::segment::count::{self, Count};
 use crate::segment::{Alternation, Segmentation, lambda, segment};
-use crate::solve::{Observer, Request, Solution, solve};
+use crate::solve::{Observer, Request, Solution, check_rows, model_mesh, solve_seeded};
 use crate::start::Start;
 
 pub use baseline::{Baseline, labeled};
+use seeded::initial_labels;
 
 /// What labels the data.
 #[derive(Clone, Debug)]
@@ -93,15 +101,41 @@ pub fn label(
     let request = &Request { lambda, ..request.clone() };
     match labeler {
         Labeler::Estimated(model) => {
+            let alternation = &with_initial_labels(mesh, data, alternation, request)?;
             model.with(data, Estimation { mesh, alternation, request, observe })
         }
-        Labeler::Given(model, mu) => model.with(data, Solve { mesh, mu, request, observe }),
+        Labeler::Given(model, mu) => {
+            let seeds = &alternation.seeds;
+            model.with(data, Solve { mesh, mu, seeds, request, observe })
+        }
+        Labeler::Baseline(_) if !alternation.seeds.is_empty() => {
+            Err(Error::unsuitable("a baseline cannot respect seeds; choose a model"))
+        }
         Labeler::Baseline(baseline) => {
             let (solution, mu) =
                 labeled(mesh, data, baseline, alternation.regions, request, observe)?;
             Ok(Labeling::of::<PiecewiseConstant>(solution, &mu, 0))
         }
     }
+}
+
+/// With seeds, U starts from labels that agree with them.
+fn with_initial_labels(
+    mesh: &Mesh,
+    data: &Data,
+    alternation: &Alternation,
+    request: &Request,
+) -> Result<Alternation> {
+    let mut alternation = alternation.clone();
+    let Alternation { regions, seed, seeds, labels, .. } = &alternation;
+    if !seeds.is_empty() && labels.is_none() {
+        check_regions(*regions)?;
+        check_rows("data", data.len(), mesh)?;
+        seeds.check(data.len(), *regions)?;
+        let weights = request.mass.weights(&model_mesh(mesh)?.0);
+        alternation.labels = Some(initial_labels(data, seeds, &weights, *regions, *seed));
+    }
+    Ok(alternation)
 }
 
 impl Labeling {
@@ -132,6 +166,7 @@ impl ModelTask for Estimation<'_> {
 struct Solve<'a> {
     mesh: &'a Mesh,
     mu: &'a [serde_json::Value],
+    seeds: &'a Seeds,
     request: &'a Request,
     observe: Observer<'a>,
 }
@@ -140,7 +175,7 @@ impl ModelTask for Solve<'_> {
     type Output = Labeling;
 
     fn run<D: DataModel>(self, model: &D) -> Result<Labeling> {
-        let Solve { mesh, mu, request, observe } = self;
+        let Solve { mesh, mu, seeds, request, observe } = self;
         let read = |(p, mu): (usize, &serde_json::Value)| {
             serde_json::from_value(mu.clone()).map_err(|error| {
                 Error::unsuitable(format!("the parameters of region {p}: {error}"))
@@ -149,7 +184,7 @@ impl ModelTask for Solve<'_> {
         let mu: Vec<D::Parameters> = mu.iter().enumerate().map(read).collect::<Result<_>>()?;
         model.check(&mu)?;
         let s = pointwise_costs(model, &mu);
-        let solution = solve(mesh, &s, &Start::Argmin, request, observe)?;
+        let solution = solve_seeded(mesh, &s, seeds, &Start::Argmin, request, observe)?;
         Ok(Labeling::of::<D>(solution, &mu, 0))
     }
 }
@@ -162,6 +197,43 @@ pub fn pointwise_costs<D: DataModel>(model: &D, mu: &[D::Parameters]) -> Array2<
         cost(k, row.as_slice_mut().expect("rows are contiguous"));
     }
     s
+}
+
+/// The index of each number of regions in a range, see [`count`].
+///
+/// # Errors
+/// Those of [`count::of_data`], and models whose costs are log densities, which the index does not compare.
+pub fn count_regions(
+    mesh: &Mesh,
+    data: &Data,
+    model: ModelName,
+    numbers: RangeInclusive<usize>,
+    mass: Mass,
+    seed: u64,
+) -> Result<Vec<Count>> {
+    if !matches!(model, ModelName::Constant | ModelName::L1) {
+        return Err(Error::unsuitable(format!(
+            "the number of regions is chosen for the models constant and l1 only; with {} give a number",
+            model.name()
+        )));
+    }
+    model.with(data, CountRegions { mesh, numbers, mass, seed })
+}
+
+struct CountRegions<'a> {
+    mesh: &'a Mesh,
+    numbers: RangeInclusive<usize>,
+    mass: Mass,
+    seed: u64,
+}
+
+impl ModelTask for CountRegions<'_> {
+    type Output = Vec<Count>;
+
+    fn run<D: DataModel>(self, model: &D) -> Result<Vec<Count>> {
+        let CountRegions { mesh, numbers, mass, seed } = self;
+        count::of_data(mesh, model, numbers, mass, seed)
+    }
 }
 
 /// The lambda that suits the data, see [`lambda`].

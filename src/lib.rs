@@ -70,6 +70,7 @@ pub mod request;
 pub mod run;
 #[cfg(test)]
 mod samples;
+pub mod seeds;
 pub mod segment;
 pub mod solve;
 pub mod solver;

@@ -13,6 +13,7 @@
 
 mod alternation;
 mod coarse;
+pub mod count;
 mod estimate;
 pub mod lambda;
 mod merging;
@@ -66,7 +67,9 @@ pub fn segment<D: DataModel>(
     assert!(alternation.every > 0);
     check_rows("data", model.vertices(), mesh)?;
     let (usable, mut warnings) = model_mesh(mesh)?;
-    warnings.extend(unreached::warning(&usable, |k| model.is_known(k)));
+    warnings.extend(unreached::warning(&usable, |k| {
+        model.is_known(k) || alternation.seeds.region(k).is_some()
+    }));
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
     let weights = request.mass.weights(&usable);
     let m = alternation.regions;
@@ -76,10 +79,12 @@ pub fn segment<D: DataModel>(
         check_labels(labels, m)?;
         fit_labels(model, labels, &weights, &mut mu)?;
     }
+    alternation.seeds.check(mesh.vertices.len(), m)?;
     let order = Order::of(&usable);
     let usable = order.mesh(usable);
     let labels = alternation.labels.clone().map(|labels| order.applied(labels));
-    let alternation = &Alternation { labels, ..alternation.clone() };
+    let seeds = alternation.seeds.in_order(&order);
+    let alternation = &Alternation { labels, seeds, ..alternation.clone() };
     let mut estimate = ModelEstimate::new(model.in_order(&order), mu);
     let (solution, estimates) =
         segment_estimate(&usable, warnings, &mut estimate, alternation, request, observe)?;
@@ -140,8 +145,15 @@ fn segment_compiled<const M: usize>(
     let mass = request.mass.on(mesh);
     let integrate = |s: &[Row<M>]| mass.integrate(s);
     let scale = estimate.scale(&request.mass.weights(mesh));
-    let joint =
-        JointProblem { mesh, integrate: &integrate, scale, alternation, request, merge: true };
+    let joint = JointProblem {
+        mesh,
+        integrate: &integrate,
+        scale,
+        seeds: &alternation.seeds,
+        alternation,
+        request,
+        merge: true,
+    };
     let mut problem = joint.problem(estimate)?;
     let start = |labels: &Vec<usize>| Pair {
         u: labels.iter().map(|&p| Row::one_hot(p)).collect(),
@@ -151,7 +163,7 @@ fn segment_compiled<const M: usize>(
     if request.coarse_to_fine && !is_certified(&problem, request) {
         let spent;
         (pair, spent) = coarse::start(&joint, estimate, observe)?;
-        problem.set_costs(joint.costs(estimate, &vec![true; m]));
+        problem.set_costs(joint.costs(estimate, &vec![true; m])?);
         record = Some(spent);
     }
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);

@@ -27,6 +27,7 @@ use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::regions::{self, with_regions};
 pub use crate::request::{Observer, Request};
 use crate::run::{Run, Status};
+use crate::seeds::Seeds;
 use crate::solver::Setup;
 use crate::start::Start;
 use crate::sweep;
@@ -45,19 +46,37 @@ pub fn solve(
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Solution> {
+    solve_seeded(mesh, s, &Seeds::default(), start, request, observe)
+}
+
+/// The same with [`Seeds`], whose labels are given: energies, bounds and certificates are those of the constrained
+/// problem.
+///
+/// Also fails if the seeds are not those of V vertices and m regions, or the costs forbid the region of a seed.
+pub fn solve_seeded(
+    mesh: &Mesh,
+    s: &Array2<f64>,
+    seeds: &Seeds,
+    start: &Start,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Solution> {
     request.check()?;
     regions::check(s.ncols())?;
     check_rows("costs", s.nrows(), mesh)?;
+    seeds.check(s.nrows(), s.ncols())?;
     start.check(s.dim())?;
     let (known, mut warnings) = costs::checked(s, request.mass)?;
     let (model, left_out) = model_mesh(mesh)?;
     warnings.extend(left_out);
-    warnings.extend(unreached::warning(&model, |k| !s[[k, 0]].is_nan()));
+    warnings
+        .extend(unreached::warning(&model, |k| !s[[k, 0]].is_nan() || seeds.region(k).is_some()));
     let order = Order::of(&model);
     let model = order.mesh(model);
+    let seeds = &seeds.in_order(&order);
     let solved = with_regions!(
         s.ncols(),
-        solve_compiled(&model, &order, warnings, &known, start, request, observe)
+        solve_compiled(&model, &order, warnings, &known, seeds, start, request, observe)
     );
     solved.map(|solution| solution.in_file_order(mesh, &order))
 }
@@ -67,13 +86,14 @@ fn solve_compiled<const M: usize>(
     order: &Order,
     warnings: Vec<String>,
     s: &Array2<f64>,
+    seeds: &Seeds,
     start: &Start,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Solution> {
     let m = s.ncols();
     let s = order.applied(regions::rows(s.view()));
-    let problem = problem_of::<M>(model, m, s, request)?;
+    let problem = seeded_problem::<M>(model, m, s, seeds, request)?;
     let beginning = match request.coarse_to_fine && !coarse::is_certified(&problem, request) {
         true => Some(coarse::start(model, &problem, request, observe)?),
         false => None,
@@ -163,7 +183,20 @@ pub(crate) fn problem_of<const M: usize>(
     s: Vec<Row<M>>,
     request: &Request,
 ) -> Result<Problem<Stencil, M>> {
-    let (f, k) = sweep::join(|| integrate(&request.mass.on(model), m, &s), || Stencil::new(model));
+    seeded_problem(model, m, s, &Seeds::default(), request)
+}
+
+/// The same with seeds, in the order of the mesh.
+fn seeded_problem<const M: usize>(
+    model: &Mesh,
+    m: usize,
+    s: Vec<Row<M>>,
+    seeds: &Seeds,
+    request: &Request,
+) -> Result<Problem<Stencil, M>> {
+    let (mut f, k) =
+        sweep::join(|| integrate(&request.mass.on(model), m, &s), || Stencil::new(model));
+    seeds.constrain(&mut f)?;
     let problem = Problem::new(k, f, request.lambda);
     check_range(&problem)?;
     Ok(problem)

@@ -9,7 +9,7 @@ use crate::field::Row;
 use crate::mesh::order::Order;
 use crate::problem::FORBIDDEN_COST;
 use crate::prox::project_simplex;
-use crate::sweep::collect;
+use crate::sweep::{collect, sweep};
 
 /// The initial U. Forbidden labels never get any mass.
 #[derive(Clone, Debug)]
@@ -115,6 +115,11 @@ pub fn without_forbidden<const M: usize>(u: Row<M>, f: &Row<M>) -> Row<M> {
     let kept = Row::from_fn(|p| if forbidden(p) { 0.0 } else { u.0[p] });
     let sum: f64 = kept.0.iter().sum();
     if sum > 0.0 { kept * (1.0 / sum) } else { Row::one_hot(f.argmin()) }
+}
+
+/// Removes the mass at labels that f forbids, which P u of a coarser mesh may give to a finer vertex.
+pub fn remove_forbidden<const M: usize>(u: &mut [Row<M>], f: &[Row<M>]) {
+    sweep((u, f), |_, (u, f)| *u = without_forbidden(*u, f));
 }
 
 #[cfg(test)]

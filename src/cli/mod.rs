@@ -16,6 +16,7 @@ mod preview;
 mod problem;
 mod progress;
 mod render;
+mod seeds;
 mod segment;
 mod solve;
 mod solvers;

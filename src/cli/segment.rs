@@ -1,19 +1,25 @@
 //! `meshseg segment`: segments the data on a mesh into regions.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use meshseg::colormap::categorical;
+use meshseg::counted::counted;
 use meshseg::data::input::{self, DataSource, InputData, Mapping};
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
 use meshseg::data::{Initial, ModelName, palette};
-use meshseg::labeling::{Baseline, Labeler, Labeling, label};
+use meshseg::labeling::{Baseline, Labeler, Labeling, count_regions, label};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::{Mesh, Normalize, Source, Weld};
 use meshseg::names::Named;
+use meshseg::operator::Mass;
 use meshseg::outcome::{self, Looks, PicturedData};
 use meshseg::render;
+use meshseg::seeds::Seeds;
 use meshseg::segment::Alternation;
+use meshseg::segment::count::{self, Count};
 use meshseg::solve::{Request, Solution, Summary, check_mesh};
 use meshseg::{Error, Result, sweep};
 use serde::Serialize;
@@ -21,6 +27,7 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::means::{self, Means};
 use super::progress::Progress;
+use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, named, note, one_line, preview, print, table, warn, welding};
 
@@ -59,10 +66,11 @@ pub struct Arguments {
     #[arg(long, value_parser = named::<Texel>(), default_value = "mean")]
     texel: Texel,
 
-    /// Number of regions, 2 to 64
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u8).range(2..=64), allow_negative_numbers = true,
+    /// Number of regions, 2 to 64; auto:2..8 chooses one of 2 to 8, for which clusters of the data are compact and far
+    /// from each other (the largest Calinski-Harabasz index on a coarse mesh); auto is short for auto:2..8
+    #[arg(long, value_name = "M", allow_negative_numbers = true,
         required_unless_present_any = ["means", "thresholds"], conflicts_with_all = ["means", "thresholds"])]
-    regions: Option<u8>,
+    regions: Option<Regions>,
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
     /// outliers, costs are absolute differences, summed over the columns of the data; gaussian: normally distributed
@@ -78,6 +86,12 @@ pub struct Arguments {
     /// summary.json of an earlier run
     #[arg(long, value_name = "FILE", conflicts_with_all = ["every", "init", "thresholds"])]
     means: Option<PathBuf>,
+
+    /// Vertices or faces whose regions are given: a .csv file with the header vertex,region or face,region (a face
+    /// stands for its corners), or FILE.npy with one integer per vertex or face, -1 where nothing is given. The labels
+    /// agree with them, and so do all labelings that the certificate refers to; the regions start from the data there
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["init", "thresholds"])]
+    seeds: Option<PathBuf>,
 
     /// Thresholds of --model threshold, ascending, separated by commas
     #[arg(long, value_name = "T,...", value_delimiter = ',', allow_negative_numbers = true)]
@@ -153,6 +167,10 @@ impl Arguments {
             let message = "--means does not apply to a baseline, which has means of its own";
             return Err(Error::unsuitable(message).of_file(path));
         }
+        if baseline && let Some(path) = &self.seeds {
+            let message = "--seeds does not apply to a baseline, whose classes ignore positions";
+            return Err(Error::unsuitable(message).of_file(path));
+        }
         if !self.thresholds.is_empty() && self.model != Some(Model::Threshold) {
             return Err(Error::unsuitable("--thresholds needs --model threshold"));
         }
@@ -172,12 +190,63 @@ impl Arguments {
         })
     }
 
-    /// m.
-    fn region_count(&self, labeler: &Labeler) -> usize {
-        match labeler {
-            Labeler::Given(_, parameters) => parameters.len(),
-            _ => self.regions.map_or(self.thresholds.len() + 1, usize::from),
+    /// m, and what was tried for it.
+    fn region_count(
+        &self,
+        labeler: &Labeler,
+        surface: &Surface,
+        input: &InputData,
+        mass: Mass,
+    ) -> Result<(usize, Vec<Count>)> {
+        let numbers = match (labeler, &self.regions) {
+            (Labeler::Given(_, parameters), _) => return Ok((parameters.len(), Vec::new())),
+            (_, None) => return Ok((self.thresholds.len() + 1, Vec::new())),
+            (_, Some(Regions::Number(m))) => return Ok((*m, Vec::new())),
+            (_, Some(Regions::Auto(numbers))) => numbers.clone(),
+        };
+        if let Some(path) = &self.seeds {
+            let message = "seeds name regions by numbers, so --regions must be a number";
+            return Err(Error::unsuitable(message).of_file(path));
         }
+        let model = match labeler {
+            Labeler::Estimated(model) | Labeler::Given(model, _) => *model,
+            Labeler::Baseline(_) => ModelName::Constant,
+        };
+        let counts = count_regions(&surface.scaled, &input.data, model, numbers, mass, self.seed)?;
+        Ok((count::best(&counts), counts))
+    }
+}
+
+/// The argument of `--regions`.
+#[derive(Clone)]
+enum Regions {
+    /// m.
+    Number(usize),
+    /// One of these.
+    Auto(RangeInclusive<usize>),
+}
+
+impl FromStr for Regions {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
+        let number = |text: &str| {
+            let m = text.parse().ok().filter(|m| (2..=64).contains(m));
+            m.ok_or("must be a number from 2 to 64, or auto:2..8")
+        };
+        let Some(range) = text.strip_prefix("auto") else {
+            return Ok(Regions::Number(number(text)?));
+        };
+        if range.is_empty() {
+            return Ok(Regions::Auto(2..=8));
+        }
+        let ends = range.strip_prefix(':').and_then(|range| range.split_once(".."));
+        let (low, high) = ends.ok_or("must be a number from 2 to 64, or auto:2..8")?;
+        let (low, high) = (number(low)?, number(high)?);
+        if low > high {
+            return Err("the first number of auto:2..8 must not be above the second");
+        }
+        Ok(Regions::Auto(low..=high))
     }
 }
 
@@ -194,7 +263,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let input = surface.input(arguments)?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
 
-    let mut found = labeled(&surface, &input, &labeler, arguments, &request)?;
+    let (regions, counts) = arguments.region_count(&labeler, &surface, &input, request.mass)?;
+    let seeds = surface.seeds(arguments, regions)?;
+    let mut found = labeled(&surface, &input, &labeler, regions, seeds, arguments, &request)?;
+    found.counts = counts;
     let lambda = found.solution.summary.lambda;
     found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
     found.solution.summary.warnings.extend(mapped_data(&input, &labeler));
@@ -246,6 +318,14 @@ impl Surface {
         let mapping = Mapping { texel, project, fit };
         let data = arguments.data.as_ref();
         input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
+    }
+
+    /// The seeds of the file, on the welded mesh.
+    fn seeds(&self, arguments: &Arguments, m: usize) -> Result<Seeds> {
+        let Some(path) = &arguments.seeds else { return Ok(Seeds::default()) };
+        let seeds = seeds::read(path, &self.mesh, m)?;
+        let welded = self.weld.as_ref().map(|weld| seeds.welded(weld));
+        welded.unwrap_or(Ok(seeds)).map_err(|error| error.of_file(path))
     }
 
     /// Reports what was done to the mesh.
@@ -302,13 +382,16 @@ fn summary<'a>(
         data_sign: input.sign,
         welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
+        regions_tried: &found.counts,
         model: labeler.name(),
         init: match labeler {
             Labeler::Given(..) => "given",
             Labeler::Baseline(baseline) => baseline.name(),
+            Labeler::Estimated(_) if found.seed_vertices > 0 => "seeds",
             Labeler::Estimated(_) => arguments.init.name(),
         },
         seed: arguments.seed,
+        seed_vertices: found.seed_vertices,
         every: arguments.every,
         re_estimations: found.estimates,
         normalize: arguments.normalize.name(),
@@ -361,6 +444,17 @@ fn report(
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
+    if !found.counts.is_empty() {
+        let index = |count: &Count| format!("{} has {:.2e}", count.regions, count.index);
+        let tried: Vec<String> = found.counts.iter().map(index).collect();
+        let chosen = format!("{}, by the largest index: {}", found.regions.len(), tried.join(", "));
+        lines.push(("regions chosen", chosen));
+    }
+    if found.seed_vertices > 0 {
+        let seeds =
+            counted(found.seed_vertices, "vertex with a given label", "vertices with given labels");
+        lines.push(("seeds", seeds));
+    }
     lines.push(("written to", arguments.solving.out.display().to_string()));
     let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)
@@ -373,6 +467,10 @@ struct Found {
     /// [`Labeling::value_name`].
     value_name: &'static str,
     estimates: usize,
+    /// Number of vertices of the mesh, after welding, whose regions are given.
+    seed_vertices: usize,
+    /// The numbers of regions that were tried, if one was to be chosen.
+    counts: Vec<Count>,
 }
 
 /// Labels the data by the method that the arguments name; chooses lambda for them if none is given.
@@ -380,15 +478,19 @@ fn labeled(
     surface: &Surface,
     input: &InputData,
     labeler: &Labeler,
+    regions: usize,
+    seeds: Seeds,
     arguments: &Arguments,
     request: &Request,
 ) -> Result<Found> {
+    let seed_vertices = seeds.count();
     let alternation = Alternation {
-        regions: arguments.region_count(labeler),
+        regions,
         initial: arguments.init,
         seed: arguments.seed,
         every: arguments.every,
         labels: None,
+        seeds,
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
@@ -398,7 +500,7 @@ fn labeled(
     progress.finish();
     let regions = describe_regions(&labeling, input, &barycentric_areas(mesh));
     let Labeling { solution, value_name, estimates, .. } = labeling;
-    Ok(Found { solution, regions, value_name, estimates })
+    Ok(Found { solution, regions, value_name, estimates, seed_vertices, counts: Vec::new() })
 }
 
 /// Suggests what to inspect and what to try next.
@@ -446,9 +548,12 @@ struct SegmentSummary<'a> {
     welded_vertices: usize,
     /// Whether lambda was chosen for the data.
     lambda_chosen: bool,
+    /// Empty if the number of regions was given.
+    regions_tried: &'a [Count],
     model: &'static str,
     init: &'static str,
     seed: u64,
+    seed_vertices: usize,
     every: u64,
     re_estimations: usize,
     normalize: &'static str,

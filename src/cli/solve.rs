@@ -3,12 +3,14 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use meshseg::seeds::Seeds;
 use meshseg::start::Start;
 use meshseg::{Result, npy, outcome, solve, sweep};
 use ndarray::Array2;
 
 use super::inputs::mesh_with_costs;
 use super::progress::Progress;
+use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, note, preview, print, table, warn, welding};
 
@@ -41,6 +43,12 @@ pub struct Arguments {
     /// Seed of a random start
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
+
+    /// Vertices or faces whose regions are given: a .csv file with the header vertex,region or face,region (a face
+    /// stands for its corners), or FILE.npy with one integer per vertex or face, -1 where nothing is given. The labels
+    /// agree with them, and so do all labelings that the certificate refers to
+    #[arg(long, value_name = "FILE")]
+    seeds: Option<PathBuf>,
 
     /// Merge vertices within this distance of each other [default: 0, equal positions only]; merged vertices take the
     /// area-weighted mean of their costs, and results refer to the vertices and faces of the file. Without --weld the
@@ -103,6 +111,10 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(arguments.lambda)?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
+    let seeds = match &arguments.seeds {
+        Some(path) => seeds::read(path, &mesh, costs.ncols())?,
+        None => Seeds::default(),
+    };
     let start = arguments.init.start(&costs, arguments.seed)?;
     let weld = match arguments.weld {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
@@ -119,9 +131,11 @@ fn run_here(arguments: &Arguments) -> Outcome {
                 other => other,
             };
             let welded = welding::costs(weld, &costs, &weights)?;
-            solve::solve(&weld.mesh, &welded, &start, &request, &mut observe)?.spread(&mesh, weld)
+            let seeds = seeds.welded(weld)?;
+            solve::solve_seeded(&weld.mesh, &welded, &seeds, &start, &request, &mut observe)?
+                .spread(&mesh, weld)
         }
-        None => solve::solve(&mesh, &costs, &start, &request, &mut observe)?,
+        None => solve::solve_seeded(&mesh, &costs, &seeds, &start, &request, &mut observe)?,
     };
     progress.finish();
     solution.summary.warnings.extend(match arguments.weld {

@@ -33,6 +33,7 @@ use crate::npy;
 use crate::operator::Mass;
 use crate::regions;
 use crate::run::Stop;
+use crate::seeds::Seeds;
 use crate::segment::Alternation;
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
@@ -368,7 +369,8 @@ pub struct Instance {
 fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
     let InstanceCell { regions, seed, mass, model, .. } = *cell;
     let initial = Initial::KMeans;
-    let alternation = Alternation { regions, initial, seed, every: 10, labels: None };
+    let alternation =
+        Alternation { regions, initial, seed, every: 10, labels: None, seeds: Seeds::default() };
     let request = Request {
         // Not yet known.
         lambda: 0.0,

@@ -11,6 +11,7 @@ use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
 use crate::mesh::geometry::{barycentric_areas, opposite_edges};
 use crate::run::{Sample, Stop};
+use crate::seeds::Seeds;
 use crate::segment::Alternation;
 use crate::solve::{Request, Solution, solve};
 use crate::solver::Method;
@@ -123,7 +124,8 @@ fn labeled(
     let regions = cell.regions;
     let initial = if init == Init::Random { Initial::Random } else { Initial::KMeans };
     let labels = initial_labels(&instance.mesh, init, regions);
-    let alternation = Alternation { regions, initial, seed, every, labels };
+    let alternation =
+        Alternation { regions, initial, seed, every, labels, seeds: Seeds::default() };
     let lambda = Some(request.lambda);
     let Labeling { solution, regions, .. } =
         label(&instance.mesh, data, &labeler, &alternation, lambda, request, observe)?;

@@ -19,9 +19,10 @@ use crate::mesh::Mesh;
 use crate::operator::Stencil;
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::run::{Run, Status, Stop};
+use crate::seeds::Seeds;
 use crate::solve::{Observer, Request, check_range};
 use crate::solver::{Iterate, Setup, Solver};
-use crate::start::cheapest_labels;
+use crate::start::{cheapest_labels, remove_forbidden};
 use crate::sweep::collect;
 
 /// Maximum number of re-estimations; after them the parameters count as settled.
@@ -43,6 +44,8 @@ pub struct Alternation {
     pub every: u64,
     /// Initial labels of the V vertices instead, each below m: U starts there, and the parameters are fitted to them.
     pub labels: Option<Vec<usize>>,
+    /// The vertices of the V whose labels are given.
+    pub seeds: Seeds,
 }
 
 /// The joint problem in U and mu on one mesh: the given one or a coarser one.
@@ -51,6 +54,8 @@ pub struct JointProblem<'a, const M: usize> {
     /// s -> M s, with the mass matrix M.
     pub integrate: &'a dyn Fn(&[Row<M>]) -> Vec<Row<M>>,
     pub scale: Scale,
+    /// Those on this mesh.
+    pub seeds: &'a Seeds,
     pub alternation: &'a Alternation,
     /// Its `stop` is that of the whole segmentation, not of one mesh.
     pub request: &'a Request,
@@ -71,17 +76,19 @@ pub struct AlternationOutcome<const M: usize> {
 }
 
 impl<const M: usize> JointProblem<'_, M> {
-    /// f for the current parameters; inactive regions are forbidden.
-    pub fn costs(&self, estimate: &dyn Estimate, active: &[bool]) -> Vec<Row<M>> {
+    /// f for the current parameters; inactive regions are forbidden, and at seeds all others.
+    pub fn costs(&self, estimate: &dyn Estimate, active: &[bool]) -> Result<Vec<Row<M>>> {
         let f = (self.integrate)(&estimate.costs());
         let active: [bool; M] = std::array::from_fn(|p| p < active.len() && active[p]);
         let row = |f: &Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
-        collect(f.len(), |v| row(&f[v]))
+        let mut f = collect(f.len(), |v| row(&f[v]));
+        self.seeds.constrain(&mut f)?;
+        Ok(f)
     }
 
     /// The convex problem in U for the current parameters.
     pub fn problem(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
-        let f = self.costs(estimate, &vec![true; estimate.regions()]);
+        let f = self.costs(estimate, &vec![true; estimate.regions()])?;
         let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);
         check_range(&problem)?;
         Ok(problem)
@@ -100,7 +107,12 @@ impl<const M: usize> JointProblem<'_, M> {
     ) -> Result<AlternationOutcome<M>> {
         let JointProblem { mesh, alternation, request, .. } = *self;
         let (start, dual_start) = match pair {
-            Some(Pair { u, q }) => (u, Some(q)),
+            Some(Pair { mut u, q }) => {
+                if !self.seeds.is_empty() {
+                    remove_forbidden(&mut u, &problem.f);
+                }
+                (u, Some(q))
+            }
             None => (cheapest_labels(&problem.f), None),
         };
         let mut run = Run::new(&start);
@@ -119,7 +131,8 @@ impl<const M: usize> JointProblem<'_, M> {
         };
         let mut estimates = 0;
         let mut settled = false;
-        let mut merger = Merger::new(alternation.regions, self.scale.distance);
+        let seeded = self.seeds.seeded(alternation.regions);
+        let mut merger = Merger::new(seeded, self.scale.distance);
         let status = loop {
             let stop = remaining(run.iterations());
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
@@ -140,7 +153,7 @@ impl<const M: usize> JointProblem<'_, M> {
                 true => merger.merge(distance, &weights, settled),
                 false => Vec::new(),
             };
-            problem.set_costs(self.costs(estimate, &merger.active));
+            problem.set_costs(self.costs(estimate, &merger.active)?);
             if pairs.is_empty() {
                 solver.restart(&problem);
             } else {

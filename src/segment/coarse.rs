@@ -14,6 +14,7 @@ use super::merging::are_distinct;
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
+use crate::seeds::Seeds;
 use crate::solve::Observer;
 use crate::start::cheapest_labels;
 
@@ -28,15 +29,18 @@ pub fn start<const M: usize>(
     let begin = Instant::now();
     let hierarchy = Hierarchy::new(finest.mesh);
     let mut weights: Vec<Vec<f64>> = vec![request.mass.weights(finest.mesh)];
+    let mut seeds: Vec<Seeds> = vec![finest.seeds.clone()];
     for (l, level) in hierarchy.levels.iter().enumerate() {
         weights.push(estimate.restrict(level, &weights[l]));
+        seeds.push(seeds[l].restricted(level));
     }
     let mut levels = Vec::new();
     let pair = hierarchy.climb(request.lambda, |l, pair| {
         let (mesh, weights) = (&hierarchy.levels[l].mesh, &weights[l + 1]);
         let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
         let scale = estimate.scale(weights);
-        let joint = JointProblem { mesh, integrate: &integrate, scale, merge: false, ..*finest };
+        let (seeds, merge) = (&seeds[l + 1], false);
+        let joint = JointProblem { mesh, integrate: &integrate, scale, seeds, merge, ..*finest };
         let spent = begin.elapsed();
         let stop = coarse::level_stop(request, spent);
         let problem = joint.problem(estimate)?;
@@ -102,8 +106,14 @@ mod tests {
         let n = part.vertices.len();
         let parts = disjoint([0, 1, 2].map(|_| part.clone()));
         let sphere = shape("sphere:4");
-        let alternation =
-            Alternation { regions: 3, initial: Initial::KMeans, seed: 0, every: 10, labels: None };
+        let alternation = Alternation {
+            labels: None,
+            seeds: Seeds::default(),
+            regions: 3,
+            initial: Initial::KMeans,
+            seed: 0,
+            every: 10,
+        };
         let started = |mesh: &Mesh, lambda: f64, values: Vec<f64>, given: [f64; 3]| {
             let request = Request {
                 lambda,
@@ -119,7 +129,9 @@ mod tests {
             let mass = request.mass.on(mesh);
             let integrate = &|s: &[Row<4>]| mass.integrate(s);
             let scale = model.scale(&request.mass.weights(mesh));
-            let finest = JointProblem { mesh, integrate, scale, alternation, request, merge: true };
+            let seeds = &alternation.seeds;
+            let finest =
+                JointProblem { mesh, integrate, scale, seeds, alternation, request, merge: true };
             let given = given.map(|x| Mean { mean: vec![x] }).to_vec();
             let mut estimate = ModelEstimate::new(Cow::Borrowed(model), given);
             let mut go = |sample: Option<&crate::run::Sample>| {

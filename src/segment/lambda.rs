@@ -25,9 +25,11 @@ use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
+use crate::operator::Mass;
 use crate::problem::rounded;
 use crate::regions::with_regions;
 use crate::run::Stop;
+use crate::seeds::Seeds;
 use crate::solve::{Observer, Request, model_mesh};
 
 /// Maximum number of vertices of the mesh on which lambdas are tried.
@@ -121,14 +123,8 @@ fn find_separating_compiled<const M: usize>(
 ) -> Result<Separation> {
     let begin = Instant::now();
     let estimate = &mut *estimate.without_parameters();
-    let hierarchy = Hierarchy::down_to(finest, MAX_TRIAL_VERTICES);
-    let mut weights = request.mass.weights(finest);
-    for level in &hierarchy.levels {
-        weights = estimate.restrict(level, &weights);
-    }
+    let (hierarchy, known) = coarse_weights(finest, estimate, request.mass);
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
-    let known = |(k, &w): (usize, &f64)| if estimate.is_known(k) { w } else { 0.0 };
-    let known: Vec<f64> = weights.iter().enumerate().map(known).collect();
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
     estimate.start(Initial::KMeans, alternation.regions, &known, &mut rng)?;
 
@@ -140,14 +136,22 @@ fn find_separating_compiled<const M: usize>(
         ..request.stop.after(begin.elapsed())
     };
     let clusters = Explained::of(&labels_without_cuts::<M>(estimate), estimate, &known, scale)?;
+    let seeds = &Seeds::default();
     let not_found = Separation { regions: clusters.regions, lambda: None };
     if clusters.costs <= 0.0 {
         return Ok(not_found);
     }
     for i in 0..MAX_TRIALS {
         let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
-        let joint =
-            JointProblem { mesh, integrate: &integrate, scale, alternation, request, merge: false };
+        let joint = JointProblem {
+            mesh,
+            integrate: &integrate,
+            scale,
+            seeds,
+            alternation,
+            request,
+            merge: false,
+        };
         estimate.reset();
         let problem = joint.problem(estimate)?;
         let mut flow = std::ops::ControlFlow::Continue(());
@@ -169,17 +173,36 @@ fn find_separating_compiled<const M: usize>(
     Ok(not_found)
 }
 
+/// Restricts the model to the coarse mesh on which choices are tried: the last level. Returns the levels and the weights
+/// of its vertices, 0 where the data are unknown.
+pub(super) fn coarse_weights<'a>(
+    finest: &'a Mesh,
+    estimate: &mut dyn Estimate,
+    mass: Mass,
+) -> (Hierarchy<'a>, Vec<f64>) {
+    let hierarchy = Hierarchy::down_to(finest, MAX_TRIAL_VERTICES);
+    let mut weights = mass.weights(finest);
+    for level in &hierarchy.levels {
+        weights = estimate.restrict(level, &weights);
+    }
+    let known = |(k, &w): (usize, &f64)| if estimate.is_known(k) { w } else { 0.0 };
+    let known = weights.iter().enumerate().map(known).collect();
+    (hierarchy, known)
+}
+
 /// The labels of minimum cost at each vertex, ignoring cuts.
-fn labels_without_cuts<const M: usize>(estimate: &dyn Estimate) -> Vec<Row<M>> {
+pub(super) fn labels_without_cuts<const M: usize>(estimate: &dyn Estimate) -> Vec<Row<M>> {
     let s: Vec<Row<M>> = estimate.costs();
     let cheapest = |s: &Row<M>| (0..estimate.regions()).min_by(|&a, &b| s.0[a].total_cmp(&s.0[b]));
     s.iter().map(|s| Row::one_hot(cheapest(s).expect("there are regions"))).collect()
 }
 
 /// How well labels explain the data.
-struct Explained {
+pub(super) struct Explained {
     /// R(U).
-    costs: f64,
+    pub costs: f64,
+    /// The costs that are left.
+    pub within: f64,
     /// Number of regions that are larger than a speck and have distinct parameters.
     regions: usize,
 }
@@ -194,7 +217,7 @@ const DISTINCT_DISTANCE: f64 = 0.25;
 
 impl Explained {
     /// For one-hot labels and the weights of the known vertices; fits start from the initial parameters.
-    fn of<const M: usize>(
+    pub fn of<const M: usize>(
         labels: &[Row<M>],
         estimate: &mut dyn Estimate,
         known: &[f64],
@@ -220,7 +243,7 @@ impl Explained {
                 different.push(p);
             }
         }
-        Ok(Explained { costs: one - within, regions: different.len() })
+        Ok(Explained { costs: one - within, within, regions: different.len() })
     }
 }
 

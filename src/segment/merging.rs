@@ -20,18 +20,22 @@ pub struct Merger {
     /// for how many re-estimations they have been the same since.
     were_distinct: Vec<bool>,
     same_for: Vec<usize>,
+    /// Which regions have seeds; these are never merged into another.
+    seeded: Vec<bool>,
     /// Parameters within this distance are the same.
     same_within: f64,
 }
 
 impl Merger {
-    /// For m active regions and the scale of their distances.
-    pub fn new(m: usize, scale: f64) -> Self {
+    /// For m active regions, of which some have seeds, and the scale of their distances.
+    pub fn new(seeded: Vec<bool>, scale: f64) -> Self {
+        let m = seeded.len();
         let (were_distinct, same_for) = (vec![false; m * m], vec![0; m * m]);
         Merger {
             active: vec![true; m],
             were_distinct,
             same_for,
+            seeded,
             same_within: SAME_DISTANCE * scale,
         }
     }
@@ -58,8 +62,11 @@ impl Merger {
                 let lasting =
                     self.were_distinct[pair] && self.same_for[pair] >= ESTIMATES_BEFORE_MERGE;
                 let used = |p: usize| self.active[p] && mass[p] > 0.0;
-                if used(a) && used(b) && (settled || lasting) {
-                    let [kept, absorbed] = if mass[a] < mass[b] { [b, a] } else { [a, b] };
+                let both_seeded = self.seeded[a] && self.seeded[b];
+                if used(a) && used(b) && !both_seeded && (settled || lasting) {
+                    // A region with seeds is kept, else the larger one.
+                    let order = |p: usize| (self.seeded[p], mass[p]);
+                    let [kept, absorbed] = if order(a) < order(b) { [b, a] } else { [a, b] };
                     self.active[absorbed] = false;
                     mass[kept] += mass[absorbed];
                     pairs.push([kept, absorbed]);
@@ -99,7 +106,7 @@ mod tests {
     #[test]
     fn regions_whose_parameters_stay_the_same_are_merged() {
         let weights = [Row([1.0, 2.0, 4.0])];
-        let mut merger = Merger::new(3, 1.0);
+        let mut merger = Merger::new(vec![false; 3], 1.0);
         assert!(merger.merge(at([0.0, 1.0, 2.0]), &weights, true).is_empty());
         for _ in 1..ESTIMATES_BEFORE_MERGE {
             assert!(merger.merge(at([0.0, 0.04, 2.0]), &weights, false).is_empty());
@@ -113,7 +120,7 @@ mod tests {
     #[test]
     fn regions_that_were_never_distinct_are_merged_once_settled() {
         let weights = [Row([1.0, 2.0, 4.0])];
-        let mut merger = Merger::new(3, 1.0);
+        let mut merger = Merger::new(vec![false; 3], 1.0);
         for _ in 0..3 * ESTIMATES_BEFORE_MERGE {
             assert!(merger.merge(at([0.0, 0.01, 0.02]), &weights, false).is_empty());
         }
@@ -124,14 +131,25 @@ mod tests {
     /// A merged region has the mass of both, and the larger of the two is kept.
     #[test]
     fn the_larger_region_is_kept() {
-        let mut merger = Merger::new(3, 1.0);
+        let mut merger = Merger::new(vec![false; 3], 1.0);
         let weights = [Row([3.0, 2.0, 4.0])];
         assert_eq!(merger.merge(at([0.0, 0.01, 0.02]), &weights, true), [[0, 1], [0, 2]]);
     }
 
+    /// A region with seeds absorbs a larger one without; two with seeds stay separate.
+    #[test]
+    fn regions_with_seeds_are_kept() {
+        let weights = [Row([1.0, 2.0, 4.0])];
+        let equal = || at([0.0, 0.01, 0.02]);
+        let mut merger = Merger::new(vec![true, false, true], 1.0);
+        assert_eq!(merger.merge(equal(), &weights, true), [[0, 1]]);
+        assert_eq!(merger.active, [true, false, true]);
+        assert!(merger.merge(equal(), &weights, true).is_empty());
+    }
+
     #[test]
     fn empty_regions_are_not_merged() {
-        let mut merger = Merger::new(3, 1.0);
+        let mut merger = Merger::new(vec![false; 3], 1.0);
         let weights = [Row([1.0, 0.0, 4.0])];
         assert!(merger.merge(at([0.0, 0.01, 2.0]), &weights, true).is_empty());
     }

@@ -190,7 +190,14 @@ impl<K: Operator, const M: usize> Step<K, M> for Fista<M> {
                 *next = project_simplex(descend(y, f + kt.at(q, v), tau, d));
             },
         );
-        let uphill = || sum(u.len(), |v| d[v] * (y[v] - next[v]).dot(next[v] - u[v])) > 0.0;
+        let uphill = || {
+            let slope = sum(
+                u.len(),
+                #[inline(always)]
+                |v| d[v] * (y[v] - next[v]).dot(next[v] - u[v]),
+            );
+            slope > 0.0
+        };
         let drop_momentum = match self.restart {
             Restart::Adaptive => uphill(),
             Restart::Never => false,

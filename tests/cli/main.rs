@@ -12,6 +12,7 @@ mod readme;
 mod reference;
 mod refusals;
 mod render;
+mod seeds;
 mod segment;
 mod signals;
 mod solve;

@@ -54,7 +54,14 @@ fn the_initial_lambda_has_the_right_units() {
 }
 
 fn alternation() -> Alternation {
-    Alternation { regions: 3, initial: Initial::KMeans, seed: 0, every: 10, labels: None }
+    Alternation {
+        regions: 3,
+        initial: Initial::KMeans,
+        seed: 0,
+        every: 10,
+        labels: None,
+        seeds: Seeds::default(),
+    }
 }
 
 fn request() -> Request {

@@ -5,6 +5,7 @@ mod gaussian;
 mod histogram;
 mod levels;
 mod models;
+mod seeds;
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
@@ -24,6 +25,7 @@ use crate::mesh::coarsen::Coarsening;
 use crate::operator::Mass;
 use crate::run::{Sample, Stop};
 use crate::samples::{assert_within, rng, shape};
+use crate::seeds::Seeds;
 use crate::solve::problem_of;
 use crate::solver::Method;
 
@@ -66,7 +68,7 @@ fn request(lambda: f64, mass: Mass) -> Request {
 }
 
 fn alternation(initial: Initial, seed: u64) -> Alternation {
-    Alternation { regions: 3, initial, seed, every: 10, labels: None }
+    Alternation { regions: 3, initial, seed, every: 10, labels: None, seeds: Seeds::default() }
 }
 
 /// The region of each color of the palette, by the nearest mean; all three must be different.
