@@ -9,7 +9,7 @@ mod seeded;
 
 use std::ops::RangeInclusive;
 
-use ndarray::Array2;
+use ndarray::{Array1, Array2};
 
 use crate::data::{Data, DataModel, ModelName, ModelTask, PiecewiseConstant};
 use crate::error::{Error, Result};
@@ -157,10 +157,30 @@ impl ModelTask for Estimation<'_> {
 
     fn run<D: DataModel>(self, model: &D) -> Result<Labeling> {
         let Estimation { mesh, alternation, request, observe } = self;
-        let Segmentation { solution, parameters, estimates } =
+        let Segmentation { mut solution, parameters, estimates } =
             segment(mesh, model, alternation, request, observe)?;
+        let warning = seeds_only(&solution.labels, alternation);
+        solution.summary.warnings.extend(warning);
         Ok(Labeling::of::<D>(solution, &parameters, estimates))
     }
+}
+
+/// A warning about regions that have no vertices besides their seeds.
+fn seeds_only(labels: &Array1<i32>, alternation: &Alternation) -> Option<String> {
+    let Alternation { seeds, regions: m, .. } = alternation;
+    let mut others = vec![0_usize; *m];
+    for (_, &p) in labels.iter().enumerate().filter(|&(k, _)| seeds.region(k).is_none()) {
+        others[p as usize] += 1;
+    }
+    let seeded = seeds.seeded(*m);
+    let alone: Vec<String> =
+        (0..*m).filter(|&p| seeded[p] && others[p] == 0).map(|p| p.to_string()).collect();
+    (!alone.is_empty()).then(|| {
+        format!(
+            "no vertices besides their seeds belong to: region {}; give them more seeds, or a smaller --lambda",
+            alone.join(", ")
+        )
+    })
 }
 
 struct Solve<'a> {

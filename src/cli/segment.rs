@@ -66,8 +66,8 @@ pub struct Arguments {
     #[arg(long, value_parser = named::<Texel>(), default_value = "mean")]
     texel: Texel,
 
-    /// Number of regions, 2 to 64; auto:2..8 chooses one of 2 to 8, for which clusters of the data are compact and far
-    /// from each other (the largest Calinski-Harabasz index on a coarse mesh); auto is short for auto:2..8
+    /// Number of regions, 2 to 64; auto:2..8 chooses one of 2 to 8, for which clusters of the data are different, compact
+    /// and far from each other (the largest Calinski-Harabasz index on a coarse mesh); auto is short for auto:2..8
     #[arg(long, value_name = "M", allow_negative_numbers = true,
         required_unless_present_any = ["means", "thresholds"], conflicts_with_all = ["means", "thresholds"])]
     regions: Option<Regions>,
@@ -445,7 +445,10 @@ fn report(
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
     if !found.counts.is_empty() {
-        let index = |count: &Count| format!("{} has {:.2e}", count.regions, count.index);
+        let index = |count: &Count| {
+            let note = if count.distinct { "" } else { " (not all different)" };
+            format!("{} has {:.2e}{note}", count.regions, count.index)
+        };
         let tried: Vec<String> = found.counts.iter().map(index).collect();
         let chosen = format!("{}, by the largest index: {}", found.regions.len(), tried.join(", "));
         lines.push(("regions chosen", chosen));

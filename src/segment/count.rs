@@ -5,7 +5,7 @@
 //! ```
 //!
 //! is largest where clusters are compact and far from each other. The data are those of a coarse mesh, which have little
-//! noise. Reference: T. Calinski, J. Harabasz, *A dendrite method for cluster analysis*, Communications in Statistics
+//! noise. Numbers for which two clusters would be merged, or one is a speck, are left out. Reference: T. Calinski, J. Harabasz, *A dendrite method for cluster analysis*, Communications in Statistics
 //! 3(1), 1974.
 
 use std::borrow::Cow;
@@ -31,6 +31,8 @@ pub struct Count {
     pub regions: usize,
     /// CH(m); infinite if the clusters describe the data exactly.
     pub index: f64,
+    /// Whether all clusters are larger than a speck and their parameters differ, so that no regions would be merged.
+    pub distinct: bool,
 }
 
 /// The index of each number of regions, for a model whose costs are not negative: constant or l1. `seed` is that of the
@@ -49,9 +51,13 @@ pub fn of_data<D: DataModel>(
     of_estimate(mesh, estimate, numbers, mass, seed)
 }
 
-/// The number of regions with the largest index, the smallest of equals.
+/// The number of distinct regions with the largest index, the smallest of equals; the smallest number if regions are not
+/// distinct for any.
 pub fn best(counts: &[Count]) -> usize {
-    let first = |best: Count, &count: &Count| if count.index > best.index { count } else { best };
+    let better = |best: &Count, count: &Count| {
+        count.distinct && (!best.distinct || count.index > best.index)
+    };
+    let first = |best: Count, &count: &Count| if better(&best, &count) { count } else { best };
     counts[1..].iter().fold(counts[0], first).regions
 }
 
@@ -75,7 +81,7 @@ fn of_estimate(
         let (between, within) = (explained.costs, explained.within);
         let freedom = n.saturating_sub(m) as f64 / (m - 1) as f64;
         let index = if within > 0.0 { between / within * freedom } else { f64::INFINITY };
-        counts.push(Count { regions: m, index });
+        counts.push(Count { regions: m, index, distinct: explained.regions == m });
     }
     Ok(counts)
 }
