@@ -31,6 +31,7 @@ fn main() -> meshseg::Result<()> {
         stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },
         coarse_to_fine: true,
         keep_dual: false,
+        rounding: Default::default(),
     };
     let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
     let solution = solve(&mesh, &costs, &Start::Uniform, &request, &mut go_on)?;

@@ -155,6 +155,7 @@ fn main() -> meshseg::Result<()> {
         stop: Stop { relative_gap: Some(1e-3), iterations: Some(5000), ..Stop::default() },
         coarse_to_fine: true,
         keep_dual: false,
+        rounding: Default::default(),
     };
     let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
     let segmentation = segment(&mesh, &model, &alternation, &request, &mut go_on)?;

@@ -132,6 +132,7 @@ mod tests {
             stop: Stop::default(),
             coarse_to_fine: false,
             keep_dual: false,
+            rounding: Default::default(),
         }
     }
 

@@ -67,6 +67,7 @@ pub mod regions;
 #[cfg(feature = "experiments")]
 pub mod render;
 pub mod request;
+pub mod rounding;
 pub mod run;
 #[cfg(test)]
 mod samples;

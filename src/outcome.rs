@@ -154,6 +154,7 @@ mod tests {
                 stop: Stop { iterations: Some(3), ..Stop::default() },
                 coarse_to_fine: false,
                 keep_dual,
+                rounding: Default::default(),
             };
             solve(&mesh, &s, &Start::Argmin, &request, &mut |_| ControlFlow::Continue(())).unwrap()
         };

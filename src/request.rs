@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::error::{Error, Result};
 use crate::operator::Mass;
+use crate::rounding::Rounding;
 use crate::run::{Sample, Stop};
 use crate::solver::Method;
 
@@ -22,6 +23,8 @@ pub struct Request {
     pub coarse_to_fine: bool,
     /// Keep the dual field of the best bound in [`crate::solve::Solution::q`].
     pub keep_dual: bool,
+    /// How U is rounded to labels.
+    pub rounding: Rounding,
 }
 
 impl Request {

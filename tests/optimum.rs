@@ -154,6 +154,7 @@ fn certified(solver: &str, mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solutio
         stop,
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
     };
     solve(mesh, s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(())).unwrap()
 }
@@ -325,6 +326,7 @@ fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
                 stop: Stop { iterations: Some(50), ..Stop::default() },
                 coarse_to_fine: false,
                 keep_dual: false,
+                rounding: Default::default(),
             };
             solve(&mesh, &s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(()))
                 .unwrap()

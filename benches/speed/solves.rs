@@ -73,6 +73,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
                 stop: stop(gap),
                 coarse_to_fine: true,
                 keep_dual: false,
+                rounding: Default::default(),
             };
             let once = || {
                 let go = &mut |_: Option<&_>| ControlFlow::Continue(());

@@ -218,6 +218,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
         stop: Stop { relative_gap: Some(*gap), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
     };
     let end = End {
         solver: name.clone(),

@@ -8,6 +8,7 @@ use meshseg::empty_regions;
 use meshseg::names::Named;
 use meshseg::operator::Mass;
 use meshseg::render::View;
+use meshseg::rounding::Rounding;
 use meshseg::run::{Status, Stop, time_limit};
 use meshseg::solve::{Request, Summary};
 use meshseg::solver::chambolle_pock::Precision;
@@ -69,6 +70,11 @@ pub struct Solving {
     /// `evaluate --q` computes the same bound
     #[arg(long, value_name = "WHAT", value_parser = named::<Saved>())]
     save: Vec<Saved>,
+
+    /// How U is rounded to labels. expansion: for two regions the best labels, by a minimum cut; for more, expansion moves
+    /// and then single moves, each of which lowers the energy; moves: single moves only; argmax: the largest entry of u
+    #[arg(long, value_parser = named::<Rounding>(), default_value = "expansion")]
+    rounding: Rounding,
 
     /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
@@ -137,6 +143,7 @@ impl Solving {
             },
             coarse_to_fine: self.coarse_to_fine,
             keep_dual: self.save.contains(&Saved::Q),
+            rounding: self.rounding,
         };
         request.check()?;
         meshseg::file::check_folder(&self.out)?;

@@ -31,6 +31,7 @@ fn request(lambda: f64, gap: f64, method: Method) -> Request {
         stop: Stop { relative_gap: Some(gap), iterations: Some(20_000), ..Stop::default() },
         coarse_to_fine: true,
         keep_dual: false,
+        rounding: Default::default(),
     }
 }
 

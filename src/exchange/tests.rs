@@ -39,6 +39,7 @@ fn request(gap: f64) -> Request {
         stop: Stop { relative_gap: Some(gap), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
     }
 }
 

@@ -379,6 +379,7 @@ fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
         stop: Stop::default(),
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
     default_lambda(mesh, data, model, &alternation, &request, &mut observe)

@@ -94,6 +94,7 @@ impl Attempt<'_> {
             stop: (*stop).clone(),
             coarse_to_fine: false,
             keep_dual: false,
+            rounding: Default::default(),
         };
         let iterates = Iterates::of(&out);
         let end = self.end(command_end, &iterates, &stderr);

@@ -65,6 +65,7 @@ pub fn attempt(
         stop,
         coarse_to_fine: solver.coarse_to_fine,
         keep_dual: false,
+        rounding: Default::default(),
     };
     let made = || match &solver.task {
         Task::Segment(estimation) => {

@@ -122,6 +122,7 @@ mod tests {
                 stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },
                 coarse_to_fine: true,
                 keep_dual: false,
+                rounding: Default::default(),
             };
             let data = Data::new(1, values).unwrap();
             let model = &PiecewiseConstant::new(&data);

@@ -13,11 +13,11 @@ use crate::mesh::order::Order;
 use crate::mesh::{Mesh, Weld};
 use crate::names::Named;
 use crate::operator::{Operator, Stencil};
-use crate::problem::{Problem, label_gap, relative_gap, rounded};
+use crate::problem::{Problem, label_gap, relative_gap};
 use crate::regions;
 use crate::request::Request;
+use crate::rounding::{Rounded, Rounding, round};
 use crate::run::{Run, Sample, Status};
-use crate::sweep;
 
 /// The numbers of a result, as in `summary.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -45,10 +45,16 @@ pub struct Summary {
     pub gap: f64,
     /// (E - D) / (E - B).
     pub relative_gap: f64,
+    /// How U was rounded to `labels`: `expansion`, `moves` or `argmax`.
+    pub rounding: Cow<'static, str>,
+    /// The energy of the labels argmax_p u_kp.
+    pub argmax_energy: f64,
     /// R, the energy of the one-hot rows of `labels`.
     pub rounded_energy: f64,
-    /// (R - D) / (D - B): the labels are at most this share above any labeling, measured from B as well. Infinite
-    /// (null in JSON) where D = B, which bounds no such share.
+    /// L: no labels have a smaller energy. It is D, or R where a minimum cut found the best labels.
+    pub label_bound: f64,
+    /// (R - L) / (L - B): the labels are at most this share above any labeling, measured from B as well. Infinite
+    /// (null in JSON) where L = B, which bounds no such share.
     #[serde(deserialize_with = "null_as_infinity")]
     pub rounded_relative_gap: f64,
     /// V.
@@ -84,7 +90,7 @@ pub struct Solution {
     pub trace: Vec<Sample>,
     /// The U of minimum energy found: V x m, rows in the simplex.
     pub u: Array2<f64>,
-    /// argmax_p u_kp: V integers from 0 to m - 1.
+    /// U rounded as `rounding` says: V integers from 0 to m - 1.
     pub labels: Array1<i32>,
     /// The field that certifies `dual_bound`, if it was requested: 2F x m, rows 2j and 2j + 1 those of face j, in the
     /// frame of the rows of K; zero in faces without area.
@@ -147,10 +153,20 @@ pub(crate) fn conclude<const M: usize>(
     let u = run.best_u();
     let baseline = problem.baseline;
     let (energy, bound) = (run.energy(), run.bound());
-    let rounded_energy = problem.energy(&rounded(u));
-    let labels = sweep::collect(u.len(), |v| u[v].argmax() as i32).into();
+    let rounding = match status {
+        // A user who interrupts a run does not want to wait.
+        Status::Interrupted => Rounding::Argmax,
+        _ => request.rounding,
+    };
+    let Rounded { labels, energy: rounded_energy, argmax_energy, is_optimal } =
+        round(model, problem, m, u, rounding);
+    let labels: Array1<i32> = labels.into_iter().map(i32::from).collect();
     // The rounded labels are a U, too: their energy must not lie below the bound.
     let below_bound = problem.clamped_bound(rounded_energy, bound) > rounded_energy;
+    let label_bound = match is_optimal {
+        true => rounded_energy,
+        false => problem.clamped_bound(rounded_energy, bound),
+    };
     let status = if below_bound { Status::Contradicted } else { status };
     let summary = Summary {
         solver: request.method.name().to_owned(),
@@ -165,10 +181,10 @@ pub(crate) fn conclude<const M: usize>(
         gap: energy - bound,
         relative_gap: relative_gap(energy, bound),
         rounded_energy: baseline + rounded_energy,
-        rounded_relative_gap: label_gap(
-            rounded_energy,
-            problem.clamped_bound(rounded_energy, bound),
-        ),
+        rounding: rounding.name().into(),
+        argmax_energy: baseline + argmax_energy,
+        label_bound: baseline + label_bound,
+        rounded_relative_gap: label_gap(rounded_energy, label_bound),
         vertices: problem.k.vertices(),
         faces: problem.k.faces(),
         regions: m,

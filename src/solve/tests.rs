@@ -19,6 +19,7 @@ fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
         stop: Stop { iterations: Some(40), ..Stop::default() },
     };
     solve(mesh, s, start, &request, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -71,6 +72,7 @@ fn without_steps_the_start_is_returned() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
         stop: Stop { iterations: Some(0), ..Stop::default() },
     };
     let start = |start: &Start| {
@@ -143,6 +145,7 @@ fn a_summary_follows_from_u_and_q() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: true,
+        rounding: Default::default(),
         stop,
     };
     let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
@@ -204,6 +207,7 @@ fn labels_below_the_bound_are_a_contradiction() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
         stop: Stop::default(),
     };
     for (bound, status) in [(0.0, Status::Converged), (1.0, Status::Contradicted)] {
@@ -238,6 +242,7 @@ fn the_bound_is_clamped_for_labels() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
         stop: Stop::default(),
     };
     let mut run = Run::new(&u);

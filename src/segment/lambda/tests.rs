@@ -72,6 +72,7 @@ fn request() -> Request {
         stop: Stop { relative_gap: Some(1e-4), iterations: Some(5000), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
     }
 }
 

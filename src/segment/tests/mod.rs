@@ -64,6 +64,7 @@ fn request(lambda: f64, mass: Mass) -> Request {
         stop: Stop { relative_gap: Some(1e-4), iterations: Some(20_000), ..Stop::default() },
         coarse_to_fine: false,
         keep_dual: false,
+        rounding: Default::default(),
     }
 }
 

@@ -1,0 +1,168 @@
+//! Energies of labels are those of the operator; cuts are minimal; moves only lower the energy.
+
+use rand::RngExt;
+
+use super::min_cut::{Edge, MinCut};
+use super::*;
+use crate::problem::FORBIDDEN_COST;
+use crate::samples::{assert_within, rng, shape, zoo};
+
+fn problem<const M: usize>(
+    mesh: &Mesh,
+    m: usize,
+    lambda: f64,
+    seed: u64,
+) -> Problem<Stencil, M> {
+    let mut rng = rng(seed);
+    let row = |_: usize| {
+        Row::from_fn(|p| if p < m { rng.random_range(0.0..1.0) } else { FORBIDDEN_COST })
+    };
+    let f = (0..mesh.vertices.len()).map(row).collect();
+    Problem::new(Stencil::new(mesh), f, lambda)
+}
+
+fn energy<const M: usize>(problem: &Problem<Stencil, M>, labels: &[u8]) -> f64 {
+    let u: Vec<Row<M>> = labels.iter().map(|&p| Row::one_hot(p.into())).collect();
+    problem.energy(&u)
+}
+
+/// All labelings of n vertices with m regions.
+fn labelings(n: usize, m: usize) -> impl Iterator<Item = Vec<u8>> {
+    (0..m.pow(n as u32)).map(move |code| {
+        (0..n as u32).map(|v| (code / m.pow(v) % m) as u8).collect()
+    })
+}
+
+/// The cost of a face is lambda |(K U)_j|, for all labels of its corners and on all kinds of meshes; a change costs the
+/// difference of the energies.
+#[test]
+fn energies_are_those_of_the_operator() {
+    for (name, mesh) in zoo() {
+        let mesh = mesh.without_degenerate_faces().0.into_owned();
+        if mesh.faces.is_empty() {
+            continue;
+        }
+        let problem = problem::<4>(&mesh, 3, 0.7, 3);
+        let costs = Row::peel_slice(&problem.f).as_flattened();
+        let mut rng = rng(5);
+        for _ in 0..5 {
+            let n = mesh.vertices.len();
+            let labels: Vec<u8> = (0..n).map(|_| rng.random_range(0..3)).collect();
+            let state = Labels::new(&mesh, costs, 3, problem.lambda, labels.clone());
+            let cut: f64 = (0..mesh.faces.len() as u32)
+                .map(|j| state.face_cost(j, state.face_labels(j)))
+                .sum();
+            let data: f64 = labels.iter().enumerate().map(|(v, &p)| state.cost(v, p)).sum();
+            let whole = energy(&problem, &labels);
+            assert_within(data + cut, whole, 1e-12, whole);
+            let changed: Vec<u32> =
+                (0..n as u32).filter(|&v| labels[v as usize] != 1 && v % 3 != 0).collect();
+            let is_changed = |v: u32| changed.contains(&v);
+            let [change, error] = state.change(&changed, 1, &is_changed);
+            let mut after = labels;
+            changed.iter().for_each(|&v| after[v as usize] = 1);
+            let difference = energy(&problem, &after) - whole;
+            assert!((change - difference).abs() <= 1e-12 * whole, "{name}");
+            assert!(error <= 1e-13 * (whole + energy(&problem, &after)), "{name}");
+        }
+    }
+}
+
+/// Every value of random graphs against all of their cuts, with integers too, where many cuts are minimal.
+#[test]
+fn cuts_are_minimal() {
+    let mut rng = rng(17);
+    for trial in 0..2000 {
+        let n = rng.random_range(1..9);
+        let mut number = |low: f64| {
+            let x: f64 = rng.random_range(low..4.0);
+            if trial % 2 == 0 { x.round() } else { x }
+        };
+        let costs: Vec<f64> = (0..n).map(|_| number(-4.0)).collect();
+        let mut edges = Vec::new();
+        for j in 0..n as u32 {
+            for i in 0..j {
+                if number(0.0) > 1.8 {
+                    edges.push(Edge { ends: [i, j], costs: [number(0.0), number(0.0)] });
+                }
+            }
+        }
+        let value = |x: &dyn Fn(usize) -> bool| -> f64 {
+            let nodes: f64 = (0..n).filter(|&i| x(i)).map(|i| costs[i]).sum();
+            let edge = |edge: &Edge| match edge.ends.map(|i| x(i as usize)) {
+                [false, true] => edge.costs[0],
+                [true, false] => edge.costs[1],
+                _ => 0.0,
+            };
+            nodes + edges.iter().map(edge).sum::<f64>()
+        };
+        let found = MinCut::new(costs.clone(), &edges).minimizer();
+        let least = (0..1_usize << n).map(|code| value(&|i| code >> i & 1 == 1));
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!((value(&|i| found[i]) - least).abs() <= 1e-12, "{trial}");
+    }
+}
+
+/// With two regions no labeling is better, also where labels are forbidden.
+#[test]
+fn labels_of_two_regions_are_optimal() {
+    let mesh = shape("grid:2x2");
+    let n = mesh.vertices.len();
+    for seed in 0..30 {
+        let mut problem = problem::<2>(&mesh, 2, 0.05 * (1 + seed % 5) as f64, seed);
+        if seed % 2 == 1 {
+            (problem.f[seed as usize % n].0, problem.f[4].0) =
+                ([FORBIDDEN_COST, 0.0], [0.3, FORBIDDEN_COST]);
+        }
+        let u: Vec<Row<2>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+        let found = round(&mesh, &problem, 2, &u, Rounding::Expansion);
+        assert!(found.is_optimal);
+        let least = labelings(n, 2).map(|labels| energy(&problem, &labels));
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!((found.energy - least).abs() <= 1e-12, "{} {least}", found.energy);
+    }
+}
+
+/// Expansions are within a factor of two of the best labels where faces have two labels (the bound of Boykov, Veksler and
+/// Zabih, here times 1.2247 for three), and every rounding is at most as costly as the previous one.
+#[test]
+fn no_rounding_raises_the_energy() {
+    let mesh = shape("grid:2x2");
+    for seed in 0..20 {
+        let problem = problem::<4>(&mesh, 3, 0.15, seed);
+        let mut rng = rng(seed);
+        let u: Vec<Row<4>> =
+            (0..mesh.vertices.len()).map(|_| Row::one_hot(rng.random_range(0..3))).collect();
+        let energies = [Rounding::Argmax, Rounding::Moves, Rounding::Expansion].map(|rounding| {
+            let found = round(&mesh, &problem, 3, &u, rounding);
+            assert_eq!(found.energy, energy(&problem, &found.labels));
+            assert!(!found.is_optimal && found.energy <= found.argmax_energy);
+            found.energy
+        });
+        let least = labelings(mesh.vertices.len(), 3).map(|labels| energy(&problem, &labels));
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!(energies[2] <= 2.0 * 1.2247 * least, "{energies:?} {least}");
+        assert!(energies.iter().all(|&energy| energy >= least - 1e-12));
+    }
+}
+
+/// From the cheapest labels of noisy data, expansions reach those that the costs were made from.
+#[test]
+fn expansions_remove_noise() {
+    let mesh = shape("torus:60x30");
+    let truth = |v: usize| (mesh.vertices[v].x > 0.0) as usize + 2 * (mesh.vertices[v].y > 0.0) as usize;
+    let mut rng = rng(23);
+    let areas = crate::mesh::geometry::barycentric_areas(&mesh);
+    let f: Vec<Row<4>> = (0..mesh.vertices.len())
+        .map(|v| Row::from_fn(|p| {
+            areas[v] * (f64::from(p != truth(v)) + rng.random_range(-1.2..1.2))
+        }))
+        .collect();
+    let problem = Problem::new(Stencil::new(&mesh), f, 0.02);
+    let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+    let found = round(&mesh, &problem, 4, &u, Rounding::Expansion);
+    let wrong = (0..u.len()).filter(|&v| usize::from(found.labels[v]) != truth(v)).count();
+    let truth: Vec<u8> = (0..u.len()).map(|v| truth(v) as u8).collect();
+    assert!(found.energy <= energy(&problem, &truth), "{} {wrong}", found.energy);
+    assert!(wrong * 50 < u.len(), "{wrong}");
+}
