@@ -9,7 +9,7 @@ pub mod curvature;
 pub(crate) mod disjoint_sets;
 pub(crate) mod extent;
 pub mod geometry;
-mod incidence;
+pub(crate) mod incidence;
 pub mod io;
 mod materials;
 mod normalize;

@@ -68,8 +68,12 @@ impl Band {
 
     fn of(labels: &Labels<'_>, vertices: Vec<u32>) -> Self {
         let n = labels.vertices();
-        let mut band =
-            Band { vertices: Vec::new(), is_in: vec![false; n], edges: Vec::new(), node: vec![NONE; n] };
+        let mut band = Band {
+            vertices: Vec::new(),
+            is_in: vec![false; n],
+            edges: Vec::new(),
+            node: vec![NONE; n],
+        };
         band.add(labels, vertices);
         band
     }
@@ -181,8 +185,7 @@ fn accept(labels: &mut Labels<'_>, changed: Vec<u32>, p: u8) -> Vec<u32> {
                 }
             }
         }
-        let [change, error] =
-            labels.change(&members, p, &|w| component.get(&w) == Some(&number));
+        let [change, error] = labels.change(&members, p, &|w| component.get(&w) == Some(&number));
         if change < -error {
             members.iter().for_each(|&v| labels.labels[v as usize] = p);
             accepted.extend(members);

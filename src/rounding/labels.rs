@@ -31,13 +31,7 @@ pub struct Labels<'a> {
 }
 
 impl<'a> Labels<'a> {
-    pub fn new(
-        mesh: &'a Mesh,
-        costs: &'a [f64],
-        m: usize,
-        lambda: f64,
-        labels: Vec<u8>,
-    ) -> Self {
+    pub fn new(mesh: &'a Mesh, costs: &'a [f64], m: usize, lambda: f64, labels: Vec<u8>) -> Self {
         let length = costs.len() / labels.len();
         let around = Incidence::new(mesh, |j, _| j as u32);
         Labels { mesh, around, costs, length, m, lambda, labels }

@@ -7,12 +7,7 @@ use super::*;
 use crate::problem::FORBIDDEN_COST;
 use crate::samples::{assert_within, rng, shape, zoo};
 
-fn problem<const M: usize>(
-    mesh: &Mesh,
-    m: usize,
-    lambda: f64,
-    seed: u64,
-) -> Problem<Stencil, M> {
+fn problem<const M: usize>(mesh: &Mesh, m: usize, lambda: f64, seed: u64) -> Problem<Stencil, M> {
     let mut rng = rng(seed);
     let row = |_: usize| {
         Row::from_fn(|p| if p < m { rng.random_range(0.0..1.0) } else { FORBIDDEN_COST })
@@ -28,9 +23,8 @@ fn energy<const M: usize>(problem: &Problem<Stencil, M>, labels: &[u8]) -> f64 {
 
 /// All labelings of n vertices with m regions.
 fn labelings(n: usize, m: usize) -> impl Iterator<Item = Vec<u8>> {
-    (0..m.pow(n as u32)).map(move |code| {
-        (0..n as u32).map(|v| (code / m.pow(v) % m) as u8).collect()
-    })
+    (0..m.pow(n as u32))
+        .map(move |code| (0..n as u32).map(|v| (code / m.pow(v) % m) as u8).collect())
 }
 
 /// The cost of a face is lambda |(K U)_j|, for all labels of its corners and on all kinds of meshes; a change costs the
@@ -150,13 +144,14 @@ fn no_rounding_raises_the_energy() {
 #[test]
 fn expansions_remove_noise() {
     let mesh = shape("torus:60x30");
-    let truth = |v: usize| (mesh.vertices[v].x > 0.0) as usize + 2 * (mesh.vertices[v].y > 0.0) as usize;
+    let truth =
+        |v: usize| (mesh.vertices[v].x > 0.0) as usize + 2 * (mesh.vertices[v].y > 0.0) as usize;
     let mut rng = rng(23);
     let areas = crate::mesh::geometry::barycentric_areas(&mesh);
     let f: Vec<Row<4>> = (0..mesh.vertices.len())
-        .map(|v| Row::from_fn(|p| {
-            areas[v] * (f64::from(p != truth(v)) + rng.random_range(-1.2..1.2))
-        }))
+        .map(|v| {
+            Row::from_fn(|p| areas[v] * (f64::from(p != truth(v)) + rng.random_range(-1.2..1.2)))
+        })
         .collect();
     let problem = Problem::new(Stencil::new(&mesh), f, 0.02);
     let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();

@@ -204,7 +204,7 @@ pub(super) struct Explained {
     /// The costs that are left.
     pub within: f64,
     /// Number of regions that are larger than a speck and have distinct parameters.
-    regions: usize,
+    pub regions: usize,
 }
 
 /// A region of less than this fraction of the area is a speck.
