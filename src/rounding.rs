@@ -58,8 +58,8 @@ pub fn round<const M: usize>(
 ) -> Rounded {
     let argmax: Vec<u8> = u.iter().map(|u| u.argmax() as u8).collect();
     let argmax_energy = problem.energy(&rounded(u));
-    let unchanged =
-        |labels| Rounded { labels, energy: argmax_energy, argmax_energy, is_optimal: false };
+    let is_optimal = rounding == Rounding::Expansion && m == 2;
+    let unchanged = |labels| Rounded { labels, energy: argmax_energy, argmax_energy, is_optimal };
     if rounding == Rounding::Argmax {
         return unchanged(argmax);
     }
@@ -80,7 +80,6 @@ pub fn round<const M: usize>(
         // Equal but for rounding errors.
         return unchanged(argmax);
     }
-    let is_optimal = rounding == Rounding::Expansion && m == 2;
     Rounded { labels, energy, argmax_energy, is_optimal }
 }
 
