@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use meshseg::counted::counted;
+use meshseg::data::input::density;
 use meshseg::mesh::shapes::MAX_FACES;
-use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, io};
+use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, TooFine, io};
 use meshseg::{Error, Result};
 
 use super::{Outcome, note, print, print_json, table, warn, welding};
@@ -38,6 +39,11 @@ pub enum Verb {
         /// Number of times each face is split into four; the original vertices keep their indices
         #[arg(long, value_name = "TIMES", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
         subdivide: u8,
+        /// Divide edges at their midpoints until none is longer than N texels of the image of its material [default N:
+        /// 1]; faces without an image stay. The original vertices keep their indices
+        #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "1", conflicts_with = "subdivide",
+              allow_negative_numbers = true)]
+        to_texel: Option<f64>,
         /// First merge vertices within this distance of each other into one [default: 0, equal positions only];
         /// vertices are renumbered
         #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
@@ -52,7 +58,7 @@ pub fn run(verb: &Verb) -> Outcome {
             let shape: Shape = shape.parse()?;
             write(out, &if io::holds_texture(out) { shape.textured() } else { shape.mesh() })
         }
-        Verb::Convert { mesh, out, subdivide, weld } => {
+        Verb::Convert { mesh, out, subdivide, to_texel, weld } => {
             let source = Source::parse(mesh)?;
             let mut mesh =
                 if io::holds_texture(out) { source.textured_mesh() } else { source.mesh() }?;
@@ -69,9 +75,28 @@ pub fn run(verb: &Verb) -> Outcome {
             for _ in 0..*subdivide {
                 mesh = mesh.subdivided();
             }
+            if let Some(most) = *to_texel {
+                mesh = resolved(&source, &mesh, most)?;
+            }
             write(out, &mesh)
         }
     }
+}
+
+/// The mesh with no edge longer than the given number of texels.
+fn resolved(source: &Source, mesh: &Mesh, most: f64) -> Result<Mesh> {
+    let option = format!("--to-texel {most:?}");
+    if !(most > 0.0 && most.is_finite()) {
+        return Err(Error::unsuitable(format!("{option}: must be a finite number above 0")));
+    }
+    let density = density(source, mesh).map_err(|error| {
+        Error::unsuitable(format!("{option}: {error}; --subdivide TIMES divides any mesh"))
+    })?;
+    mesh.subdivided_to_texels(density, most).map_err(|TooFine { possible }| {
+        Error::unsuitable(format!(
+            "{option}: would give more than {MAX_FACES} faces; --to-texel {possible} is possible"
+        ))
+    })
 }
 
 /// The mesh without coincident vertices and without the faces that collapse when they are merged.

@@ -19,7 +19,7 @@ use crate::mesh::{Mesh, Source, Weld};
 use crate::npy;
 use crate::unreached::INHERIT;
 
-pub use images::image_files;
+pub use images::{density, image_files};
 pub use reader::{InputData, UnitRange};
 pub use source::{DataSource, Mapping};
 

@@ -21,6 +21,7 @@ pub mod shapes;
 mod source;
 mod statistics;
 mod subdivide;
+mod texels;
 pub mod weld;
 
 use std::borrow::Cow;
@@ -37,6 +38,7 @@ pub use resolution::resolution;
 pub use shapes::Shape;
 pub use source::{Source, source};
 pub use statistics::Statistics;
+pub use texels::TooFine;
 pub use weld::Weld;
 
 /// A triangle mesh, with the colors, texture coordinates and materials of its file.

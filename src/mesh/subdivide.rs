@@ -1,12 +1,14 @@
-//! Midpoint subdivision: each face becomes four, the surface stays the same set of points.
+//! Midpoint subdivision: the edges of faces are divided at their midpoints, the surface stays the same set of points.
 //!
 //! ```text
-//!            3                 new vertices 4, 5, 6 in the middle of the edges 12, 23, 31;
-//!          /   \               faces 1 4 6,  4 2 5,  6 5 3,  4 5 6
-//!        6 ----- 5
-//!       /  \   /  \
-//!     1 ---- 4 ---- 2
+//!            3                    3                    3
+//!          /   \                / | \                / | \
+//!        6 ----- 5             /  |  \              /  |  5      new vertices 4, 5, 6 in the middle of the
+//!       /  \   /  \           /   |   \            /   | / \     edges 12, 23, 31; three, one or two of them
+//!     1 ---- 4 ---- 2        1 -- 4 -- 2          1 -- 4 -- 2
 //! ```
+//!
+//! With two midpoints, the quadrilateral is divided from that of the longer edge.
 
 use std::collections::HashMap;
 
@@ -23,11 +25,23 @@ impl Mesh {
     ///
     /// Panics if more than 2^32 - 1 vertices would be needed.
     pub fn subdivided(&self) -> Self {
+        self.divided(|_, _| true, |_| [1.0; 3]).0
+    }
+
+    /// The mesh with the edges ab divided for which `divides(a, b)`, which must not depend on their order, and for each
+    /// face the one that it is a part of. `lengths(j)` are the lengths of the edges 12, 23, 31 of face j.
+    pub(super) fn divided(
+        &self,
+        divides: impl Fn(u32, u32) -> bool,
+        lengths: impl Fn(usize) -> [f64; 3],
+    ) -> (Self, Vec<u32>) {
         let mut vertices = self.vertices.clone();
         let mut colors = self.colors.clone();
         let mut midpoint_of = HashMap::with_capacity(3 * self.faces.len() / 2);
         let mut faces = Vec::with_capacity(4 * self.faces.len());
-        for &[v1, v2, v3] in &self.faces {
+        let mut uv = self.uv.as_ref().map(|_| Vec::with_capacity(faces.capacity()));
+        let mut whole = Vec::with_capacity(faces.capacity());
+        for (j, &face) in self.faces.iter().enumerate() {
             let mut midpoint = |a: u32, b: u32| {
                 *midpoint_of.entry((a.min(b), a.max(b))).or_insert_with(|| {
                     let k = u32::try_from(vertices.len()).expect("at most 2^32 - 1 vertices");
@@ -39,25 +53,56 @@ impl Mesh {
                     k
                 })
             };
-            let (v4, v5, v6) = (midpoint(v1, v2), midpoint(v2, v3), midpoint(v3, v1));
-            faces.extend([[v1, v4, v6], [v4, v2, v5], [v6, v5, v3], [v4, v5, v6]]);
+            let [v1, v2, v3] = face;
+            let edges = [(v1, v2), (v2, v3), (v3, v1)];
+            let divided = edges.map(|(a, b)| divides(a, b));
+            let mut corners = [v1, v2, v3, v1, v2, v3];
+            for i in (0..3).filter(|&i| divided[i]) {
+                corners[3 + i] = midpoint(edges[i].0, edges[i].1);
+            }
+            let parts = parts(divided, lengths(j));
+            faces.extend(parts.iter().map(|part| part.map(|i| corners[i])));
+            whole.extend(parts.iter().map(|_| j as u32));
+            if let (Some(to), Some(uv)) = (&mut uv, &self.uv) {
+                let [t1, t2, t3] = uv[j];
+                let corners = [t1, t2, t3, middle(t1, t2), middle(t2, t3), middle(t3, t1)];
+                to.extend(parts.iter().map(|part| part.map(|i| corners[i])));
+            }
         }
-        let uv = self.uv.as_ref().map(|uv| {
-            let divide = |&[t1, t2, t3]: &[[f64; 2]; 3]| {
-                let (t4, t5, t6) = (middle(t1, t2), middle(t2, t3), middle(t3, t1));
-                [[t1, t4, t6], [t4, t2, t5], [t6, t5, t3], [t4, t5, t6]]
-            };
-            uv.iter().flat_map(divide).collect()
-        });
-        fn fourfold<T: Clone>(faces: &[T]) -> Vec<T> {
-            faces.iter().flat_map(|face| std::iter::repeat_n(face.clone(), 4)).collect()
+        fn of_parts<T: Clone>(values: &[T], whole: &[u32]) -> Vec<T> {
+            whole.iter().map(|&j| values[j as usize].clone()).collect()
         }
-        let face_colors = self.face_colors.as_deref().map(fourfold);
+        let face_colors = self.face_colors.as_ref().map(|colors| of_parts(colors, &whole));
         let materials = self.materials.as_ref().map(|materials| Materials {
             all: materials.all.clone(),
-            of_faces: fourfold(&materials.of_faces),
+            of_faces: of_parts(&materials.of_faces, &whole),
         });
-        Mesh { vertices, faces, colors, face_colors, uv, materials }
+        (Mesh { vertices, faces, colors, face_colors, uv, materials }, whole)
+    }
+}
+
+/// The parts of a face, with its corners 0, 1, 2 and the midpoints 3, 4, 5 of the edges 01, 12, 20 that are divided.
+fn parts(divided: [bool; 3], lengths: [f64; 3]) -> Vec<[usize; 3]> {
+    let is = |want: bool| (0..3).find(|&i| divided[i] == want).unwrap_or(0);
+    match divided.iter().filter(|&&divided| divided).count() {
+        0 => vec![[0, 1, 2]],
+        1 => {
+            let i = is(true);
+            let [a, b, c] = [i, (i + 1) % 3, (i + 2) % 3];
+            vec![[a, 3 + i, c], [3 + i, b, c]]
+        }
+        2 => {
+            let a = is(false);
+            let [b, c] = [(a + 1) % 3, (a + 2) % 3];
+            let [on_bc, on_ca] = [3 + b, 3 + c];
+            let quadrilateral = if lengths[b] >= lengths[c] {
+                [[a, b, on_bc], [a, on_bc, on_ca]]
+            } else {
+                [[a, b, on_ca], [b, on_bc, on_ca]]
+            };
+            vec![[on_bc, c, on_ca], quadrilateral[0], quadrilateral[1]]
+        }
+        _ => vec![[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
     }
 }
 

@@ -10,7 +10,7 @@ use crate::colormap::sequential;
 /// The color of the cut between regions in the colors of the palette, sRGB: darker than any region.
 pub(super) const CUT_COLOR: [f64; 3] = [0.09, 0.09, 0.11];
 /// The color of vertices without data, sRGB.
-const UNKNOWN_COLOR: [f64; 3] = [0.72; 3];
+pub(super) const UNKNOWN_COLOR: [f64; 3] = [0.72; 3];
 
 /// The colors of the surface, and of the cut if it is drawn.
 pub(super) struct Layer {

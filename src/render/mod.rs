@@ -19,6 +19,7 @@ mod simplified;
 mod tests;
 mod text;
 mod view;
+pub(crate) mod web;
 
 use crate::mesh::Mesh;
 use crate::optics::camera::Camera;

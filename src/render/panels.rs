@@ -9,11 +9,13 @@ mod canvas;
 mod layout;
 mod page;
 mod png;
+mod quantity;
 mod shown;
 mod stage;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod web;
 
 use image::RgbaImage;
 
@@ -169,22 +171,27 @@ impl Panels<'_> {
                 pictures[i] = views;
             }
         }
+        let cell = |((panel, views), caption): ((&Panel, Vec<RgbaImage>), String)| Cell {
+            size: size_of(&views, layout.stacked),
+            views,
+            bar: self.surfaces[panel.surface].bar(panel.shown),
+            caption: wrap(&caption, TEXT_SIZE, layout.column_width),
+        };
+        self.panels.iter().zip(pictures).zip(self.captions()).map(cell).collect()
+    }
+
+    /// The captions, lettered if there are several; empty where a panel has none.
+    fn captions(&self) -> Vec<String> {
         let captioned = self.panels.iter().filter(|panel| panel.caption.is_some()).count();
         let mut letters = (0..).map(letters);
-        let cell = |(panel, views): (&Panel, Vec<RgbaImage>)| {
+        let caption = |panel: &Panel| {
             let caption = panel.caption.as_ref().map(|text| match captioned {
                 1 => text.clone(),
                 _ => format!("({}) {text}", letters.next().expect("endless")),
             });
-            let caption = caption.unwrap_or_default();
-            Cell {
-                size: size_of(&views, layout.stacked),
-                views,
-                bar: self.surfaces[panel.surface].bar(panel.shown),
-                caption: wrap(&caption, TEXT_SIZE, layout.column_width),
-            }
+            caption.unwrap_or_default()
         };
-        self.panels.iter().zip(pictures).map(cell).collect()
+        self.panels.iter().map(caption).collect()
     }
 }
 

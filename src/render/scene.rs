@@ -81,6 +81,11 @@ impl Scene {
         Some(Scene { component, mesh, referenced, u, m })
     }
 
+    /// The vertex of the given mesh that each vertex is.
+    pub fn vertices(&self) -> &[usize] {
+        &self.referenced
+    }
+
     /// Paint from a color per vertex of the given mesh; gray where NaN.
     pub fn colors(&self, colors: &[[f64; 3]]) -> Paint {
         let mut paint = vec![Vector3::zeros(); self.referenced.len()];

@@ -7,6 +7,7 @@ mod experiment;
 mod inputs;
 mod labeling;
 mod mesh;
+mod mixture;
 mod operators;
 mod readme;
 mod reference;

@@ -47,14 +47,14 @@ fn folder() -> (Folder, Mesh) {
 
 const GIVEN: &str = "mesh.ply --costs S.npy --lambda 0.02";
 
-fn reference(words: &[&str]) -> Command {
+pub fn reference(words: &[&str]) -> Command {
     let run = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/reference/run");
     let mut command = Command::new(run);
     command.args(words);
     command
 }
 
-fn succeeded(mut command: Command) -> String {
+pub fn succeeded(mut command: Command) -> String {
     let output = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
     assert!(output.status.success(), "{command:?}\n{}", stderr(&output));
     String::from_utf8(output.stdout).unwrap()

@@ -70,6 +70,20 @@ fn the_data_of_a_run_are_read_again_if_they_can_be() {
     assert_eq!(bytes("default.png"), bytes("mesh.png"));
 }
 
+/// A page has the same panels, and is whole without its folder or a network.
+#[test]
+fn a_run_is_also_a_page() {
+    let folder = solved();
+    assert_eq!(folder.done("render run --out run.html"), "written to  run.html\n");
+    let page = fs::read_to_string(folder.path("run.html")).unwrap();
+    assert!(page.starts_with("<!doctype html>") && page.contains("\"caption\":\"regions\""));
+    folder.done("render run --show labels,u:0 --views back,front --out two.HTML");
+    assert!(fs::read_to_string(folder.path("two.HTML")).unwrap().contains("(b) u of region 0"));
+    let output = folder.run("render run --out run.svg");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("ends in .png or .html"), "{}", stderr(&output));
+}
+
 #[test]
 fn pictures_do_not_depend_on_the_threads() {
     let folder = solved();

@@ -68,6 +68,8 @@ export interface FigureData {
   title: string;
   svg: string;
   stem: string;
+  /** The page on which its surfaces can be turned, if it has some. */
+  surfaces: string | null;
 }
 
 export interface Solution {
@@ -91,6 +93,47 @@ export interface SceneData {
   solutions: Record<string, Solution>;
   /** The program's default view, if it provides one. */
   view?: ViewData;
+}
+
+/** A surface of a figure: 16 bits for each coordinate, from -1 to 1, and for each index. */
+export interface FigureSurface {
+  positions: string;
+  faces: string;
+  /** The number of vertices before it was coarsened for the page. */
+  vertices: number;
+  view: ViewData;
+}
+
+/** A color bar: with a range, a map from numbers to colors; without, a color for each region. */
+export interface BarData {
+  colors: [number, number, number][];
+  range?: [number, number];
+  label?: string;
+}
+
+export interface PanelData {
+  /** The index of its surface; null if there is nothing to show. */
+  surface: number | null;
+  colors: string;
+  /** The region of each vertex, if the panel has a cut. */
+  labels: string | null;
+  /** Whether colors change at the cut instead of between vertices. */
+  sharp: boolean;
+  /** The color of the cut. */
+  cut: [number, number, number] | null;
+  caption: string;
+  bar: BarData | null;
+}
+
+/** A figure of surfaces, row by row. */
+export interface SurfaceFigure {
+  title: string;
+  program: string;
+  columns: number;
+  column_headings: string[];
+  row_headings: string[];
+  panels: PanelData[];
+  surfaces: (FigureSurface | null)[];
 }
 
 export interface ReportData {
@@ -143,10 +186,11 @@ export class Report {
   }
 }
 
-/** The report written into the page, or null in the bare template. */
-export function readReport(): Report | null {
+/** The report or the figure written into the page, or null in the bare template. */
+export function readData(): Report | SurfaceFigure | null {
   const text = document.getElementById("report-data")?.textContent?.trim() ?? "";
   // The placeholder of the bare template is a comment, and no JSON starts with one.
   if (text === "" || text.startsWith("/*")) return null;
-  return new Report(JSON.parse(text) as ReportData);
+  const data = JSON.parse(text) as ReportData | { figure: SurfaceFigure };
+  return "figure" in data ? data.figure : new Report(data);
 }

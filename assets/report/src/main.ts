@@ -1,11 +1,12 @@
 // The page: a header, and a section for each kind of data that is present.
 
-import { readReport, type Report } from "./data";
+import { readData, Report } from "./data";
 import { h } from "./dom";
 import { buildWhenNear } from "./lazy";
 import { charts } from "./sections/charts";
 import { figures } from "./sections/figures";
 import { header } from "./sections/header";
+import { panels } from "./sections/panels";
 import { runs } from "./sections/runs";
 import { summary } from "./sections/summary";
 import { tables } from "./sections/tables";
@@ -51,11 +52,15 @@ function messagePage(title: string, text: string): Node[] {
 
 function page(): Node[] {
   try {
-    const report = readReport();
-    if (report) return show(report);
+    const data = readData();
+    if (data instanceof Report) return show(data);
+    if (data) {
+      document.title = `${data.title} – meshseg`;
+      return panels(data);
+    }
     return messagePage("A report without data", "This is the template of a report. The program inserts the data of an experiment.");
   } catch (error) {
-    return messagePage("This report cannot be read", error instanceof Error ? error.message : String(error));
+    return messagePage("This page cannot be read", error instanceof Error ? error.message : String(error));
   }
 }
 

@@ -1,6 +1,7 @@
 """python -m meshseg_reference SOLVER PROBLEM.npz OUT [--max-iterations=N] [--time-limit=SECONDS]
                                [--threads=N] [--key=value ...]
 python -m meshseg_reference check PROBLEM.npz FOLDER
+python -m meshseg_reference mixture FOLDER
 
 SOLVER: jaxopt, nlopt, scipy, numba. OUT is an existing folder. An unknown key is an error that lists the
 known keys. The number of threads is limited before any numerical library is loaded.
@@ -13,6 +14,7 @@ import importlib
 import os
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -98,19 +100,26 @@ def check(problem_path: Path, folder: Path) -> None:
     check.report(load(problem_path), folder)
 
 
+def mixture(folder: Path) -> None:
+    from meshseg_reference import mixture
+
+    mixture.report(folder)
+
+
 def main(arguments: list[str]) -> int:
     warnings.filterwarnings("ignore", message="JAXopt is no longer maintained", category=DeprecationWarning)
-    if len(arguments) < 3 or arguments[0] not in (*MODULES, "check"):
-        print(__doc__, file=sys.stderr)
-        return 2
-    command, problem_path, folder, *rest = arguments
+    match arguments:
+        case ["mixture", folder]:
+            task = partial(mixture, Path(folder))
+        case ["check", problem_path, folder]:
+            task = partial(check, Path(problem_path), Path(folder))
+        case [name, problem_path, folder, *rest] if name in MODULES:
+            task = partial(solve, name, Path(problem_path), Path(folder), rest)
+        case _:
+            print(__doc__, file=sys.stderr)
+            return 2
     try:
-        if command != "check":
-            solve(command, Path(problem_path), Path(folder), rest)
-        elif rest:
-            raise UsageError(f"`{rest[0]}`: check takes no options")
-        else:
-            check(Path(problem_path), Path(folder))
+        task()
     except UsageError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

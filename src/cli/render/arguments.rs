@@ -10,7 +10,7 @@ use meshseg::render::panels::{PageWidth, Shown};
 
 use crate::cli::named;
 
-/// Draw a mesh, or the result of a run, as a picture for print.
+/// Draw a mesh, or the result of a run, as a picture for print or as a page in 3-D.
 ///
 /// The picture is a PNG file of 300 dots per inch. It has a panel for each quantity, with captions (a), (b), ... and
 /// color bars; all views have the same scale.
@@ -60,7 +60,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LABELS.npy")]
     pub labels: Option<PathBuf>,
 
-    /// The PNG file
+    /// The PNG file; or an HTML file, a page on which the surface can be turned
     #[arg(long, value_name = "FILE.png", default_value = "render.png")]
     pub out: PathBuf,
 
@@ -85,6 +85,7 @@ const EXAMPLES: &str = "\
 Examples:
   meshseg render results/spot --out spot.png
   meshseg render builtin:spot --u results/spot/u.npy --show data,means,labels --out spot.png
+  meshseg render results/spot --out spot.html
   meshseg render results/spot --show labels,u:0,uncertainty --views front,back --out spot-u.png
   meshseg render bunny.ply --data curvature --width 85 --transparent --out bunny.png";
 

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use super::own::Own;
 use super::reader::{InputData, Reader, colored};
 use super::source::{DataSource, Mapping};
 use crate::data::projection::Projection;
@@ -54,6 +55,21 @@ pub fn image_files(
         }
     };
     paints.files().into_iter().map(Path::to_owned).collect()
+}
+
+/// The numbers of texels along a unit of u and of v on each face of the mesh, F x 2, in the images of its materials; 0
+/// on faces without an image.
+///
+/// # Errors
+/// The mesh has no texture coordinates or no material with an image, or an image cannot be read.
+pub fn density(source: &Source, mesh: &Mesh) -> Result<Vec<[f64; 2]>> {
+    let reader = Reader { source, mesh, mapping: &Mapping::default() };
+    let lacks = |what: &str| Error::unsuitable(format!("{source}: has no {what}"));
+    let uv = mesh.uv.as_ref().ok_or_else(|| lacks("texture coordinates"))?;
+    if !reader.has(Own::Textures) {
+        return Err(lacks("material with an image"));
+    }
+    reader.paints(None, uv)?.0.density()
 }
 
 impl Reader<'_> {

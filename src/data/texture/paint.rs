@@ -177,6 +177,21 @@ impl<'a> Paints<'a> {
         files
     }
 
+    /// The numbers of texels along a unit of u and of v on each face, F x 2; 0 on faces without an image.
+    ///
+    /// # Errors
+    /// An image cannot be read.
+    pub fn density(&self) -> Result<Vec<[f64; 2]>> {
+        let mut density = vec![[0.0; 2]; self.uv.len()];
+        for picture in self.pictures.iter().filter(|picture| !picture.faces.is_empty()) {
+            let (_, texture) = picture.open()?;
+            let size = [texture.width, texture.height].map(f64::from);
+            let texels = [0, 1].map(|axis| size[axis] * picture.placement.scale[axis].abs());
+            picture.faces.iter().for_each(|&j| density[j as usize] = texels);
+        }
+        Ok(density)
+    }
+
     fn assign(&mut self, j: usize, picture: usize) {
         if is_placed(&self.uv[j]) {
             self.pictures[picture].faces.push(j as u32);

@@ -39,7 +39,7 @@ pub use why::{Why, why};
 
 /// The files that were written.
 pub struct Report {
-    /// The files of the figures: SVG, and PNG of surfaces.
+    /// The files of the figures: SVG, and PNG of surfaces, with a page of the same name on which they can be turned.
     pub figures: Vec<PathBuf>,
     /// The Markdown files of the tables.
     pub tables: Vec<PathBuf>,
@@ -79,7 +79,8 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     let unlabeled =
         Unlabeled { lacking: pool.runs().filter(|run| lacks_labels(run)).count(), runs };
     let into = created(folder.join("figures"))?;
-    let figures = write_figures(&pool, &store, &figures, &unlabeled, &into)?;
+    let program = format!("meshseg {version}");
+    let figures = write_figures(&pool, &store, &figures, &unlabeled, &into, &program)?;
     let tables = write_tables(&pool, &tables, &unlabeled, &created(folder.join("tables"))?)?;
 
     let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
@@ -87,7 +88,7 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     let content = PageContent {
         figures: figures.shown,
         tables: &tables.listed,
-        version,
+        program: &program,
         written: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
     };
     let page = folder.join("report.html");
@@ -155,12 +156,13 @@ fn write_figures(
     figures: &[FigureSpec],
     unlabeled: &Unlabeled,
     folder: &Path,
+    program: &str,
 ) -> Result<WrittenFigures> {
     let mut written = WrittenFigures::default();
     for figure in figures {
         let (name, title) = (&figure.name[..], figure.title.as_deref());
         if let FigureKind::Surface(surface) = &figure.kind {
-            write_surfaces(pool, store, (figure, surface), folder, &mut written)?;
+            write_surfaces(pool, store, (figure, surface), folder, program, &mut written)?;
             continue;
         }
         let path = folder.join(format!("{name}.svg"));
@@ -186,22 +188,23 @@ fn write_figures(
     Ok(written)
 }
 
-/// Writes a figure of surfaces, as PNG.
+/// Writes a figure of surfaces, as PNG and as a page on which they can be turned.
 fn write_surfaces(
     pool: &Pool<'_>,
     store: &Store,
     (figure, surface): (&FigureSpec, &SurfaceFigure),
     folder: &Path,
+    program: &str,
     written: &mut WrittenFigures,
 ) -> Result<()> {
     let (name, title) = (&figure.name[..], figure.title.as_deref());
     let path = folder.join(format!("{name}.png"));
     let cells = draw::selected(pool, figure);
-    let drawn = surface::draw(pool, store, &cells, figure, surface)
+    let drawn = surface::draw(pool, store, &cells, figure, surface, program)
         .map_err(|error| pool.spec.format_error(&figure.spans.shown, error))?;
     let advice = "`meshseg experiment run --force` makes them";
     match drawn {
-        Some(DrawnSurfaces { png, sources, left_out }) => {
+        Some(DrawnSurfaces { png, html, sources, left_out }) => {
             if !left_out.is_empty() {
                 written.kept.push(format!(
                     "{} shows no {}: their surfaces or labels are missing; {advice}",
@@ -210,6 +213,8 @@ fn write_surfaces(
                 ));
             }
             file::write(&path, |out| out.write_all(&png))?;
+            let page = path.with_extension("html");
+            file::write(&page, |out| out.write_all(html.as_bytes()))?;
             write_sources(folder, name, &sources)?;
         }
         None => {

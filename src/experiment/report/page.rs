@@ -15,11 +15,7 @@ use super::table::{Table, TableEntry};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::io;
-
-/// The page without data; see assets/report/README.md.
-const TEMPLATE: &str = include_str!("../../../assets/report/dist/template.html");
-/// The placeholder of the data in the template.
-const DATA_MARK: &str = "/*REPORT_DATA*/";
+use crate::render::web;
 
 /// Maximum number of rows of a trace that are shown; a screen cannot resolve more.
 const MAX_TRACE_POINTS: usize = 600;
@@ -28,7 +24,7 @@ const MAX_TRACE_POINTS: usize = 600;
 pub struct PageContent<'a> {
     pub figures: Vec<PageFigure>,
     pub tables: &'a [Table<'a>],
-    pub version: &'a str,
+    pub program: &'a str,
     pub written: String,
 }
 
@@ -37,6 +33,8 @@ pub struct PageFigure {
     svg: String,
     /// The stem of its files.
     stem: String,
+    /// The page of its surfaces, relative to the page of the report.
+    surfaces: Option<String>,
 }
 
 impl PageFigure {
@@ -66,16 +64,23 @@ impl PageFigure {
              viewBox=\"0 0 {width} {height}\"><image width=\"{width}\" height=\"{height}\" \
              href=\"data:image/png;base64,{data}\"/></svg>"
         );
-        Ok(PageFigure::new(title, svg, stem))
+        let surfaces =
+            path.with_extension("html").is_file().then(|| format!("figures/{stem}.html"));
+        Ok(PageFigure { surfaces, ..PageFigure::new(title, svg, stem) })
     }
 
     fn new(title: Option<&str>, svg: String, stem: &str) -> Self {
-        PageFigure { title: title.unwrap_or(stem).to_owned(), svg, stem: stem.to_owned() }
+        PageFigure {
+            title: title.unwrap_or(stem).to_owned(),
+            svg,
+            stem: stem.to_owned(),
+            surfaces: None,
+        }
     }
 
     fn json(&self) -> Value {
-        let PageFigure { title, svg, stem } = self;
-        json!({ "title": title, "svg": svg, "stem": stem })
+        let PageFigure { title, svg, stem, surfaces } = self;
+        json!({ "title": title, "svg": svg, "stem": stem, "surfaces": surfaces })
     }
 }
 
@@ -102,21 +107,13 @@ pub fn page(pool: &Pool<'_>, store: &Store, content: &PageContent<'_>) -> Result
     });
     let (instances, scenes) = instances(pool, store)?;
     let data = json!({
-        "name": pool.spec.name, "question": pool.spec.question, "program": format!("meshseg {}", content.version),
+        "name": pool.spec.name, "question": pool.spec.question, "program": content.program,
         "written": content.written, "machines": machines.collect::<Vec<_>>(),
         "solvers": solvers.collect::<Vec<_>>(), "instances": instances, "runs": runs.collect::<Vec<_>>(),
         "tables": content.tables.iter().map(table_json).collect::<Vec<_>>(),
         "figures": content.figures.iter().map(PageFigure::json).collect::<Vec<_>>(), "scenes": scenes,
     });
-    Ok(TEMPLATE.replacen(DATA_MARK, &within_script(&data), 1))
-}
-
-/// JSON in which no string can end the script or open a comment in it.
-fn within_script(data: &Value) -> String {
-    data.to_string()
-        .replace('<', "\\u003c")
-        .replace('\u{2028}', "\\u2028")
-        .replace('\u{2029}', "\\u2029")
+    Ok(web::page(&data))
 }
 
 /// The hosts in the order of the runs, each with its first run.

@@ -12,9 +12,12 @@ use crate::error::Result;
 use crate::mesh::{Mesh, io};
 use crate::render::panels::{PageWidth, Panel, Panels, Regions, Shown, ShownData, Surface};
 
-/// A figure of surfaces as a PNG file.
+/// A figure of surfaces.
 pub struct DrawnSurfaces<'a> {
+    /// As a PNG file.
     pub png: Vec<u8>,
+    /// As a page on which the surfaces can be turned, HTML.
+    pub html: String,
     /// The runs that it shows.
     pub sources: Vec<&'a Done>,
     /// The labels of instances that are left out, since a surface or the labels of a solver are missing.
@@ -33,7 +36,7 @@ struct Shows<'a> {
     regions: Vec<Regions>,
 }
 
-/// Draws the surfaces of the cells, given instance by instance; `None` if all are left out.
+/// Draws the surfaces of the cells by a program with a name, given instance by instance; `None` if all are left out.
 ///
 /// # Errors
 /// A surface cannot be read, or a run does not have what is to be shown.
@@ -43,6 +46,7 @@ pub fn draw<'a>(
     cells: &[&Cell<'a>],
     figure: &FigureSpec,
     surface: &SurfaceFigure,
+    program: &str,
 ) -> Result<Option<DrawnSurfaces<'a>>> {
     let by_column = surface.show.iter().any(|shown| matches!(shown, Shown::Column(_)));
     let (mut all, mut left_out) = (Vec::new(), Vec::new());
@@ -97,7 +101,7 @@ pub fn draw<'a>(
         true => PageWidth::default(),
         false => COLUMN_WIDTH.parse().expect("a width"),
     };
-    let png = Panels {
+    let drawn = Panels {
         surfaces: &surfaces,
         panels: &panels,
         views: &surface.views,
@@ -106,10 +110,11 @@ pub fn draw<'a>(
         column_headings: &columns,
         width,
         transparent: false,
-    }
-    .png()?;
+    };
+    let png = drawn.png()?;
+    let html = drawn.html(figure.title.as_deref().unwrap_or(&figure.name), program)?;
     let sources = all.iter().flat_map(|shows| shows.runs.iter().copied()).collect();
-    Ok(Some(DrawnSurfaces { png, sources, left_out }))
+    Ok(Some(DrawnSurfaces { png, html, sources, left_out }))
 }
 
 /// The surface of an instance and the labels of the given cells, if all are there.

@@ -75,12 +75,18 @@ impl<'a> Stage<'a> {
         self.cameras.iter().map(size).collect()
     }
 
+    /// The mesh in the unit ball and its first camera, if there is anything to draw.
+    pub fn scene_and_camera(&self) -> Option<(&Scene, &Camera)> {
+        Some((self.scene.as_ref()?, &self.cameras.first()?.0))
+    }
+
     /// The views of each quantity, at a scale in pixels per unit of length.
     pub fn draw(&self, shown: &[Shown], scale: f64) -> Vec<Vec<RgbaImage>> {
         let Some(scene) = self.scene.as_ref().filter(|_| !shown.is_empty()) else {
             return vec![Vec::new(); shown.len()];
         };
-        let layers: Vec<_> = shown.iter().map(|&shown| self.surface.layer(scene, shown)).collect();
+        let layer = |&shown: &Shown| self.surface.quantity(shown).layer(scene);
+        let layers: Vec<_> = shown.iter().map(layer).collect();
         let field = scene.field();
         let views =
             sweep::results(self.cameras.iter().collect(), |(camera, lit): &(Camera, bool)| {

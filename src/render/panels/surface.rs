@@ -1,14 +1,14 @@
 //! A surface with everything that its panels can show.
 
 use super::bar::Bar;
+use super::quantity::{Quantity, Values};
 use super::shown::Shown;
 use crate::colormap::{categorical, sequential};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
-use crate::render::layer::{CUT_COLOR, Layer, Paint, linear};
+use crate::render::layer::CUT_COLOR;
 use crate::render::means::{mean_colors, mean_numbers};
-use crate::render::scene::Scene;
 
 /// The cut on data and on mean colors, sRGB.
 const RED: [f64; 3] = [0.9, 0.0, 0.0];
@@ -97,11 +97,15 @@ impl Regions {
         1.0 - 1.0 / self.m.max(2) as f64
     }
 
-    /// The label of each vertex, the first of equally large ones.
+    /// The label of vertex k, the first of equally large ones.
+    pub(super) fn label(&self, k: usize) -> usize {
+        let row = &self.u[k * self.m..][..self.m];
+        (1..row.len()).fold(0, |best, p| if row[p] > row[best] { p } else { best })
+    }
+
+    /// The label of each vertex.
     fn labels(&self) -> impl Iterator<Item = usize> {
-        self.u
-            .chunks_exact(self.m)
-            .map(|row| (1..row.len()).fold(0, |best, p| if row[p] > row[best] { p } else { best }))
+        (0..self.u.len() / self.m).map(|k| self.label(k))
     }
 }
 
@@ -139,30 +143,35 @@ impl Surface<'_> {
         }
     }
 
-    /// The layer of a quantity that was checked.
-    pub(super) fn layer(&self, scene: &Scene, shown: Shown) -> Layer {
-        let paint = match (shown, &self.regions, self.data) {
-            (Shown::Data { .. }, _, Some(ShownData::Colors(colors))) => scene.colors(colors),
+    /// A quantity that was checked, in colors of sRGB.
+    pub(super) fn quantity(&self, shown: Shown) -> Quantity<'_> {
+        let values = match (shown, &self.regions, self.data) {
+            (Shown::Data { .. }, _, Some(ShownData::Colors(colors))) => Values::Colors(colors),
             (Shown::Data { .. }, _, Some(ShownData::Numbers { values, range, .. })) => {
-                scene.numbers(|k| unit(values[k], range))
+                Values::Numbers(Box::new(move |k| unit(values[k], range)))
             }
-            (Shown::Means, Some(regions), _) => Paint::regions(&self.mean_colors(regions)),
-            (Shown::Column(p), Some(regions), _) => scene.numbers(|k| regions.u[k * regions.m + p]),
-            (Shown::Uncertainty, Some(Regions { certainty: Some(certainty), .. }), _) => {
-                let most = self.regions.as_ref().map_or(1.0, Regions::most_uncertain);
-                scene.numbers(|k| (1.0 - certainty[k]) / most)
+            (Shown::Means, Some(regions), _) => {
+                Values::Regions(Box::new(move |k| regions.label(k)), self.mean_colors(regions))
             }
-            (_, regions, _) => {
-                let m = regions.as_ref().map_or(1, |regions| regions.m);
-                Paint::regions(&(0..m).map(categorical).collect::<Vec<_>>())
+            (Shown::Column(p), Some(regions), _) => {
+                Values::Numbers(Box::new(move |k| regions.u[k * regions.m + p]))
             }
+            (Shown::Uncertainty, Some(regions @ Regions { certainty: Some(certainty), .. }), _) => {
+                let most = regions.most_uncertain();
+                Values::Numbers(Box::new(move |k| (1.0 - certainty[k]) / most))
+            }
+            (_, Some(regions), _) => Values::Regions(
+                Box::new(move |k| regions.label(k)),
+                (0..regions.m).map(categorical).collect(),
+            ),
+            (_, None, _) => unreachable!("the quantity was checked"),
         };
         let cut = match shown {
             Shown::Data { cut: true } | Shown::Means => Some(RED),
             Shown::Labels => Some(CUT_COLOR),
             Shown::Data { cut: false } | Shown::Column(_) | Shown::Uncertainty => None,
         };
-        Layer { paint, cut: cut.map(linear) }
+        Quantity { values, cut }
     }
 
     fn mean_colors(&self, regions: &Regions) -> Vec<[f64; 3]> {

@@ -460,3 +460,64 @@ fn materials_place_their_images() {
         assert_eq!(messages.contains("options of map_Kd"), warned, "{options}: {messages}");
     }
 }
+
+/// A checkerboard of 16 x 16 fields of 4 texels on a mesh of 4 x 4 cells: every vertex takes the same mean, until edges
+/// are as short as texels.
+#[test]
+fn a_fine_texture_is_segmented_after_subdivision_to_its_texels() {
+    let folder = Folder::new();
+    let is_white = |x: u32, y: u32| (x / 4 + y / 4).is_multiple_of(2);
+    let color = |x, y| if is_white(x, y) { Rgb([255; 3]) } else { Rgb([0; 3]) };
+    RgbImage::from_fn(64, 64, color).save(folder.path("checker.png")).unwrap();
+    folder.done("mesh generate grid:4x4 --out grid.obj");
+    let grid = fs::read_to_string(folder.path("grid.obj")).unwrap();
+    folder.write("board.obj", format!("mtllib board.mtl\nusemtl board\n{grid}"));
+    folder.write("board.mtl", "newmtl board\nmap_Kd checker.png\n");
+    // The share of the vertices within fields that have the label of their field.
+    let right = |mesh: &str| {
+        let (answer, _) = segment(&folder, &format!("{mesh} --regions 2 --lambda 1e-4"));
+        let mesh = source(folder.path(mesh)).unwrap();
+        let (mut inside, mut white) = (0, 0);
+        for (x, &label) in mesh.vertices.iter().zip(&answer.labels) {
+            let [x, y] = [x.x, 1.0 - x.y].map(|t| 64.0 * t);
+            if [x, y].iter().all(|t| (0.9..3.1).contains(&(t % 4.0))) {
+                inside += 1;
+                white += i32::from((label == 1) == is_white(x as u32, y as u32));
+            }
+        }
+        f64::from(white.max(inside - white)) / f64::from(inside)
+    };
+    folder.done("mesh convert board.obj --out fine.obj --to-texel");
+    assert_eq!(right("fine.obj"), 1.0);
+    let (coarse, _) = segment(&folder, "board.obj --regions 2 --lambda 1e-4");
+    assert!(shares(&coarse).iter().any(|share| *share < 0.1), "{}", coarse.summary);
+    // With another placement, the same coordinates span twice as many texels.
+    folder.write("board.mtl", "newmtl board\nmap_Kd -s 2 2 2 checker.png\n");
+    let faces = |mesh: &str| source(folder.path(mesh)).unwrap().faces.len();
+    folder.done("mesh convert board.obj --out two.obj --to-texel 2");
+    assert_eq!(faces("two.obj"), faces("fine.obj"));
+}
+
+#[test]
+fn meshes_without_an_image_have_no_texels() {
+    let folder = Folder::new();
+    folder.done("mesh generate grid:4x4 --out grid.obj");
+    folder.write("big.mtl", "newmtl big\nmap_Kd big.png\n");
+    RgbImage::new(64, 64).save(folder.path("big.png")).unwrap();
+    let grid = fs::read_to_string(folder.path("grid.obj")).unwrap();
+    folder.write("big.obj", format!("mtllib big.mtl\nusemtl big\n{grid}"));
+    for (arguments, parts) in [
+        ("torus:8x6", ["torus:8x6: has no", "--subdivide"]),
+        ("grid.obj", ["no material with an image", "--subdivide"]),
+        ("grid.obj --to-texel=0", ["--to-texel 0.0", "above 0"]),
+        ("grid.obj --to-texel=nan", ["--to-texel NaN", "above 0"]),
+        ("big.obj --to-texel=0.01", ["more than 50000000 faces", "--to-texel 1 is possible"]),
+    ] {
+        let option = if arguments.contains("--to-texel") { "" } else { "--to-texel" };
+        let output = folder.run(&format!("mesh convert {arguments} --out out.ply {option}"));
+        let messages = stderr(&output);
+        assert_eq!((output.status.code(), messages.lines().count()), (Some(1), 1), "{messages}");
+        assert!(parts.iter().all(|part| messages.contains(part)), "{messages}");
+        assert!(!folder.path("out.ply").exists());
+    }
+}

@@ -95,6 +95,8 @@ fn parameters_are_estimated_from_several_starts() {
     assert_eq!(of("start", 5), "1");
 
     let figures = folder.path("results/starts/figures");
+    let page = std::fs::read_to_string(figures.join("surfaces.html")).unwrap();
+    assert!(page.contains("\"row_headings\":") && page.len() < 2_000_000, "{}", page.len());
     let picture = image::open(figures.join("surfaces.png")).unwrap();
     assert_eq!(picture.width(), 2008);
     let sources: Value =

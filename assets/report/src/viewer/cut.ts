@@ -7,6 +7,8 @@ export interface Painted {
   /** Bytes, like the input. */
   colors: Uint8Array;
   index: Uint32Array;
+  /** The cut: the ends of its segments. */
+  lines: Float32Array;
 }
 
 export interface Smooth {
@@ -39,6 +41,7 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
   out.colors.set(colors);
   let corners = vertices;
   let used = 0;
+  const lines: number[] = [];
 
   const face = (a: number, b: number, c: number) => {
     out.index[used++] = a;
@@ -56,6 +59,10 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
     return corners++;
   };
 
+  const segment = (a: number, b: number) => {
+    for (const end of [a, b]) for (let axis = 0; axis < 3; axis++) lines.push(out.positions[3 * end + axis] ?? 0);
+  };
+
   for (let f = 0; f < faces.length; f += 3) {
     const labels = [classAt(f), classAt(f + 1), classAt(f + 2)];
     // The corner whose two neighbors have the same class, or -1.
@@ -69,10 +76,13 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
       const far = middle([j, k], i);
       face(i, j, far);
       face(i, far, near);
+      segment(near, far);
     } else {
       for (const [at, next, last] of [[k, i, j], [i, j, k], [j, k, i]] as const) {
         const center = middle([i, j, k], at);
-        face(at, middle([at, next], at), center);
+        const side = middle([at, next], at);
+        face(at, side, center);
+        segment(side, center);
         face(at, center, middle([last, at], at));
       }
     }
@@ -82,5 +92,6 @@ export function cut({ positions, normals, faces }: Smooth, colors: Uint8Array, c
     normals: out.normals.subarray(0, 3 * corners),
     colors: out.colors.subarray(0, 3 * corners),
     index: out.index.subarray(0, used),
+    lines: Float32Array.from(lines),
   };
 }

@@ -23,7 +23,7 @@ export interface Surface {
 /** From the front and a little above, for meshes with y up. */
 const DEFAULT_VIEW: ViewData = { towards: [0.45, 0.5, 1], up: [0, 1, 0] };
 
-function bytes(text: string): Uint8Array<ArrayBuffer> {
+export function bytes(text: string): Uint8Array<ArrayBuffer> {
   const binary = atob(text);
   const result = new Uint8Array(binary.length);
   for (let i = 0; i < binary.length; i++) result[i] = binary.charCodeAt(i);
