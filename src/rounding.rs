@@ -16,6 +16,7 @@ use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::operator::Stencil;
 use crate::problem::{Problem, rounded};
+use crate::sweep::collect;
 use labels::Labels;
 
 /// How U is rounded to labels.
@@ -56,7 +57,7 @@ pub fn round<const M: usize>(
     u: &[Row<M>],
     rounding: Rounding,
 ) -> Rounded {
-    let argmax: Vec<u8> = u.iter().map(|u| u.argmax() as u8).collect();
+    let argmax = collect(u.len(), |v| u[v].argmax() as u8);
     let argmax_energy = problem.energy(&rounded(u));
     let is_optimal = rounding == Rounding::Expansion && m == 2;
     let unchanged = |labels| Rounded { labels, energy: argmax_energy, argmax_energy, is_optimal };
@@ -74,8 +75,10 @@ pub fn round<const M: usize>(
         Rounding::Moves | Rounding::Argmax => moves::improve(&mut state),
     }
     let labels = state.labels;
-    let one_hot: Vec<Row<M>> = labels.iter().map(|&p| Row::one_hot(p.into())).collect();
-    let energy = problem.energy(&one_hot);
+    if labels == argmax {
+        return unchanged(argmax);
+    }
+    let energy = problem.energy(&collect(labels.len(), |v| Row::one_hot(labels[v].into())));
     if energy > argmax_energy {
         // Equal but for rounding errors.
         return unchanged(argmax);

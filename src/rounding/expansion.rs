@@ -30,19 +30,26 @@ pub fn expand(labels: &mut Labels<'_>, uncertain: impl Fn(usize) -> bool) {
 /// The minimizer of two labels: one cut of the whole graph, where faces have at most two labels.
 pub fn minimize_two(labels: &mut Labels<'_>) {
     assert_eq!(labels.m, 2);
-    let mut all = Band::of(labels, (0..labels.vertices() as u32).collect());
+    let mut all = Band::new(labels);
+    all.touch(labels, (0..labels.vertices() as u32).collect());
     let zeros = (0..labels.vertices()).map(|v| if labels.is_allowed(v, 0) { 0 } else { 1 });
     labels.labels = zeros.collect();
-    let changed = all.cut(labels, 1);
+    let changed = all.cut(labels, 1, 0);
     changed.into_iter().for_each(|v| labels.labels[v as usize] = 1);
 }
 
 /// The vertices that may change, and the edges at them.
 struct Band {
     vertices: Vec<u32>,
-    is_in: Vec<bool>,
-    /// Edges with at least one end in the band, each once, with their weights.
-    edges: Vec<([u32; 2], f64)>,
+    /// For each vertex of the mesh, its range of `neighbors`; empty outside the band.
+    range: Vec<[u32; 2]>,
+    neighbors: Vec<(u32, f64)>,
+    /// The time of the last change within some rings of each vertex; 0 outside the band.
+    touched: Vec<u32>,
+    /// Counts changes.
+    time: u32,
+    /// The time of the last expansion of each label.
+    expanded: Vec<u32>,
     /// The node of each vertex in the present graph.
     node: Vec<u32>,
 }
@@ -51,112 +58,107 @@ struct Band {
 const NONE: u32 = u32::MAX;
 
 impl Band {
-    fn around(labels: &Labels<'_>, uncertain: impl Fn(usize) -> bool) -> Self {
-        let at_cut = |v: usize| {
-            let differs = |&j: &u32| {
-                let [a, b, c] = labels.face_labels(j);
-                a != b || b != c
-            };
-            labels.faces_at(v).iter().any(differs)
-        };
-        let core = (0..labels.vertices()).filter(|&v| at_cut(v) || uncertain(v));
-        let core: Vec<u32> = core.map(|v| v as u32).collect();
-        let mut band = Band::of(labels, Vec::new());
-        band.add_rings(labels, core);
-        band
-    }
-
-    fn of(labels: &Labels<'_>, vertices: Vec<u32>) -> Self {
+    fn new(labels: &Labels<'_>) -> Self {
         let n = labels.vertices();
-        let mut band = Band {
+        Band {
             vertices: Vec::new(),
-            is_in: vec![false; n],
-            edges: Vec::new(),
+            range: vec![[0; 2]; n],
+            neighbors: Vec::new(),
+            touched: vec![0; n],
+            time: 0,
+            expanded: vec![0; labels.m],
             node: vec![NONE; n],
-        };
-        band.add(labels, vertices);
+        }
+    }
+
+    fn around(labels: &Labels<'_>, uncertain: impl Fn(usize) -> bool) -> Self {
+        let mut is_core = labels.at_cuts();
+        (0..labels.vertices()).for_each(|v| is_core[v] |= uncertain(v));
+        let core = (0..labels.vertices() as u32).filter(|&v| is_core[v as usize]);
+        let mut band = Band::new(labels);
+        band.touch(labels, core.collect());
         band
     }
 
-    /// Adds vertices that are not in the band yet, and their edges.
-    fn add(&mut self, labels: &Labels<'_>, new: Vec<u32>) {
-        let mut neighbors = Vec::new();
-        for &v in &new {
-            labels.neighbors(v as usize, &mut neighbors);
-            // Edges to vertices that were added before exist.
-            let fresh = neighbors.iter().filter(|(w, _)| !self.is_in[*w as usize]);
-            self.edges.extend(fresh.map(|&(w, weight)| ([v, w], weight)));
-            self.is_in[v as usize] = true;
+    /// Notes that these vertices have changed: they and those within some rings of them are in the band.
+    fn touch(&mut self, labels: &Labels<'_>, changed: Vec<u32>) {
+        self.time += 1;
+        let mut ring = changed;
+        ring.iter().for_each(|&v| self.add(labels, v));
+        for _ in 0..RINGS {
+            let mut next = Vec::new();
+            for &j in ring.iter().flat_map(|&v| labels.faces_at(v as usize)) {
+                for w in labels.face(j) {
+                    if self.touched[w as usize] != self.time {
+                        self.add(labels, w);
+                        next.push(w);
+                    }
+                }
+            }
+            ring = next;
         }
-        self.vertices.extend(new);
     }
 
-    /// Adds the given vertices and those within some rings of them; whether any of these is new.
-    fn add_rings(&mut self, labels: &Labels<'_>, core: Vec<u32>) -> bool {
-        let before = self.vertices.len();
-        let fresh: Vec<u32> = core.iter().copied().filter(|&v| !self.is_in[v as usize]).collect();
-        self.add(labels, fresh);
-        let mut rim = core;
-        for _ in 0..RINGS {
-            let mut next: Vec<u32> = rim
-                .iter()
-                .flat_map(|&v| labels.faces_at(v as usize))
-                .flat_map(|&j| labels.face(j))
-                .filter(|&w| !self.is_in[w as usize])
-                .collect();
-            next.sort_unstable();
-            next.dedup();
-            self.add(labels, next.clone());
-            rim.extend(next);
+    fn add(&mut self, labels: &Labels<'_>, v: u32) {
+        if self.touched[v as usize] == 0 {
+            let begin = self.neighbors.len();
+            labels.add_neighbors(v as usize, &mut self.neighbors);
+            self.range[v as usize] = [begin, self.neighbors.len()].map(|end| end as u32);
+            self.vertices.push(v);
         }
-        self.vertices.len() > before
+        self.touched[v as usize] = self.time;
     }
 
     /// Changes vertices to label p where this lowers the energy; whether any changed.
     fn expand(&mut self, labels: &mut Labels<'_>, p: u8) -> bool {
         let mut any = false;
         loop {
-            let changed = self.cut(labels, p);
+            let since = std::mem::replace(&mut self.expanded[usize::from(p)], self.time);
+            let changed = self.cut(labels, p, since);
             let accepted = accept(labels, changed, p);
-            any |= !accepted.is_empty();
-            if accepted.is_empty() || !self.add_rings(labels, accepted) {
+            if accepted.is_empty() {
                 return any;
             }
+            any = true;
+            self.touch(labels, accepted);
         }
     }
 
-    /// The vertices that change to label p in the best expansion in the graph.
-    fn cut(&mut self, labels: &Labels<'_>, p: u8) -> Vec<u32> {
-        let may_change = |v: u32| {
-            let v = v as usize;
-            labels.labels[v] != p && labels.is_allowed(v, p)
+    /// The vertices that change to label p in the best expansion in the graph, among those that changes have touched
+    /// after a time.
+    fn cut(&mut self, labels: &Labels<'_>, p: u8, since: u32) -> Vec<u32> {
+        let may_change = |v: &u32| {
+            let v = *v as usize;
+            self.touched[v] > since && labels.labels[v] != p && labels.is_allowed(v, p)
         };
-        let nodes: Vec<u32> = self.vertices.iter().copied().filter(|&v| may_change(v)).collect();
+        let nodes: Vec<u32> = self.vertices.iter().copied().filter(may_change).collect();
+        if nodes.is_empty() {
+            return nodes;
+        }
         for (i, &v) in nodes.iter().enumerate() {
             self.node[v as usize] = i as u32;
         }
-        let gain = |&v: &u32| {
-            let v = v as usize;
-            labels.cost(v, p) - labels.cost(v, labels.labels[v])
-        };
-        let mut costs: Vec<f64> = nodes.iter().map(gain).collect();
-        let mut edges = Vec::with_capacity(self.edges.len());
-        for &([v, w], weight) in &self.edges {
-            let [i, j] = [v, w].map(|v| self.node[v as usize]);
-            let [a, b] = [v, w].map(|v| labels.labels[v as usize]);
-            let apart = if a != b { weight } else { 0.0 };
-            // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), the weight if one of two nodes changes,
-            // and nothing for (1, 1).
-            match (i, j) {
-                (NONE, NONE) => {}
-                (NONE, j) => costs[j as usize] += if a != p { weight } else { 0.0 } - apart,
-                (i, NONE) => costs[i as usize] += if b != p { weight } else { 0.0 } - apart,
-                (i, j) => {
-                    costs[i as usize] += weight - apart;
-                    costs[j as usize] -= weight;
-                    edges.push(Edge { ends: [i, j], costs: [2.0 * weight - apart, 0.0] });
+        let mut costs = Vec::with_capacity(nodes.len());
+        let mut edges = Vec::with_capacity(4 * nodes.len());
+        for (i, &v) in nodes.iter().enumerate() {
+            let (i, own) = (i as u32, labels.labels[v as usize]);
+            let mut cost = labels.cost(v as usize, p) - labels.cost(v as usize, own);
+            let [begin, end] = self.range[v as usize].map(|end| end as usize);
+            for &(w, weight) in &self.neighbors[begin..end] {
+                let other = labels.labels[w as usize];
+                let apart = if own != other { weight } else { 0.0 };
+                // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), the weight if one of two nodes
+                // changes, and nothing for (1, 1).
+                match self.node[w as usize] {
+                    NONE => cost += if other != p { weight } else { 0.0 } - apart,
+                    j if i < j => {
+                        cost += weight - apart;
+                        edges.push(Edge { ends: [i, j], costs: [2.0 * weight - apart, 0.0] });
+                    }
+                    _ => cost -= weight,
                 }
             }
+            costs.push(cost);
         }
         let change = MinCut::new(costs, &edges).minimizer();
         nodes.iter().for_each(|&v| self.node[v as usize] = NONE);

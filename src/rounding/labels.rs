@@ -93,16 +93,28 @@ impl<'a> Labels<'a> {
             .map(|twice| 0.5 * FRAC_1_SQRT_2 * self.lambda * twice.max(0.0))
     }
 
-    /// The neighbors of a vertex and the weights of the edges to them, in the order of the faces.
-    pub fn neighbors(&self, v: usize, found: &mut Vec<(u32, f64)>) {
-        found.clear();
+    /// Whether each vertex is in a face with different labels.
+    pub fn at_cuts(&self) -> Vec<bool> {
+        let mut is_at_cut = vec![false; self.vertices()];
+        for &face in &self.mesh.faces {
+            let [a, b, c] = face.map(|v| self.labels[v as usize]);
+            if a != b || b != c {
+                face.iter().for_each(|&v| is_at_cut[v as usize] = true);
+            }
+        }
+        is_at_cut
+    }
+
+    /// Appends the neighbors of a vertex and the weights of the edges to them, in the order of the faces.
+    pub fn add_neighbors(&self, v: usize, found: &mut Vec<(u32, f64)>) {
+        let begin = found.len();
         for &j in self.faces_at(v) {
             let (face, weights) = (self.face(j), self.edge_weights(j));
             let corner = (0..3).find(|&i| face[i] as usize == v).expect("the face is at v");
             // The edge to one of the other corners is opposite to the third.
             let [i, k] = [(corner + 1) % 3, (corner + 2) % 3];
             for (w, weight) in [(face[i], weights[k]), (face[k], weights[i])] {
-                match found.iter_mut().find(|(other, _)| *other == w) {
+                match found[begin..].iter_mut().find(|(other, _)| *other == w) {
                     Some((_, sum)) => *sum += weight,
                     None => found.push((w, weight)),
                 }

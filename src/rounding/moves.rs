@@ -9,13 +9,9 @@ const MAX_TRIALS: usize = 20;
 
 /// Moves single vertices at cuts; each move lowers the energy.
 pub fn improve(labels: &mut Labels<'_>) {
-    let at_cut = |v: &u32| {
-        let around = labels.faces_at(*v as usize).iter();
-        around.map(|&j| labels.face_labels(j)).any(|[a, b, c]| a != b || b != c)
-    };
-    let mut queue: VecDeque<u32> = (0..labels.vertices() as u32).filter(at_cut).collect();
-    let mut is_queued = vec![false; labels.vertices()];
-    queue.iter().for_each(|&v| is_queued[v as usize] = true);
+    let mut is_queued = labels.at_cuts();
+    let vertices = 0..labels.vertices() as u32;
+    let mut queue: VecDeque<u32> = vertices.filter(|&v| is_queued[v as usize]).collect();
     let mut left = MAX_TRIALS * labels.vertices();
     while let Some(v) = queue.pop_front()
         && left > 0
