@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 use super::estimate::Estimate;
 use super::merging::{Merger, merged, zeroed};
 use crate::coarse::Pair;
-use crate::data::{Initial, Scale, Weights};
+use crate::data::{Initial, Scale, Weights, cost_row};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
-use crate::operator::Stencil;
+use crate::operator::{Quadrature, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::run::{Run, Status, Stop};
 use crate::solve::{Observer, Request, check_range};
@@ -46,10 +46,10 @@ pub struct Alternation {
 }
 
 /// The joint problem in U and mu on one mesh: the given one or a coarser one.
-pub struct JointProblem<'a, const M: usize> {
+pub struct JointProblem<'a> {
     pub mesh: &'a Mesh,
-    /// s -> M s, with the mass matrix M.
-    pub integrate: &'a dyn Fn(&[Row<M>]) -> Vec<Row<M>>,
+    /// The mass matrix of f = M s.
+    pub mass: &'a Quadrature<'a>,
     pub scale: Scale,
     pub alternation: &'a Alternation,
     /// Its `stop` is that of the whole segmentation, not of one mesh.
@@ -70,17 +70,26 @@ pub struct AlternationOutcome<const M: usize> {
     pub active: Vec<bool>,
 }
 
-impl<const M: usize> JointProblem<'_, M> {
+impl JointProblem<'_> {
     /// f for the current parameters; inactive regions are forbidden.
-    pub fn costs(&self, estimate: &dyn Estimate, active: &[bool]) -> Vec<Row<M>> {
-        let f = (self.integrate)(&estimate.costs());
+    pub fn costs<const M: usize>(&self, estimate: &dyn Estimate, active: &[bool]) -> Vec<Row<M>> {
+        let (is_known, cost) = (|k| estimate.is_known(k), estimate.cost());
         let active: [bool; M] = std::array::from_fn(|p| p < active.len() && active[p]);
-        let row = |f: &Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
-        collect(f.len(), |v| row(&f[v]))
+        let row = |f: Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
+        let m = estimate.regions();
+        match self.mass {
+            Quadrature::Lumped(area) => {
+                collect(area.len(), |k| row(cost_row(k, m, is_known, &*cost) * area[k]))
+            }
+            mass => {
+                let f = mass.integrate(&estimate.costs());
+                collect(f.len(), |k| row(f[k]))
+            }
+        }
     }
 
     /// The convex problem in U for the current parameters.
-    pub fn problem(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
+    pub fn problem<const M: usize>(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
         let f = self.costs(estimate, &vec![true; estimate.regions()]);
         let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);
         check_range(&problem)?;
@@ -89,7 +98,7 @@ impl<const M: usize> JointProblem<'_, M> {
 
     /// Re-estimates until the parameters settle, then solves for the last ones. Starts with the current parameters,
     /// whose costs `problem` has, and with U and q, if they are given; `spent` time has passed before.
-    pub fn alternate(
+    pub fn alternate<const M: usize>(
         &self,
         estimate: &mut dyn Estimate,
         mut problem: Problem<Stencil, M>,
@@ -131,7 +140,7 @@ impl<const M: usize> JointProblem<'_, M> {
                 Status::IterationLimit => {}
                 end => break end,
             }
-            let weights = (self.integrate)(solver.labels());
+            let weights = self.mass.integrate(solver.labels());
             let change = estimate.fit(Weights::of(&weights))?;
             estimates += 1;
             settled = change <= SETTLED_CHANGE * self.scale.change || estimates == MAX_ESTIMATES;
