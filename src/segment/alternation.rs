@@ -151,7 +151,7 @@ impl JointProblem<'_> {
             };
             problem.set_costs(self.costs(estimate, &merger.active));
             if pairs.is_empty() {
-                solver.restart(&problem);
+                solver.follow(&problem);
             } else {
                 settled = estimates == MAX_ESTIMATES;
                 let Iterate { u, q } = solver.iterate();
