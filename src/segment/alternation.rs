@@ -134,8 +134,13 @@ impl JointProblem<'_> {
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
                 break run.advance(&mut *solver, &problem, &stop, observe);
             }
-            let one_round =
-                Stop { iterations: Some(alternation.every), time: stop.time, ..Stop::default() };
+            // The bound of a round is void after it: it is sampled once, for the trace.
+            let one_round = Stop {
+                iterations: Some(alternation.every),
+                interval: Some(alternation.every),
+                time: stop.time,
+                ..Stop::default()
+            };
             match run.advance(&mut *solver, &problem, &one_round, observe) {
                 Status::IterationLimit => {}
                 end => break end,
