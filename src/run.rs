@@ -128,7 +128,10 @@ impl<const M: usize> Run<M> {
     ) -> Status {
         let begin = (self.now)();
         let end = stop.iterations.map_or(u64::MAX, |n| self.iteration.saturating_add(n));
-        if self.best_energy == f64::INFINITY
+        // After the costs have changed, the iterate is a sample only if it may already be good enough, or is the last.
+        let at_once = self.trace.is_empty() || stop.relative_gap.is_some() || self.iteration >= end;
+        if at_once
+            && self.best_energy == f64::INFINITY
             && let Some(status) = self.sample(solver, problem, None, stop)
         {
             return status;

@@ -143,18 +143,17 @@ fn segment_compiled<const M: usize>(
 ) -> Result<(Solution, usize)> {
     let m = alternation.regions;
     let mass = request.mass.on(mesh);
-    let integrate = |s: &[Row<M>]| mass.integrate(s);
     let scale = estimate.scale(&request.mass.weights(mesh));
     let joint = JointProblem {
         mesh,
-        integrate: &integrate,
+        mass: &mass,
         scale,
         seeds: &alternation.seeds,
         alternation,
         request,
         merge: true,
     };
-    let mut problem = joint.problem(estimate)?;
+    let mut problem = joint.problem::<M>(estimate)?;
     let start = |labels: &Vec<usize>| Pair {
         u: labels.iter().map(|&p| Row::one_hot(p)).collect(),
         q: vec![Tangent::ZERO; mesh.faces.len()],
@@ -206,8 +205,8 @@ fn segment_compiled<const M: usize>(
 
 /// A warning about empty regions, with a remedy. That all data are equal is reported, with their name, where they are
 /// read: `data/input.rs`, `data/curved.rs`.
-fn empty_warning<const M: usize>(
-    joint: &JointProblem<'_, M>,
+fn empty_warning(
+    joint: &JointProblem<'_>,
     estimate: &dyn Estimate,
     empty: &[usize],
     active: &[bool],

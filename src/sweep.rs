@@ -192,29 +192,61 @@ pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
 /// The same for terms that are computed in blocks: `write(first, terms)` writes those from index `first` on.
 #[inline]
 pub fn sum_blocks(n: usize, write: impl Fn(usize, &mut [f64]) + Sync) -> f64 {
-    let block = |from: usize, to: usize| {
-        vectorized(
-            #[inline(always)]
-            || {
-                let mut terms = [0.0; BLOCK];
-                let terms = &mut terms[..to - from];
-                write(from, terms);
-                let mut lanes = [0.0; LANES];
-                let (whole, rest) = terms.as_chunks::<LANES>();
-                for terms in whole {
-                    for (lane, term) in lanes.iter_mut().zip(terms) {
-                        *lane += term;
-                    }
-                }
-                for (lane, term) in lanes.iter_mut().zip(rest) {
+    let block = |from: usize, to: usize| block_sum(from, to, &write);
+    tree(&blocks(n, &block), &|a, b| a + b)
+}
+
+/// The sum of the terms of one block, which `write` writes.
+#[inline(always)]
+fn block_sum(from: usize, to: usize, write: impl Fn(usize, &mut [f64])) -> f64 {
+    vectorized(
+        #[inline(always)]
+        || {
+            let mut terms = [0.0; BLOCK];
+            let terms = &mut terms[..to - from];
+            write(from, terms);
+            let mut lanes = [0.0; LANES];
+            let (whole, rest) = terms.as_chunks::<LANES>();
+            for terms in whole {
+                for (lane, term) in lanes.iter_mut().zip(terms) {
                     *lane += term;
                 }
-                let [a, b, c, d, e, f, g, h] = lanes;
-                ((a + e) + (c + g)) + ((b + f) + (d + h))
-            },
-        )
+            }
+            for (lane, term) in lanes.iter_mut().zip(rest) {
+                *lane += term;
+            }
+            let [a, b, c, d, e, f, g, h] = lanes;
+            ((a + e) + (c + g)) + ((b + f) + (d + h))
+        },
+    )
+}
+
+/// The sums over 0 <= index < n of term(i)(index) for 0 <= i < count, each with the bits of [`sum`], in one pass over the
+/// blocks.
+pub fn sums<T: Fn(usize) -> f64>(
+    n: usize,
+    count: usize,
+    term: impl Fn(usize) -> T + Sync,
+) -> Vec<f64> {
+    let block = |k: usize| {
+        let sum = |i: usize| {
+            let term = term(i);
+            block_sum(
+                k * BLOCK,
+                n.min((k + 1) * BLOCK),
+                #[inline(always)]
+                |first, terms| {
+                    for (slot, index) in terms.iter_mut().zip(first..) {
+                        *slot = term(index);
+                    }
+                },
+            )
+        };
+        (0..count).map(sum).collect::<Vec<f64>>()
     };
-    tree(&blocks(n, &block), &|a, b| a + b)
+    let blocks = results((0..n.div_ceil(BLOCK)).collect(), block);
+    let values = |i: usize| blocks.iter().map(|sums| sums[i]).collect::<Vec<f64>>();
+    (0..count).map(|i| tree(&values(i), &|a, b| a + b)).collect()
 }
 
 /// max_{0 <= index < n} term(index) for terms >= 0; NaN if any of them is NaN.
@@ -313,6 +345,15 @@ mod tests {
             assert_eq!(collect(n, |i| 3 * i), (0..n).map(|i| 3 * i).collect::<Vec<_>>());
             assert!(all(n, |i| i < n));
             assert!((0..n).all(|odd| !all(n, |i| i != odd)));
+        }
+    }
+
+    #[test]
+    fn sums_in_one_pass_have_the_bits_of_each() {
+        let term = |i: usize| move |k: usize| ((k * 7919 + i) as f64).sin() * 1e3;
+        for n in [0, 5, BLOCK, 100_003] {
+            let each: Vec<f64> = (0..3).map(|i| sum(n, term(i))).collect();
+            assert_eq!(sums(n, 3, term), each);
         }
     }
 

@@ -18,7 +18,7 @@ use super::{Cost, Data, DataModel, Initial, Scale, Weights};
 use crate::error::Result;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
-use crate::sweep::sum;
+use crate::sweep::sums;
 
 /// The likelihood of piecewise constant data in R^d: squared distances to one mean per region.
 #[derive(Clone)]
@@ -134,14 +134,19 @@ impl DataModel for PiecewiseConstant<'_> {
     }
 
     fn fit(&self, weights: Weights<'_>, mu: &mut [Mean]) -> Result<f64> {
-        let n = weights.vertices();
+        let d = self.data.dimension;
         let masses = self.data.masses(weights, mu.len());
+        let moment = |n: usize| {
+            let (p, i) = (n / d, n % d);
+            let moment = move |k: usize| weights.at(k)[p] * self.data.at(k)[i];
+            move |k: usize| if self.is_known(k) { moment(k) } else { 0.0 }
+        };
+        let moments = sums(weights.vertices(), mu.len() * d, moment);
         let mut change = 0.0;
-        for (p, (mu, mass)) in mu.iter_mut().zip(masses).enumerate() {
+        for ((mu, mass), moments) in mu.iter_mut().zip(masses).zip(moments.chunks(d)) {
             let Some(mass) = mass else { continue };
-            for (i, mu) in mu.mean.iter_mut().enumerate() {
-                let moment = |k: usize| weights.at(k)[p] * self.data.at(k)[i];
-                let mean = sum(n, |k| if self.is_known(k) { moment(k) } else { 0.0 }) / mass;
+            for (mu, moment) in mu.mean.iter_mut().zip(moments) {
+                let mean = moment / mass;
                 change = f64::max(change, (mean - *mu).abs());
                 *mu = mean;
             }

@@ -14,7 +14,7 @@
 use rand::{Rng, RngExt};
 
 use super::range::median;
-use crate::sweep::collect;
+use crate::sweep::{collect, results};
 
 const SEEDINGS: usize = 8;
 const SUBSET_SIZE: usize = 4096;
@@ -47,16 +47,16 @@ pub fn kmedians(
 }
 
 /// The kind of center: mean or median.
-trait Center {
+trait Center: Sized {
     /// Whether Lloyd's steps on all data are fast.
     const FAST_ON_ALL_DATA: bool;
 
     /// The cost of a datum with a center.
     fn cost(datum: &[f64], center: &[f64]) -> f64;
 
-    /// Moves the center of each cluster to where the cost of its data is smallest; the center of an empty cluster
-    /// stays.
-    fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]);
+    /// One step of Lloyd's iteration: moves the center of each cluster to where the cost of its data is smallest; the
+    /// center of an empty cluster stays. Returns the cost of the centers before.
+    fn step(data: &Weighted, centers: &mut [f64]) -> f64;
 }
 
 struct Squares;
@@ -68,20 +68,33 @@ impl Center for Squares {
         datum.iter().zip(center).map(|(s, t)| (s - t) * (s - t)).sum()
     }
 
-    fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]) {
+    fn step(data: &Weighted, centers: &mut [f64]) -> f64 {
         let d = data.d;
-        let mut sums = vec![0.0; centers.len()];
-        let mut weights = vec![0.0; centers.len() / d];
-        for (k, (&a, &p)) in data.weight.iter().zip(assigned).enumerate() {
-            weights[p] += a;
-            let sum = &mut sums[p * d..][..d];
-            sum.iter_mut().zip(data.row(k)).for_each(|(s, y)| *s += a * y);
+        let none = || (0.0, vec![0.0; centers.len() / d], vec![0.0; centers.len()]);
+        let n = data.weight.len();
+        let blocks = results((0..n).step_by(SUBSET_SIZE).collect(), |from: usize| {
+            let (mut cost, mut weights, mut sums) = none();
+            for k in from..n.min(from + SUBSET_SIZE) {
+                let (row, a) = (data.row(k), data.weight[k]);
+                let (p, cost_here) = nearest::<Self>(row, centers);
+                cost += a * cost_here;
+                weights[p] += a;
+                sums[p * d..][..d].iter_mut().zip(row).for_each(|(sum, y)| *sum += a * y);
+            }
+            (cost, weights, sums)
+        });
+        let (mut cost, mut weights, mut sums) = none();
+        for (more, more_weights, more_sums) in blocks {
+            cost += more;
+            weights.iter_mut().zip(more_weights).for_each(|(total, more)| *total += more);
+            sums.iter_mut().zip(more_sums).for_each(|(total, more)| *total += more);
         }
         for p in (0..weights.len()).filter(|&p| weights[p] > 0.0) {
             for i in p * d..(p + 1) * d {
                 centers[i] = sums[i] / weights[p];
             }
         }
+        cost
     }
 }
 
@@ -94,9 +107,11 @@ impl Center for Absolutes {
         datum.iter().zip(center).map(|(s, t)| (s - t).abs()).sum()
     }
 
-    fn moved(data: &Weighted, assigned: &[usize], centers: &mut [f64]) {
+    fn step(data: &Weighted, centers: &mut [f64]) -> f64 {
+        let n = data.weight.len();
+        let found = collect(n, |k| nearest::<Self>(data.row(k), centers));
         for (p, center) in centers.chunks_mut(data.d).enumerate() {
-            let members = || (0..assigned.len()).filter(|&k| assigned[k] == p);
+            let members = || (0..n).filter(|&k| found[k].0 == p);
             let weight: Vec<f64> = members().map(|k| data.weight[k]).collect();
             if weight.is_empty() {
                 continue;
@@ -106,6 +121,7 @@ impl Center for Absolutes {
                 *center = median(&values, &weight);
             }
         }
+        found.iter().zip(&data.weight).map(|((_, cost), a)| a * cost).sum()
     }
 }
 
@@ -121,10 +137,10 @@ fn clusters<C: Center>(
     assert!(!all.weight.is_empty(), "no datum has a positive weight");
 
     let subset = all.subset(SUBSET_SIZE, rng);
+    let seeds = (0..SEEDINGS).map(|_| subset.seed::<C>(regions, rng)).collect();
+    let found = results(seeds, |mut centers: Vec<f64>| (subset.lloyd::<C>(&mut centers), centers));
     let mut best = (f64::INFINITY, Vec::new());
-    for _ in 0..SEEDINGS {
-        let mut centers = subset.seed::<C>(regions, rng);
-        let cost = subset.lloyd::<C>(&mut centers);
+    for (cost, centers) in found {
         if cost < best.0 || best.1.is_empty() {
             best = (cost, centers);
         }
@@ -196,30 +212,23 @@ impl Weighted {
         centers
     }
 
-    /// Lloyd's steps until no row changes its center, or a fixed number of them. Returns the cost of the
-    /// centers before the last step, which the step can only lower.
+    /// Lloyd's steps until no center moves, or a fixed number of them. Returns the cost of the centers before the last
+    /// step, which the step can only lower.
     fn lloyd<C: Center>(&self, centers: &mut [f64]) -> f64 {
-        let mut assigned = vec![usize::MAX; self.weight.len()];
         let mut cost = f64::INFINITY;
         for _ in 0..LLOYD_STEPS {
-            let mut changed = false;
-            cost = 0.0;
-            let found = collect(self.weight.len(), |k| nearest::<C>(self.row(k), centers));
-            for (k, (&a, (p, cost_here))) in self.weight.iter().zip(found).enumerate() {
-                changed |= assigned[k] != p;
-                assigned[k] = p;
-                cost += a * cost_here;
-            }
-            if !changed {
+            let before = centers.to_vec();
+            cost = C::step(self, centers);
+            if before == centers {
                 break;
             }
-            C::moved(self, &assigned, centers);
         }
         cost
     }
 }
 
 /// The nearest center, the first of equals, and its cost.
+#[inline(always)]
 fn nearest<C: Center>(row: &[f64], centers: &[f64]) -> (usize, f64) {
     let mut best = (0, f64::INFINITY);
     for (p, center) in centers.chunks_exact(row.len()).enumerate() {

@@ -27,7 +27,7 @@ pub use constant::PiecewiseConstant;
 pub use gaussian::Gaussian;
 pub use histogram::Histogram;
 pub use l1::L1;
-pub use model::{Cost, DataModel, Initial, Scale, rows};
+pub use model::{Cost, DataModel, Initial, Scale, cost_row, rows};
 pub use named::{ModelName, ModelTask};
 pub use values::Data;
 pub use weights::Weights;

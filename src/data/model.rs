@@ -47,13 +47,22 @@ pub fn rows<const M: usize>(
     is_known: impl Fn(usize) -> bool + Sync,
     cost: &(dyn Fn(usize, &mut [f64]) + Sync),
 ) -> Vec<Row<M>> {
-    collect(vertices, |k| {
-        let mut s = Row::ZERO;
-        if is_known(k) {
-            cost(k, &mut s.0[..m]);
-        }
-        s
-    })
+    collect(vertices, |k| cost_row(k, m, &is_known, cost))
+}
+
+/// The costs of m regions at vertex k; 0 if it is unknown, and for padding regions.
+#[inline(always)]
+pub fn cost_row<const M: usize>(
+    k: usize,
+    m: usize,
+    is_known: impl Fn(usize) -> bool,
+    cost: &(dyn Fn(usize, &mut [f64]) + Sync),
+) -> Row<M> {
+    let mut s = Row::ZERO;
+    if is_known(k) {
+        cost(k, &mut s.0[..m]);
+    }
+    s
 }
 
 /// The data on the vertices of one mesh, and a likelihood of them: s_p(x) depends on the data at x and on mu_p alone.

@@ -5,7 +5,7 @@ use super::range::robust_unit_range;
 use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::order::Order;
-use crate::sweep::sum;
+use crate::sweep::{sum, sums};
 
 /// A value in R^d at every vertex. An unknown vertex has d times NaN: it costs nothing, does not affect the region
 /// parameters, and takes the label of its neighbors.
@@ -109,8 +109,9 @@ impl Data {
     pub fn masses(&self, weights: Weights<'_>, m: usize) -> Vec<Option<f64>> {
         let n = weights.vertices();
         let total = sum(n, |k| weights.at(k).iter().sum());
-        let mass = |p: usize| sum(n, |k| if self.is_known(k) { weights.at(k)[p] } else { 0.0 });
-        (0..m).map(mass).map(|mass| (mass > f64::EPSILON * total).then_some(mass)).collect()
+        let mass = |p: usize| move |k| if self.is_known(k) { weights.at(k)[p] } else { 0.0 };
+        let masses = sums(n, m, mass);
+        masses.into_iter().map(|mass| (mass > f64::EPSILON * total).then_some(mass)).collect()
     }
 
     /// C_i at all vertices.

@@ -286,6 +286,26 @@ fn changed_costs_void_energies_and_bounds() {
     }
 }
 
+/// After the costs change, a call with a gap to reach evaluates the iterate at once, one without it after its steps.
+#[test]
+fn changed_costs_are_evaluated_at_once_for_a_gap() {
+    let mesh = bumpy(6);
+    let mut problem = random_problem::<3>(&mesh, 0.05, 108);
+    for (relative_gap, at_once) in [(None, false), (Some(0.0), true)] {
+        let mut solver = solver(NAMES[0], &mesh, &problem);
+        let mut run = Run::new(&uniform(&mesh));
+        run.advance(&mut *solver, &problem, &every(10, 10), &mut go);
+        let f = problem.f.iter().map(|&f| f * 0.5).collect();
+        problem.set_costs(f);
+        solver.follow(&problem);
+        run.forget();
+        let before = run.trace.clone();
+        run.advance(&mut *solver, &problem, &Stop { relative_gap, ..every(10, 10) }, &mut go);
+        let kept = run.trace[1].energy == before[1].energy;
+        assert_eq!((run.trace.len(), kept), (3, !at_once));
+    }
+}
+
 /// The kept field has the reported bound.
 #[test]
 fn the_kept_field_certifies_the_bound() {

@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 use super::estimate::Estimate;
 use super::merging::{Merger, merged, zeroed};
 use crate::coarse::Pair;
-use crate::data::{Initial, Scale, Weights};
+use crate::data::{Initial, Scale, Weights, cost_row};
 use crate::error::Result;
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
-use crate::operator::Stencil;
+use crate::operator::{Quadrature, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::run::{Run, Status, Stop};
 use crate::seeds::Seeds;
@@ -49,10 +49,10 @@ pub struct Alternation {
 }
 
 /// The joint problem in U and mu on one mesh: the given one or a coarser one.
-pub struct JointProblem<'a, const M: usize> {
+pub struct JointProblem<'a> {
     pub mesh: &'a Mesh,
-    /// s -> M s, with the mass matrix M.
-    pub integrate: &'a dyn Fn(&[Row<M>]) -> Vec<Row<M>>,
+    /// The mass matrix of f = M s.
+    pub mass: &'a Quadrature<'a>,
     pub scale: Scale,
     /// Those on this mesh.
     pub seeds: &'a Seeds,
@@ -75,19 +75,32 @@ pub struct AlternationOutcome<const M: usize> {
     pub active: Vec<bool>,
 }
 
-impl<const M: usize> JointProblem<'_, M> {
+impl JointProblem<'_> {
     /// f for the current parameters; inactive regions are forbidden, and at seeds all others.
-    pub fn costs(&self, estimate: &dyn Estimate, active: &[bool]) -> Result<Vec<Row<M>>> {
-        let f = (self.integrate)(&estimate.costs());
+    pub fn costs<const M: usize>(
+        &self,
+        estimate: &dyn Estimate,
+        active: &[bool],
+    ) -> Result<Vec<Row<M>>> {
+        let (is_known, cost) = (|k| estimate.is_known(k), estimate.cost());
         let active: [bool; M] = std::array::from_fn(|p| p < active.len() && active[p]);
-        let row = |f: &Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
-        let mut f = collect(f.len(), |v| row(&f[v]));
+        let row = |f: Row<M>| Row::from_fn(|p| if active[p] { f.0[p] } else { FORBIDDEN_COST });
+        let m = estimate.regions();
+        let mut f = match self.mass {
+            Quadrature::Lumped(area) => {
+                collect(area.len(), |k| row(cost_row(k, m, is_known, &*cost) * area[k]))
+            }
+            mass => {
+                let f = mass.integrate(&estimate.costs());
+                collect(f.len(), |k| row(f[k]))
+            }
+        };
         self.seeds.constrain(&mut f)?;
         Ok(f)
     }
 
     /// The convex problem in U for the current parameters.
-    pub fn problem(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
+    pub fn problem<const M: usize>(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
         let f = self.costs(estimate, &vec![true; estimate.regions()])?;
         let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);
         check_range(&problem)?;
@@ -96,7 +109,7 @@ impl<const M: usize> JointProblem<'_, M> {
 
     /// Re-estimates until the parameters settle, then solves for the last ones. Starts with the current parameters,
     /// whose costs `problem` has, and with U and q, if they are given; `spent` time has passed before.
-    pub fn alternate(
+    pub fn alternate<const M: usize>(
         &self,
         estimate: &mut dyn Estimate,
         mut problem: Problem<Stencil, M>,
@@ -138,13 +151,18 @@ impl<const M: usize> JointProblem<'_, M> {
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
                 break run.advance(&mut *solver, &problem, &stop, observe);
             }
-            let one_round =
-                Stop { iterations: Some(alternation.every), time: stop.time, ..Stop::default() };
+            // The bound of a round is void after it: it is sampled once, for the trace.
+            let one_round = Stop {
+                iterations: Some(alternation.every),
+                interval: Some(alternation.every),
+                time: stop.time,
+                ..Stop::default()
+            };
             match run.advance(&mut *solver, &problem, &one_round, observe) {
                 Status::IterationLimit => {}
                 end => break end,
             }
-            let weights = (self.integrate)(solver.labels());
+            let weights = self.mass.integrate(solver.labels());
             let change = estimate.fit(Weights::of(&weights))?;
             estimates += 1;
             settled = change <= SETTLED_CHANGE * self.scale.change || estimates == MAX_ESTIMATES;
@@ -155,7 +173,7 @@ impl<const M: usize> JointProblem<'_, M> {
             };
             problem.set_costs(self.costs(estimate, &merger.active)?);
             if pairs.is_empty() {
-                solver.restart(&problem);
+                solver.follow(&problem);
             } else {
                 settled = estimates == MAX_ESTIMATES;
                 let Iterate { u, q } = solver.iterate();

@@ -13,7 +13,8 @@ use super::estimate::Estimate;
 use super::merging::are_distinct;
 use crate::coarse::{self, Hierarchy, LevelRecord, Pair, Record};
 use crate::error::Result;
-use crate::field::{Row, Tangent};
+use crate::field::Tangent;
+use crate::operator::Quadrature;
 use crate::seeds::Seeds;
 use crate::solve::Observer;
 use crate::start::cheapest_labels;
@@ -21,7 +22,7 @@ use crate::start::cheapest_labels;
 /// Alternates on one level after the other, starting with the initial parameters. Returns what the finest alternation
 /// starts with, the pair U and q if there is one, and the work it took; its parameters are those of `estimate`.
 pub fn start<const M: usize>(
-    finest: &JointProblem<'_, M>,
+    finest: &JointProblem<'_>,
     estimate: &mut dyn Estimate,
     observe: Observer<'_>,
 ) -> Result<(Option<Pair<M>>, Record)> {
@@ -37,13 +38,13 @@ pub fn start<const M: usize>(
     let mut levels = Vec::new();
     let pair = hierarchy.climb(request.lambda, |l, pair| {
         let (mesh, weights) = (&hierarchy.levels[l].mesh, &weights[l + 1]);
-        let integrate = |s: &[Row<M>]| s.iter().zip(weights).map(|(&s, &w)| s * w).collect();
+        let mass = Quadrature::Lumped(weights.clone());
         let scale = estimate.scale(weights);
         let (seeds, merge) = (&seeds[l + 1], false);
-        let joint = JointProblem { mesh, integrate: &integrate, scale, seeds, merge, ..*finest };
+        let joint = JointProblem { mesh, mass: &mass, scale, seeds, merge, ..*finest };
         let spent = begin.elapsed();
         let stop = coarse::level_stop(request, spent);
-        let problem = joint.problem(estimate)?;
+        let problem = joint.problem::<M>(estimate)?;
         let AlternationOutcome { mut solver, run, status, .. } =
             joint.alternate(estimate, problem, pair, spent, &stop, &mut |_| observe(None))?;
         levels.push(LevelRecord::of(mesh, run.iterations()));
@@ -54,7 +55,7 @@ pub fn start<const M: usize>(
             coarse::final_pair(solver.iterate(), status)
         } else {
             estimate.reset();
-            let u = cheapest_labels(&joint.problem(estimate)?.f);
+            let u = cheapest_labels(&joint.problem::<M>(estimate)?.f);
             Some(Pair { u, q: vec![Tangent::ZERO; mesh.faces.len()] })
         };
         estimate.refine();
@@ -127,19 +128,18 @@ mod tests {
             let data = Data::new(1, values).unwrap();
             let model = &PiecewiseConstant::new(&data);
             let (alternation, request) = (&alternation, &request);
-            let mass = request.mass.on(mesh);
-            let integrate = &|s: &[Row<4>]| mass.integrate(s);
+            let mass = &request.mass.on(mesh);
             let scale = model.scale(&request.mass.weights(mesh));
             let seeds = &alternation.seeds;
             let finest =
-                JointProblem { mesh, integrate, scale, seeds, alternation, request, merge: true };
+                JointProblem { mesh, mass, scale, seeds, alternation, request, merge: true };
             let given = given.map(|x| Mean { mean: vec![x] }).to_vec();
             let mut estimate = ModelEstimate::new(Cow::Borrowed(model), given);
             let mut go = |sample: Option<&crate::run::Sample>| {
                 assert!(sample.is_none());
                 ControlFlow::Continue(())
             };
-            let (pair, record) = start(&finest, &mut estimate, &mut go).unwrap();
+            let (pair, record) = start::<4>(&finest, &mut estimate, &mut go).unwrap();
             let mu = estimate.into_parameters();
             let means: Vec<f64> = mu.into_iter().flat_map(|mu| mu.mean).collect();
             assert_eq!(record.levels.len(), 1);

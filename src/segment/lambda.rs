@@ -25,7 +25,7 @@ use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
-use crate::operator::Mass;
+use crate::operator::{Mass, Quadrature};
 use crate::problem::rounded;
 use crate::regions::with_regions;
 use crate::run::Stop;
@@ -128,7 +128,7 @@ fn find_separating_compiled<const M: usize>(
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
     estimate.start(Initial::KMeans, alternation.regions, &known, &mut rng)?;
 
-    let integrate = |s: &[Row<M>]| s.iter().zip(&known).map(|(&s, &w)| s * w).collect();
+    let mass = Quadrature::Lumped(known.clone());
     let scale = estimate.scale(&known);
     let stop = Stop {
         relative_gap: Some(TRIAL_GAP),
@@ -143,17 +143,10 @@ fn find_separating_compiled<const M: usize>(
     }
     for i in 0..MAX_TRIALS {
         let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
-        let joint = JointProblem {
-            mesh,
-            integrate: &integrate,
-            scale,
-            seeds,
-            alternation,
-            request,
-            merge: false,
-        };
+        let merge = false;
+        let joint = JointProblem { mesh, mass: &mass, scale, seeds, alternation, request, merge };
         estimate.reset();
-        let problem = joint.problem(estimate)?;
+        let problem = joint.problem::<M>(estimate)?;
         let mut flow = std::ops::ControlFlow::Continue(());
         let mut observe = |_: Option<&_>| {
             flow = observe(None);

@@ -4,7 +4,7 @@
 //! between them would be arbitrary, and solvers find it slowly.
 
 use crate::field::Row;
-use crate::sweep::sum;
+use crate::sweep::sums;
 
 /// Parameters whose distance is at most this fraction of the scale of distances are the same.
 const SAME_DISTANCE: f64 = 0.05;
@@ -49,7 +49,7 @@ impl Merger {
         settled: bool,
     ) -> Vec<[usize; 2]> {
         let m = self.active.len();
-        let mut mass: Vec<f64> = (0..m).map(|p| sum(weights.len(), |v| weights[v].0[p])).collect();
+        let mut mass = sums(weights.len(), m, |p| move |v: usize| weights[v].0[p]);
         let mut pairs = Vec::new();
         for b in 0..m {
             for a in 0..b {

@@ -42,9 +42,14 @@ pub trait Solver<K, const M: usize> {
     /// max |u^n - u^{n-1}| of the last step; zero before the first.
     fn change(&mut self) -> f64;
 
-    /// Must be called before the next step when f or lambda have changed to those of `problem`: drops momentum, fits
-    /// the steps and keeps the iterate.
+    /// This or [`Solver::follow`] must be called before the next step when f or lambda have changed to those of
+    /// `problem`: drops momentum, fits the steps and keeps the iterate.
     fn restart(&mut self, _problem: &Problem<K, M>) {}
+
+    /// The same for small changes of f, as after a re-estimation: keeps what was learned about the steps.
+    fn follow(&mut self, problem: &Problem<K, M>) {
+        self.restart(problem);
+    }
 
     /// The smoothing of the energy, if a smoothed energy is minimized instead of E.
     fn smoothing(&self) -> Option<Smoothing> {

@@ -23,6 +23,11 @@ pub trait Step<K, const M: usize> {
     /// See [`Solver::restart`].
     fn restart(&mut self, _problem: &Problem<K, M>) {}
 
+    /// See [`Solver::follow`].
+    fn follow(&mut self, problem: &Problem<K, M>) {
+        self.restart(problem);
+    }
+
     /// See [`Solver::smoothing`].
     fn smoothing(&self) -> Option<Smoothing> {
         None
@@ -80,6 +85,10 @@ impl<K: Operator, S: Step<K, M>, const M: usize> Solver<K, M> for OneByOne<S, M>
 
     fn restart(&mut self, problem: &Problem<K, M>) {
         self.method.restart(problem);
+    }
+
+    fn follow(&mut self, problem: &Problem<K, M>) {
+        self.method.follow(problem);
     }
 
     fn smoothing(&self) -> Option<Smoothing> {

@@ -63,6 +63,10 @@ impl<K: Operator, const M: usize> Step<K, M> for Rows<M> {
         Iterate { u: &self.u, q: &self.q }
     }
 
+    fn follow(&mut self, problem: &Problem<K, M>) {
+        self.stepping.follow(problem);
+    }
+
     fn restart(&mut self, problem: &Problem<K, M>) {
         self.stepping.restart(problem, Iterate { u: &self.u, q: &self.q });
     }

@@ -37,6 +37,11 @@ impl<const M: usize> Stepping<M> {
         omega.is_some()
     }
 
+    /// See [`Solver::follow`](crate::solver::Solver::follow). Returns whether the steps changed.
+    pub fn follow<K: Operator>(&mut self, problem: &Problem<K, M>) -> bool {
+        self.steps.follow(problem)
+    }
+
     pub fn restart<K: Operator>(&mut self, problem: &Problem<K, M>, now: Iterate<'_, M>) {
         self.steps.restart(problem);
         if let Some(balance) = &mut self.balance {

@@ -35,6 +35,8 @@ pub struct Steps {
     pub tau: Vec<f64>,
     omega: f64,
     ratio: f64,
+    /// The expected size of q for the costs that omega was last fitted to.
+    dual_scale: f64,
 }
 
 impl Steps {
@@ -43,14 +45,15 @@ impl Steps {
         rule: Rule,
         ratio: f64,
     ) -> Self {
-        let omega = ratio * dual_scale(problem);
+        let dual_scale = dual_scale(problem);
+        let omega = ratio * dual_scale;
         let (sigma, tau) = step_lengths(&problem.k, rule, omega);
-        Steps { sigma, tau, omega, ratio }
+        Steps { sigma, tau, omega, ratio, dual_scale }
     }
 
     /// The expected size of q.
     pub fn dual_scale(&self) -> f64 {
-        self.omega / self.ratio
+        self.dual_scale
     }
 
     pub fn omega(&self) -> f64 {
@@ -66,7 +69,18 @@ impl Steps {
 
     /// Resets omega to its initial value, for costs that changed.
     pub fn restart<K: Operator, const M: usize>(&mut self, problem: &Problem<K, M>) {
-        self.set_omega(self.ratio * dual_scale(problem));
+        self.dual_scale = dual_scale(problem);
+        self.set_omega(self.ratio * self.dual_scale);
+    }
+
+    /// Changes omega as much as the expected size of q changes, for costs that changed; returns whether it does.
+    pub fn follow<K: Operator, const M: usize>(&mut self, problem: &Problem<K, M>) -> bool {
+        let before = std::mem::replace(&mut self.dual_scale, dual_scale(problem));
+        let changes = self.dual_scale != before;
+        if changes {
+            self.set_omega(self.omega * (self.dual_scale / before));
+        }
+        changes
     }
 }
 
@@ -143,6 +157,21 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Costs that change leave omega the same multiple of the expected size of q, balanced or not.
+    #[test]
+    fn omega_follows_the_size_of_the_costs() {
+        let mesh = shape("torus:12x8");
+        let mut problem = random_problem::<3>(&mesh, 10.0, 843);
+        let costs = problem.f.clone();
+        let mut steps = steps(&problem, Rule::Local);
+        let omega = steps.omega();
+        steps.set_omega(3.0 * omega);
+        assert!(!steps.follow(&problem) && steps.omega() == 3.0 * omega);
+        problem.set_costs(costs.iter().map(|&f| f * 0.25).collect());
+        assert!(steps.follow(&problem));
+        assert!((steps.omega() / (0.75 * omega) - 1.0).abs() <= 1e-12);
     }
 
     /// The steps are also as long as their rules allow: the local ones attain the bound on a chessboard of right-angled

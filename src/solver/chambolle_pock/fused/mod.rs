@@ -58,6 +58,8 @@ pub struct Fused<T, const M: usize> {
     face_positions: Vec<u32>,
     /// The iterate in the order of the mesh, as of the last time that it was read; until then q is empty if it is zero.
     u: Vec<Row<M>>,
+    /// The number of iterations when u was last read; `usize::MAX` before.
+    u_read_at: usize,
     q: Vec<Tangent<M>>,
     /// D(q) vertex by vertex; empty until it is first computed.
     bounds: Vec<f64>,
@@ -129,6 +131,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             iterations_made: 0,
             face_positions: Vec::new(),
             u,
+            u_read_at: usize::MAX,
             q: q.unwrap_or_default(),
             bounds: Vec::new(),
             shares,
@@ -245,15 +248,26 @@ impl<T: Real, const M: usize> Solver<Stencil, M> for Fused<T, M> {
 
     fn restart(&mut self, problem: &Problem<Stencil, M>) {
         self.unpack();
-        self.lambda = problem.lambda;
         self.stepping.restart(problem, Iterate { u: &self.u, q: &self.q });
-        let units = self.units;
-        each(self.parts.iter_mut().collect(), &|part| part.set_f(&problem.f, units));
+        self.set_costs(problem);
         self.set_steps(problem);
+    }
+
+    fn follow(&mut self, problem: &Problem<Stencil, M>) {
+        self.set_costs(problem);
+        if self.stepping.follow(problem) {
+            self.set_steps(problem);
+        }
     }
 }
 
 impl<T: Real, const M: usize> Fused<T, M> {
+    fn set_costs(&mut self, problem: &Problem<Stencil, M>) {
+        self.lambda = problem.lambda;
+        let units = self.units;
+        each(self.parts.iter_mut().collect(), &|part| part.set_f(&problem.f, units));
+    }
+
     /// One pass of at most as many iterations as its depth; `last` is whether the last one has rho = 1.
     fn pass(&mut self, iterations: usize, last: bool) {
         let before = self.iterations_made;
@@ -283,6 +297,10 @@ impl<T: Real, const M: usize> Fused<T, M> {
 
     /// Reads u in the order of the mesh, made feasible in double precision.
     fn unpack_u(&mut self) {
+        if self.u_read_at == self.iterations_made {
+            return;
+        }
+        self.u_read_at = self.iterations_made;
         let Self { parts, u, .. } = self;
         let ends = parts.iter().map(|part| part.own().end);
         let cuts: Vec<usize> = [0].into_iter().chain(ends).collect();
