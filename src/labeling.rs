@@ -8,7 +8,7 @@ mod baseline;
 
 use ndarray::Array2;
 
-use crate::data::{Data, DataModel, ModelName, ModelTask, PiecewiseConstant};
+use crate::data::{DataModel, ModelName, ModelTask, Observed, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::names::Named;
@@ -75,7 +75,7 @@ impl RegionParameters {
 /// those of the model, or of data of another dimension.
 pub fn label(
     mesh: &Mesh,
-    data: &Data,
+    observed: Observed<'_>,
     labeler: &Labeler,
     alternation: &Alternation,
     lambda: Option<f64>,
@@ -88,17 +88,17 @@ pub fn label(
     };
     let lambda = match lambda {
         Some(lambda) => lambda,
-        None => default_lambda(mesh, data, model, alternation, request, observe)?,
+        None => default_lambda(mesh, observed, model, alternation, request, observe)?,
     };
     let request = &Request { lambda, ..request.clone() };
     match labeler {
         Labeler::Estimated(model) => {
-            model.with(data, Estimation { mesh, alternation, request, observe })
+            model.with(observed, Estimation { mesh, alternation, request, observe })
         }
-        Labeler::Given(model, mu) => model.with(data, Solve { mesh, mu, request, observe }),
+        Labeler::Given(model, mu) => model.with(observed, Solve { mesh, mu, request, observe }),
         Labeler::Baseline(baseline) => {
             let (solution, mu) =
-                labeled(mesh, data, baseline, alternation.regions, request, observe)?;
+                labeled(mesh, observed.data, baseline, alternation.regions, request, observe)?;
             Ok(Labeling::of::<PiecewiseConstant>(solution, &mu, 0))
         }
     }
@@ -170,13 +170,13 @@ pub fn pointwise_costs<D: DataModel>(model: &D, mu: &[D::Parameters]) -> Array2<
 /// Those of [`lambda::of_data`], and data that the model cannot describe.
 pub fn default_lambda(
     mesh: &Mesh,
-    data: &Data,
+    observed: Observed<'_>,
     model: ModelName,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<f64> {
-    model.with(data, DefaultLambda { mesh, alternation, request, observe })
+    model.with(observed, DefaultLambda { mesh, alternation, request, observe })
 }
 
 struct DefaultLambda<'a> {

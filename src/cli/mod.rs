@@ -21,6 +21,7 @@ mod solve;
 mod solvers;
 mod solving;
 mod table;
+mod views;
 mod welding;
 
 use std::io;

@@ -17,3 +17,4 @@ mod signals;
 mod solve;
 mod support;
 mod texts;
+mod views;
