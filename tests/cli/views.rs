@@ -37,9 +37,8 @@ fn regions_have_the_colors_of_their_pixels() {
     // The cut is between two columns of vertices, so that a column of pixels mixes.
     assert!((red[0] - 40.0 / 255.0).abs() < 0.05 && (red[1] - 200.0 / 255.0).abs() < 0.05);
     // Given means are used as they are.
-    folder.done(&format!(
-        "segment grid:16x16 --lambda 0.001 --no-preview --data views:v.toml --means one/summary.json --out given"
-    ));
+    let given = "segment grid:16x16 --lambda 0.001 --data views:v.toml --means one/summary.json";
+    folder.done(&format!("{given} --no-preview --out given"));
     let energy = folder.answer("given").number("energy");
     assert!((energy - one.number("energy")).abs() <= 2e-4 * energy);
 }
