@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 
 use ndarray::{Array1, Array2};
 
-use crate::data::{Data, DataModel, ModelName, ModelTask, PiecewiseConstant};
+use crate::data::{Data, DataModel, ModelName, ModelTask, Observed, PiecewiseConstant};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::names::Named;
@@ -83,7 +83,7 @@ impl RegionParameters {
 /// those of the model, or of data of another dimension.
 pub fn label(
     mesh: &Mesh,
-    data: &Data,
+    observed: Observed<'_>,
     labeler: &Labeler,
     alternation: &Alternation,
     lambda: Option<f64>,
@@ -96,24 +96,24 @@ pub fn label(
     };
     let lambda = match lambda {
         Some(lambda) => lambda,
-        None => default_lambda(mesh, data, model, alternation, request, observe)?,
+        None => default_lambda(mesh, observed, model, alternation, request, observe)?,
     };
     let request = &Request { lambda, ..request.clone() };
     match labeler {
         Labeler::Estimated(model) => {
-            let alternation = &with_initial_labels(mesh, data, alternation, request)?;
-            model.with(data, Estimation { mesh, alternation, request, observe })
+            let alternation = &with_initial_labels(mesh, observed.data, alternation, request)?;
+            model.with(observed, Estimation { mesh, alternation, request, observe })
         }
         Labeler::Given(model, mu) => {
             let seeds = &alternation.seeds;
-            model.with(data, Solve { mesh, mu, seeds, request, observe })
+            model.with(observed, Solve { mesh, mu, seeds, request, observe })
         }
         Labeler::Baseline(_) if !alternation.seeds.is_empty() => {
             Err(Error::unsuitable("a baseline cannot respect seeds; choose a model"))
         }
         Labeler::Baseline(baseline) => {
             let (solution, mu) =
-                labeled(mesh, data, baseline, alternation.regions, request, observe)?;
+                labeled(mesh, observed.data, baseline, alternation.regions, request, observe)?;
             Ok(Labeling::of::<PiecewiseConstant>(solution, &mu, 0))
         }
     }
@@ -225,7 +225,7 @@ pub fn pointwise_costs<D: DataModel>(model: &D, mu: &[D::Parameters]) -> Array2<
 /// Those of [`count::of_data`], and models whose costs are log densities, which the index does not compare.
 pub fn count_regions(
     mesh: &Mesh,
-    data: &Data,
+    observed: Observed<'_>,
     model: ModelName,
     numbers: RangeInclusive<usize>,
     mass: Mass,
@@ -237,7 +237,7 @@ pub fn count_regions(
             model.name()
         )));
     }
-    model.with(data, CountRegions { mesh, numbers, mass, seed })
+    model.with(observed, CountRegions { mesh, numbers, mass, seed })
 }
 
 struct CountRegions<'a> {
@@ -262,13 +262,13 @@ impl ModelTask for CountRegions<'_> {
 /// Those of [`lambda::of_data`], and data that the model cannot describe.
 pub fn default_lambda(
     mesh: &Mesh,
-    data: &Data,
+    observed: Observed<'_>,
     model: ModelName,
     alternation: &Alternation,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<f64> {
-    model.with(data, DefaultLambda { mesh, alternation, request, observe })
+    model.with(observed, DefaultLambda { mesh, alternation, request, observe })
 }
 
 struct DefaultLambda<'a> {

@@ -57,8 +57,7 @@ pub mod names;
 pub mod npy;
 mod one_line;
 pub mod operator;
-#[cfg(feature = "experiments")]
-mod optics;
+pub mod optics;
 #[cfg(feature = "experiments")]
 pub mod outcome;
 pub mod problem;

@@ -22,6 +22,7 @@ mod solve;
 mod solvers;
 mod solving;
 mod table;
+mod views;
 mod welding;
 
 use std::io;

@@ -29,7 +29,8 @@ use super::means::{self, Means};
 use super::progress::Progress;
 use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, named, note, one_line, preview, print, table, warn, welding};
+use super::views::{ViewArguments, ViewSummary};
+use super::{Outcome, named, note, one_line, preview, print, table, views, warn, welding};
 
 /// Segment colors, textures, an image, curvature or other data on a mesh into regions.
 ///
@@ -47,7 +48,8 @@ pub struct Arguments {
     /// same of quadrics fitted to two rings of vertices, for noisy meshes), curvature:gaussian (by the angle defect),
     /// curvature:shape-index (1 on caps, 0.5 on ridges, 0 on saddles, -0.5 in ruts, -1 in cups), or FILE.npy (V or V x
     /// d numbers; uint8 is divided by 255). The middle 96 % of a curvature are mapped to [0,1], the shape index from
-    /// [-1,1] [default: the textures or colors that come with the mesh]
+    /// [-1,1]. views:FILE has images of calibrated cameras, see Views below [default: the textures or colors that come
+    /// with the mesh]
     #[arg(long, value_name = "DATA")]
     data: Option<DataSource>,
 
@@ -131,6 +133,9 @@ pub struct Arguments {
     no_weld: bool,
 
     #[command(flatten)]
+    views: ViewArguments,
+
+    #[command(flatten)]
     solving: Solving,
 }
 
@@ -141,7 +146,8 @@ Examples:
   meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
   meshseg segment model.obj --data texture:atlas.png --regions 5 --out results/model
   meshseg segment grid:300x200 --data image:photo.jpg --regions 3 --out results/photo
-  meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny";
+  meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny
+  meshseg segment temple.ply --data views:templeSR_par.txt --regions 4 --out results/temple";
 
 #[derive(Clone, Copy, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "lowercase")]
@@ -212,7 +218,8 @@ impl Arguments {
             Labeler::Estimated(model) | Labeler::Given(model, _) => *model,
             Labeler::Baseline(_) => ModelName::Constant,
         };
-        let counts = count_regions(&surface.scaled, &input.data, model, numbers, mass, self.seed)?;
+        let counts =
+            count_regions(&surface.scaled, input.observed(), model, numbers, mass, self.seed)?;
         Ok((count::best(&counts), counts))
     }
 }
@@ -259,9 +266,11 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     request.check()?;
     let labeler = arguments.labeler()?;
+    views::check(arguments.data.as_ref(), &request)?;
     let surface = Surface::read(arguments)?;
     let input = surface.input(arguments)?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
+    views::note_means(&input, &labeler);
 
     let (regions, counts) = arguments.region_count(&labeler, &surface, &input, request.mass)?;
     let seeds = surface.seeds(arguments, regions)?;
@@ -270,10 +279,12 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let lambda = found.solution.summary.lambda;
     found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
     found.solution.summary.warnings.extend(mapped_data(&input, &labeler));
+    let views = ViewSummary::of(&found.solution, &input, &surface.scaled, &arguments.views);
     if let Some(weld) = &surface.weld {
         found.solution = found.solution.spread(&surface.mesh, weld);
     }
-    let summary = summary(&found, &surface, &input, &labeler, arguments);
+    let summary =
+        SegmentSummary { views, ..summary(&found, &surface, &input, &labeler, arguments) };
     let looks = looks(&found, &surface, &input, solving);
     outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks)?;
 
@@ -315,8 +326,8 @@ impl Surface {
     /// The data on the welded mesh.
     fn input(&self, arguments: &Arguments) -> Result<InputData> {
         let Arguments { texel, project, fit, .. } = *arguments;
-        let mapping = Mapping { texel, project, fit };
         let data = arguments.data.as_ref();
+        let mapping = Mapping { texel, project, fit, views: arguments.views.options(data)? };
         input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
     }
 
@@ -397,6 +408,7 @@ fn summary<'a>(
         normalize: arguments.normalize.name(),
         scale: surface.scale,
         region_parameters: &found.regions,
+        views: None,
     }
 }
 
@@ -497,7 +509,7 @@ fn labeled(
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let (mesh, data, lambda) = (&surface.scaled, &input.data, arguments.lambda);
+    let (mesh, data, lambda) = (&surface.scaled, input.observed(), arguments.lambda);
     let labeling = label(mesh, data, labeler, &alternation, lambda, request, &mut observe)
         .map_err(|error| error.of_file(Path::new(&input.name)))?;
     progress.finish();
@@ -562,6 +574,8 @@ struct SegmentSummary<'a> {
     normalize: &'static str,
     scale: f64,
     region_parameters: &'a [Region],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    views: Option<ViewSummary<'a>>,
 }
 
 fn describe_regions(labeling: &Labeling, input: &InputData, area: &[f64]) -> Vec<Region> {

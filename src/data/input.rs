@@ -1,5 +1,5 @@
 //! The data of a mesh: the textures of its materials, the colors of its vertices or faces, an image mapped to it,
-//! its curvature, or an array.
+//! its curvature, views of calibrated cameras, or an array.
 
 mod images;
 mod own;
@@ -10,6 +10,7 @@ mod source;
 use std::path::Path;
 
 use super::curved::{Curved, curved};
+use super::views::{self, ViewOptions, Viewed};
 use super::{Data, palette};
 use crate::colormap::sequential;
 use crate::counted::counted;
@@ -91,10 +92,29 @@ fn read_choice(
                 notes: Vec::new(),
                 sign: kind.sign(),
                 warnings,
+                evidence: None,
+                coverage: None,
             })
         }
+        Some(DataSource::Views(file)) => seen(mesh, file, &mapping.views),
         Some(DataSource::File(path)) => numbers(mesh, weld, path),
     }
+}
+
+/// The pixels of views.
+fn seen(mesh: &Mesh, file: &Path, options: &ViewOptions) -> Result<InputData> {
+    let Viewed { means: data, evidence, coverage } = views::read(file, mesh, options)?;
+    Ok(InputData {
+        colors: palette::colors(&data, &barycentric_areas(mesh)),
+        data,
+        name: format!("views {}", file.display()),
+        unit_range: None,
+        notes: vec![coverage.sentence()],
+        sign: None,
+        warnings: coverage.warnings.clone(),
+        evidence: Some(evidence),
+        coverage: Some(coverage),
+    })
 }
 
 /// The data in an array file.
@@ -117,5 +137,15 @@ fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<InputData> {
             counted(unknown, "vertex has no data", "vertices have no data")
         )],
     };
-    Ok(InputData { data, colors, name, unit_range: None, notes: Vec::new(), sign: None, warnings })
+    Ok(InputData {
+        data,
+        colors,
+        name,
+        unit_range: None,
+        notes: Vec::new(),
+        sign: None,
+        warnings,
+        evidence: None,
+        coverage: None,
+    })
 }

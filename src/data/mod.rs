@@ -13,11 +13,13 @@ mod model;
 mod named;
 pub mod palette;
 pub mod projection;
+pub mod radiance;
 pub mod range;
 pub mod synthetic;
 pub mod texture;
 pub mod thresholds;
 mod values;
+pub mod views;
 mod weights;
 
 #[cfg(test)]
@@ -28,6 +30,7 @@ pub use gaussian::Gaussian;
 pub use histogram::Histogram;
 pub use l1::L1;
 pub use model::{Cost, DataModel, Initial, Scale, cost_row, rows};
-pub use named::{ModelName, ModelTask};
+pub use named::{ModelName, ModelTask, Observed};
+pub use radiance::Radiance;
 pub use values::Data;
 pub use weights::Weights;

@@ -104,6 +104,10 @@ impl Folders {
             DataChoice::Source(DataSource::File(path)) => {
                 DataChoice::Source(DataSource::File(at(path)?))
             }
+            DataChoice::Source(DataSource::Views(_)) => {
+                let message = "experiments do not read views; use `meshseg segment`";
+                return Err(Error::unsuitable(message).into());
+            }
             other => other.clone(),
         })
     }
@@ -221,7 +225,7 @@ fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
             let mu: Vec<Mean> = palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect();
             pointwise_costs(&PiecewiseConstant::new(&data), &mu)
         }
-        model => model.with(&data, InitialCosts { mesh, cell })?,
+        model => model.with((&data).into(), InitialCosts { mesh, cell })?,
     };
     let labels = labels.into_iter().map(|label| label as i64).collect();
     let truth = Truth { labelings: vec![labels], in_order: cell.model == ModelName::Constant };
@@ -272,7 +276,7 @@ fn costs_of_data(
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-    let costs = cell.model.with(&data, InitialCosts { mesh, cell })?;
+    let costs = cell.model.with((&data).into(), InitialCosts { mesh, cell })?;
     let looks = match cell.noise > 0.0 && data.dimension == 3 {
         true => (0..data.len()).map(|k| color(data.at(k))).collect(),
         false => input.colors,
@@ -382,7 +386,7 @@ fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
         rounding: Default::default(),
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
-    default_lambda(mesh, data, model, &alternation, &request, &mut observe)
+    default_lambda(mesh, data.into(), model, &alternation, &request, &mut observe)
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

@@ -129,7 +129,7 @@ fn labeled(
         Alternation { regions, initial, seed, every, labels, seeds: Seeds::default() };
     let lambda = Some(request.lambda);
     let Labeling { solution, regions, .. } =
-        label(&instance.mesh, data, &labeler, &alternation, lambda, request, observe)?;
+        label(&instance.mesh, data.into(), &labeler, &alternation, lambda, request, observe)?;
     let parameters = Some(regions.into_iter().map(|region| region.value).collect());
     Ok(Made { solution, parameters, level_sets: None })
 }

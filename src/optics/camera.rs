@@ -8,6 +8,8 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
+use super::edge::Projected;
+
 /// Half the field of view, which is 25 degrees.
 const HALF_ANGLE: f64 = 12.5 * std::f64::consts::PI / 180.0;
 
@@ -23,16 +25,6 @@ pub struct Camera {
     scale: f64,
     /// Empty pixels on each side.
     margin: f64,
-}
-
-/// A vertex on the image plane.
-#[derive(Clone, Copy, Debug)]
-pub struct Projected {
-    /// In pixels: x to the right, y down.
-    pub x: f64,
-    pub y: f64,
-    /// Reciprocal of the distance along the optical axis; linear over the image of a plane, larger is nearer.
-    pub w: f64,
 }
 
 impl Camera {

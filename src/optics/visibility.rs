@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use pulp::Arch;
 
 use super::bands::for_each_band;
-use super::camera::{Camera, Projected};
+use super::camera::Camera;
+use super::edge::{Edge, Projected, edges};
 use crate::mesh::Mesh;
 use crate::mesh::disjoint_sets::DisjointSets;
 use crate::sweep;
@@ -55,60 +56,11 @@ pub struct Visibility<'a> {
     pixels: Vec<Pixel>,
 }
 
-/// The edge function of a line a b: at (x, y), twice the signed area of the triangle it forms with a and b. Bitwise
-/// antisymmetric in a and b, so that no sample on a shared edge falls between its two faces.
-struct Edge {
-    start: Projected,
-    dx: f64,
-    dy: f64,
-}
-
-impl Edge {
-    #[inline(always)]
-    fn new(a: &Projected, b: &Projected) -> Self {
-        // Both directions start from the same end; (dx, dy) keeps the sign.
-        let start = if (a.x, a.y) < (b.x, b.y) { *a } else { *b };
-        Edge { start, dx: b.x - a.x, dy: b.y - a.y }
-    }
-
-    #[inline(always)]
-    fn at(&self, x: f64, y: f64) -> f64 {
-        self.on_row(self.row_term(y), x)
-    }
-
-    /// The part of the value that is constant along a scanline.
-    #[inline(always)]
-    fn row_term(&self, y: f64) -> f64 {
-        self.dx * (y - self.start.y)
-    }
-
-    /// The value at x on the scanline with that constant part.
-    #[inline(always)]
-    fn on_row(&self, row_term: f64, x: f64) -> f64 {
-        row_term - self.dy * (x - self.start.x)
-    }
-
-    /// The same line, positive inside a face of this signed area.
-    #[inline(always)]
-    fn oriented(self, area: f64) -> Self {
-        let sign = area.signum();
-        Edge { start: self.start, dx: sign * self.dx, dy: sign * self.dy }
-    }
-
-    /// The differences between the values at the samples of a pixel and at its center.
-    #[inline(always)]
-    fn offsets(&self) -> [f32; SAMPLES] {
-        let (dx, dy) = (self.dx as f32, self.dy as f32);
-        std::array::from_fn(|s| dx * SAMPLE_Y[s] - dy * SAMPLE_X[s])
-    }
-}
-
-/// The edges opposite to the three corners, and twice the signed area.
+/// The differences between the values of an edge function at the samples of a pixel and at its center.
 #[inline(always)]
-fn edges([a, b, c]: &[Projected; 3]) -> ([Edge; 3], f64) {
-    let edges = [Edge::new(b, c), Edge::new(c, a), Edge::new(a, b)];
-    let area = edges[2].at(c.x, c.y);
-    (edges, area)
+fn offsets(edge: &Edge) -> [f32; SAMPLES] {
+    let (dx, dy) = (edge.dx as f32, edge.dy as f32);
+    std::array::from_fn(|s| dx * SAMPLE_Y[s] - dy * SAMPLE_X[s])
 }
 
 impl<'a> Visibility<'a> {
@@ -330,7 +282,7 @@ fn rasterize(id: u32, corners: &[Projected; 3], first: usize, width: usize, band
         return;
     }
     let [a, b, c] = edges.map(|edge| edge.oriented(area));
-    let offsets = [a.offsets(), b.offsets(), c.offsets()];
+    let offsets = [offsets(&a), offsets(&b), offsets(&c)];
     // How far a sample can be on the inner side of an edge whose outer side contains the center of its pixel.
     let reach = [&a, &b, &c].map(|edge| ((edge.dx.abs() + edge.dy.abs()) / 2.0) as f32);
     let w = corners.map(|p| (p.w / area.abs()) as f32);

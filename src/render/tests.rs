@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::*;
 use crate::colormap;
-use crate::optics::camera;
+use crate::optics::edge;
 
 const GRAY: [f64; 3] = [0.6; 3];
 const BLUE: [f64; 3] = [0.1, 0.3, 0.8];
@@ -422,7 +422,7 @@ fn the_camera_fits_the_mesh_exactly() {
     let camera = Camera::fit(Vector3::new(1.0, 0.4, 0.7), Vector3::y(), &mesh.vertices);
     let [width, height] = camera.extent();
     let camera = camera.scaled(100.0 / width.max(height), 7.0);
-    let reach = |f: fn(&camera::Projected) -> f64| {
+    let reach = |f: fn(&edge::Projected) -> f64| {
         let values = || mesh.vertices.iter().map(|&x| f(&camera.project(x)));
         (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max))
     };

@@ -19,3 +19,4 @@ mod signals;
 mod solve;
 mod support;
 mod texts;
+mod views;

@@ -92,6 +92,7 @@ Examples:
 impl Arguments {
     /// How images are mapped to the mesh.
     pub fn mapping(&self) -> Mapping {
-        Mapping { texel: self.texel, project: self.project, fit: self.fit }
+        let Arguments { texel, project, fit, .. } = *self;
+        Mapping { texel, project, fit, ..Mapping::default() }
     }
 }

@@ -50,9 +50,12 @@ pub fn image_files(
                 Err(_) => return Vec::new(),
             }
         }
-        Some(DataSource::Colors | DataSource::Curvature(_) | DataSource::File(_)) => {
-            return Vec::new();
-        }
+        Some(
+            DataSource::Colors
+            | DataSource::Curvature(_)
+            | DataSource::Views(_)
+            | DataSource::File(_),
+        ) => return Vec::new(),
     };
     paints.files().into_iter().map(Path::to_owned).collect()
 }

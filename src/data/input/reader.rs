@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use super::source::Mapping;
-use crate::data::Data;
+use crate::data::radiance::Evidence;
+use crate::data::views::Coverage;
+use crate::data::{Data, Observed};
 use crate::error::Result;
 use crate::mesh::{Mesh, Source};
 
@@ -23,6 +25,17 @@ pub struct InputData {
     pub sign: Option<&'static str>,
     /// Warnings, one sentence each.
     pub warnings: Vec<String>,
+    /// What the pixels of views say beyond their means, which are the data.
+    pub evidence: Option<Evidence>,
+    /// Who saw what, if the data are views.
+    pub coverage: Option<Coverage>,
+}
+
+impl InputData {
+    /// The data for a model.
+    pub fn observed(&self) -> Observed<'_> {
+        Observed { data: &self.data, evidence: self.evidence.as_ref() }
+    }
 }
 
 /// The values that were mapped to 0 and 1, in 1/length^n.
@@ -73,5 +86,7 @@ pub fn colored(colors: Vec<[f64; 3]>, name: String) -> Result<InputData> {
         notes: Vec::new(),
         sign: None,
         warnings: Vec::new(),
+        evidence: None,
+        coverage: None,
     })
 }

@@ -6,10 +6,12 @@ use std::str::FromStr;
 
 use crate::data::projection::{Fit, Projection};
 use crate::data::texture::Texel;
+use crate::data::views::ViewOptions;
 use crate::mesh::curvature::CurvatureKind;
 use crate::names::{Named, must_be_one_of};
 
-/// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature`, `curvature:KIND` or `FILE.npy`.
+/// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature`, `curvature:KIND`,
+/// `views:FILE` or `FILE.npy`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DataSource {
     /// The colors of the vertices, or else those of the faces and their materials.
@@ -20,6 +22,8 @@ pub enum DataSource {
     Image(PathBuf),
     /// A curvature of the surface, see `curved.rs`; `curvature` alone is the mean curvature.
     Curvature(CurvatureKind),
+    /// Images of calibrated cameras, from a file of views, see [`views`](crate::data::views).
+    Views(PathBuf),
     /// An array of V or V x d numbers in a `.npy` file, see [`read_data`](crate::npy::read_data).
     File(PathBuf),
 }
@@ -27,7 +31,7 @@ pub enum DataSource {
 impl DataSource {
     /// The forms that [`DataSource::from_str`] takes.
     pub const SYNTAX: &str = "colors, texture, texture:IMAGE, image:IMAGE, curvature, curvature:mean-quadric, \
-                              curvature:gaussian, curvature:shape-index or FILE.npy";
+                              curvature:gaussian, curvature:shape-index, views:FILE or FILE.npy";
 }
 
 impl FromStr for DataSource {
@@ -48,6 +52,7 @@ impl FromStr for DataSource {
                 Ok(DataSource::Texture(Some(image.into())))
             }
             (_, Some(("image", image))) if !image.is_empty() => Ok(DataSource::Image(image.into())),
+            (_, Some(("views", file))) if !file.is_empty() => Ok(DataSource::Views(file.into())),
             (file, _) if file.ends_with(".npy") => Ok(DataSource::File(file.into())),
             _ => Err(format!("must be {}", DataSource::SYNTAX)),
         }
@@ -63,13 +68,14 @@ impl fmt::Display for DataSource {
             DataSource::Image(image) => write!(f, "image:{}", image.display()),
             DataSource::Curvature(CurvatureKind::Mean) => f.write_str("curvature"),
             DataSource::Curvature(kind) => write!(f, "curvature:{}", kind.name()),
+            DataSource::Views(file) => write!(f, "views:{}", file.display()),
             DataSource::File(path) => path.display().fmt(f),
         }
     }
 }
 
 /// How images are mapped to a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct Mapping {
     /// What a vertex takes of an image.
     pub texel: Texel,
@@ -77,6 +83,8 @@ pub struct Mapping {
     pub project: Option<Projection>,
     /// How a plane projection treats the aspect of an image.
     pub fit: Fit,
+    /// Which pixels of views count.
+    pub views: ViewOptions,
 }
 
 #[cfg(test)]
@@ -85,7 +93,15 @@ mod tests {
 
     #[test]
     fn text_round_trips_and_errors_list_the_names() {
-        for text in ["colors", "texture", "texture:a.png", "image:b.jpg", "curvature", "d.npy"] {
+        for text in [
+            "colors",
+            "texture",
+            "texture:a.png",
+            "image:b.jpg",
+            "curvature",
+            "views:v.toml",
+            "d.npy",
+        ] {
             assert_eq!(text.parse::<DataSource>().unwrap().to_string(), text);
         }
         for &name in CurvatureKind::names() {

@@ -48,6 +48,8 @@ pub enum Turn {
     AsStored,
     /// The EXIF orientation is applied.
     Upright,
+    /// The EXIF orientation is ignored without a warning: cameras are calibrated for the pixels as stored.
+    Calibrated,
 }
 
 pub struct Decoded {
@@ -142,6 +144,7 @@ pub fn jpeg(bytes: &[u8], name: &Path, turn: Turn) -> Result<Decoded> {
     let orientation = match (decoder.orientation().map_err(failed)?, turn) {
         (Orientation::NoTransforms, _) => Orientation::NoTransforms,
         (orientation, Turn::Upright) => orientation,
+        (_, Turn::Calibrated) => Orientation::NoTransforms,
         (_, Turn::AsStored) => {
             tracing::warn!(
                 "{}: its EXIF orientation is ignored, because textures are used as stored; --data image:FILE turns \

@@ -17,7 +17,9 @@ mod upright;
 mod vertices;
 
 pub use decode::Turn;
+pub(in crate::data) use decode::{Decoded, Texels};
 pub use paint::{Content, Painted, Paints, color_of_face, images, is_same_image};
 pub use pyramid::Texture;
+pub(in crate::data) use pyramid::decode_file;
 pub use sample::Texel;
 pub use vertices::{Sums, texels_per_face};

@@ -31,28 +31,30 @@ enum Levels {
     Sixteen(Vec<MipLevel<u16>>),
 }
 
+/// Reads a PNG or JPEG file; its content decides which, not its name. Fails if the file cannot be read, is neither, is
+/// damaged or is too large.
+pub fn decode_file(path: &Path, turn: Turn) -> Result<Decoded> {
+    let (mut file, length) = file::open(path)?;
+    let mut magic = Vec::new();
+    let io = |source| Error::io(path, source);
+    (&mut file).take(PNG_SIGNATURE.len() as u64).read_to_end(&mut magic).map_err(io)?;
+    if magic == PNG_SIGNATURE {
+        return decode::png(Cursor::new(magic).chain(file), length, path);
+    }
+    if !magic.starts_with(JPEG_SIGNATURE) {
+        return Err(Error::malformed(path, UNKNOWN_FORMAT));
+    }
+    if length > MAX_FILE_BYTES {
+        return Err(Error::malformed(path, "is larger than 256 MiB; save it as PNG, or shrink it"));
+    }
+    file.read_to_end(&mut magic).map_err(io)?;
+    decode::jpeg(&magic, path, turn)
+}
+
 impl Texture {
-    /// Reads a PNG or JPEG file; its content decides which, not its name. Fails if the file cannot be read, is neither,
-    /// is damaged or is too large.
+    /// Reads a PNG or JPEG file, see [`decode_file`].
     pub fn open(path: &Path, turn: Turn) -> Result<Self> {
-        let (mut file, length) = file::open(path)?;
-        let mut magic = Vec::new();
-        let io = |source| Error::io(path, source);
-        (&mut file).take(PNG_SIGNATURE.len() as u64).read_to_end(&mut magic).map_err(io)?;
-        if magic == PNG_SIGNATURE {
-            return Texture::new(decode::png(Cursor::new(magic).chain(file), length, path)?, path);
-        }
-        if !magic.starts_with(JPEG_SIGNATURE) {
-            return Err(Error::malformed(path, UNKNOWN_FORMAT));
-        }
-        if length > MAX_FILE_BYTES {
-            return Err(Error::malformed(
-                path,
-                "is larger than 256 MiB; save it as PNG, or shrink it",
-            ));
-        }
-        file.read_to_end(&mut magic).map_err(io)?;
-        Texture::new(decode::jpeg(&magic, path, turn)?, path)
+        Texture::new(decode_file(path, turn)?, path)
     }
 
     /// Decodes the content of a PNG or JPEG file; `name` is for error messages. Fails if it is neither, damaged or too

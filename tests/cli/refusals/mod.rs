@@ -7,6 +7,7 @@ mod images;
 mod meshes;
 mod outputs;
 mod pictures;
+mod views;
 
 use std::time::Instant;
 

@@ -1,0 +1,64 @@
+//! The file of views of this program, in TOML:
+//!
+//! ```text
+//! [[view]]
+//! image = "a.png"                # relative to this file
+//! mask = "a_mask.png"            # optional: bright where the pixels count
+//! width = 640                    # optional, checked against the image
+//! height = 480
+//! K = [525.0, 0.0, 319.5, 0.0, 525.0, 239.5, 0.0, 0.0, 1.0]
+//! R = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+//! t = [0.0, 0.0, 3.0]
+//! ```
+//!
+//! Matrices are row by row.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::data::views::view::{View, camera};
+use crate::error::{Error, Result};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    view: Vec<Entry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    image: String,
+    mask: Option<String>,
+    width: Option<u32>,
+    height: Option<u32>,
+    #[serde(rename = "K")]
+    k: [f64; 9],
+    #[serde(rename = "R")]
+    r: [f64; 9],
+    t: [f64; 3],
+}
+
+/// The views of a text.
+pub fn read(path: &Path, text: &str) -> Result<Vec<View>> {
+    let document: Document = toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start.min(text.len()));
+        let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
+        Error::malformed_line(path, line, error.message().replace('\n', " "))
+    })?;
+    let view = |entry: Entry| {
+        let Entry { image, mask, width, height, k, r, t } = entry;
+        let camera = camera(path, &image, k, r, t)?;
+        let size = match (width, height) {
+            (Some(width), Some(height)) => Some([width, height]),
+            (None, None) => None,
+            _ => {
+                let message = format!("the view {image} needs both width and height, or neither");
+                return Err(Error::malformed(path, message));
+            }
+        };
+        Ok(View { image, mask, size, camera })
+    };
+    document.view.into_iter().map(view).collect()
+}

@@ -1,0 +1,127 @@
+//! The z-buffer of a calibrated camera: the nearest face at each sample of a grid on the image plane.
+//!
+//! ```text
+//! beta_a = (l_a / z_a) / sum_b (l_b / z_b)        l: barycentric coordinates in the image
+//! ```
+//!
+//! 1/z is linear in the image, and beta are the barycentric coordinates on the face. A pixel has S x S samples in a
+//! square grid, so that a sample is a pixel center of the same camera at S times the resolution.
+//!
+//! `visibility.rs` serves pictures: eight samples at fixed offsets, in single precision. Here every sample is a
+//! quadrature point, its weights must sum to 1 in double precision, and no point may fall between two faces.
+
+use super::edge::{Projected, edges};
+use super::pinhole::Pinhole;
+use crate::mesh::Mesh;
+
+/// No face. Face j is stored as j + 1, so that an empty image is zeroed memory as the system provides it.
+const NO_FACE: u32 = 0;
+
+/// The nearest faces. Samples are numbered row by row.
+pub struct ZBuffer<'a> {
+    mesh: &'a Mesh,
+    projected: Vec<Projected>,
+    /// Samples in a row, and rows.
+    pub width: usize,
+    pub height: usize,
+    /// 1/z at each sample; 0 without a face.
+    pub nearness: Vec<f64>,
+    faces: Vec<u32>,
+    /// Faces of which a corner is not in front of the camera; they are left out.
+    pub behind: usize,
+}
+
+impl<'a> ZBuffer<'a> {
+    /// The z-buffer of an image of the given size in pixels (width, height), with S x S samples in each.
+    pub fn new(mesh: &'a Mesh, camera: &Pinhole, [width, height]: [usize; 2], s: usize) -> Self {
+        let camera = camera.scaled(s as f64);
+        let projected = mesh.vertices.iter().map(|&x| camera.project(x)).collect();
+        let (width, height) = (width * s, height * s);
+        let mut found = ZBuffer {
+            mesh,
+            projected,
+            width,
+            height,
+            nearness: vec![0.0; width * height],
+            faces: vec![NO_FACE; width * height],
+            behind: 0,
+        };
+        for j in 0..mesh.faces.len() {
+            found.rasterize(j);
+        }
+        found
+    }
+
+    /// The nearest face at a sample.
+    #[inline(always)]
+    pub fn face(&self, sample: usize) -> Option<usize> {
+        match self.faces[sample] {
+            NO_FACE => None,
+            face => Some(face as usize - 1),
+        }
+    }
+
+    #[inline(always)]
+    fn corners(&self, j: usize) -> [Projected; 3] {
+        self.mesh.faces[j].map(|k| self.projected[k as usize])
+    }
+
+    /// beta, the barycentric coordinates on face j of what the sample in this column and row sees of it; `None` if it
+    /// sees the back.
+    #[inline(always)]
+    pub fn front(&self, j: usize, column: usize, row: usize) -> Option<[f64; 3]> {
+        let corners = self.corners(j);
+        let (edges, area) = edges(&corners);
+        // The y axis of an image points down: a face that is counterclockwise from outside has a negative area.
+        if area > 0.0 {
+            return None;
+        }
+        let (x, y) = (column as f64, row as f64);
+        let weights = [0, 1, 2].map(|a| edges[a].at(x, y) * corners[a].w);
+        let sum = weights[0] + weights[1] + weights[2];
+        Some(weights.map(|weight| weight / sum))
+    }
+
+    /// A sample on an edge belongs to both faces, and the first of equal depths wins.
+    fn rasterize(&mut self, j: usize) {
+        let corners = self.corners(j);
+        if !corners.iter().all(|corner| corner.w > 0.0) {
+            self.behind += 1;
+            return;
+        }
+        let rows = samples_between(corners.map(|p| p.y), self.height);
+        let columns = samples_between(corners.map(|p| p.x), self.width);
+        if rows.is_empty() || columns.is_empty() {
+            return;
+        }
+        let (edges, area) = edges(&corners);
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        let [a, b, c] = edges.map(|edge| edge.oriented(area));
+        let w = corners.map(|p| p.w / area.abs());
+        for row in rows {
+            let y = row as f64;
+            let level = [a.row_term(y), b.row_term(y), c.row_term(y)];
+            for column in columns.clone() {
+                let x = column as f64;
+                let [a, b, c] =
+                    [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)];
+                let nearness = a * w[0] + b * w[1] + c * w[2];
+                let sample = row * self.width + column;
+                if a >= 0.0 && b >= 0.0 && c >= 0.0 && nearness > self.nearness[sample] {
+                    self.nearness[sample] = nearness;
+                    self.faces[sample] = j as u32 + 1;
+                }
+            }
+        }
+    }
+}
+
+/// The integers from the smallest to the largest coordinate, within [0, length).
+#[inline(always)]
+fn samples_between([a, b, c]: [f64; 3], length: usize) -> std::ops::Range<usize> {
+    let first = a.min(b).min(c).ceil().max(0.0) as usize;
+    let past = (a.max(b).max(c).floor() + 1.0).clamp(0.0, length as f64) as usize;
+    first..past.max(first)
+}
