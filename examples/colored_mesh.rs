@@ -40,6 +40,7 @@ fn main() -> meshseg::Result<()> {
         coarse_to_fine: true,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     };
     let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
     let model = PiecewiseConstant::new(&input.data);

@@ -156,6 +156,7 @@ fn main() -> meshseg::Result<()> {
         coarse_to_fine: true,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     };
     let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
     let segmentation = segment(&mesh, &model, &alternation, &request, &mut go_on)?;

@@ -133,6 +133,7 @@ mod tests {
             coarse_to_fine: false,
             keep_dual: false,
             rounding: Default::default(),
+            label_gap: None,
         }
     }
 

@@ -155,6 +155,7 @@ mod tests {
                 coarse_to_fine: false,
                 keep_dual,
                 rounding: Default::default(),
+                label_gap: None,
             };
             solve(&mesh, &s, &Start::Argmin, &request, &mut |_| ControlFlow::Continue(())).unwrap()
         };

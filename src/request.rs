@@ -25,12 +25,26 @@ pub struct Request {
     pub keep_dual: bool,
     /// How U is rounded to labels.
     pub rounding: Rounding,
+    /// Labels and their bound are improved until the labels are at most this share above any labeling, if it is given.
+    pub label_gap: Option<f64>,
 }
 
 impl Request {
-    /// Fails if lambda is negative or not finite, or a setting of the method is out of range.
+    /// Whether the dual field of the best bound is needed at the end.
+    pub(crate) fn needs_dual(&self) -> bool {
+        self.keep_dual || self.label_gap.is_some()
+    }
+
+    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method is out of range.
     pub fn check(&self) -> Result<()> {
         check_lambda(self.lambda)?;
+        if let Some(gap) = self.label_gap
+            && !(gap >= 0.0 && gap.is_finite())
+        {
+            return Err(Error::unsuitable(format!(
+                "the label gap is {gap:?}: it must be a finite number, 0 or more"
+            )));
+        }
         self.method.check()
     }
 }

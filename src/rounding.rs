@@ -4,6 +4,7 @@
 //! U. With more, expansion moves lower the energy of the graph and single moves the energy itself; each accepted move lowers
 //! the latter. `rounding/labels.rs` has the formulas.
 
+mod bound;
 mod expansion;
 mod labels;
 mod min_cut;
@@ -12,11 +13,12 @@ mod moves;
 use pulp::bytemuck::TransparentWrapper;
 use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 
-use crate::field::Row;
+use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
-use crate::operator::Stencil;
-use crate::problem::{Problem, rounded};
+use crate::operator::{Operator, Stencil};
+use crate::problem::{Problem, label_gap, rounded};
 use crate::sweep::collect;
+use bound::LabelBound;
 use labels::Labels;
 
 /// How U is rounded to labels.
@@ -84,6 +86,91 @@ pub fn round<const M: usize>(
         return unchanged(argmax);
     }
     Rounded { labels, energy, argmax_energy, is_optimal }
+}
+
+/// After this many ascents, and whenever their number has doubled, decoded labels are expanded. The bound is evaluated, and
+/// labels are decoded, after each tenth more ascents.
+const FIRST_EXPANSION: u64 = 5;
+
+/// The ascent is over if a tenth more ascents, and at least this number, lower the gap by less than a hundredth.
+const MIN_STALLED_ASCENTS: u64 = 20;
+
+/// The result of [`tighten`].
+pub struct Tightened {
+    /// The best labels.
+    pub rounded: Rounded,
+    /// L - B: no labels have a smaller energy.
+    pub bound: f64,
+    /// Number of ascents, in both orders each.
+    pub ascents: u64,
+}
+
+/// Raises a bound for labels and looks for better ones until they are within a relative gap, `bound` stalls or `go_on`
+/// returns false. `q` is a feasible dual field, or none.
+pub fn tighten<const M: usize>(
+    mesh: &Mesh,
+    problem: &Problem<Stencil, M>,
+    m: usize,
+    q: &[Tangent<M>],
+    start: Tightened,
+    gap: f64,
+    go_on: &mut dyn FnMut() -> bool,
+) -> Tightened {
+    let costs = Row::peel_slice(&problem.f).as_flattened();
+    let Tightened { mut rounded, mut bound, mut ascents } = start;
+    let mut state = Labels::new(mesh, costs, m, problem.lambda, rounded.labels.clone());
+    let mut field = LabelBound::new(&state, reparametrization(problem, m, q));
+    let (mut next, mut next_expansion) = (1, FIRST_EXPANSION);
+    let mut last = (0, f64::INFINITY);
+    while label_gap(rounded.energy, bound) > gap && go_on() {
+        field.ascend();
+        ascents += 1;
+        if ascents < next {
+            continue;
+        }
+        next += (ascents / 10).max(1);
+        bound = bound.max(field.bound(&state));
+        state.labels = field.decoded();
+        if ascents >= next_expansion {
+            next_expansion = 2 * ascents;
+            expansion::expand(&mut state, |_| false);
+        }
+        moves::improve(&mut state);
+        let one_hot = collect(state.labels.len(), |v| Row::one_hot(state.labels[v].into()));
+        let energy = problem.energy(&one_hot);
+        if energy < rounded.energy {
+            (rounded.energy, rounded.labels) = (energy, state.labels.clone());
+        }
+        let present = label_gap(rounded.energy, bound);
+        if ascents >= last.0 + (ascents / 10).max(MIN_STALLED_ASCENTS) {
+            if present > 0.99 * last.1 {
+                break;
+            }
+            last = (ascents, present);
+        }
+    }
+    // A bound above the energy is one but for rounding errors, which are subtracted from it.
+    bound = bound.min(rounded.energy);
+    Tightened { rounded, bound, ascents }
+}
+
+/// y_jc = (K_jc)^T q_j: for every label it sums to zero over the corners of a face.
+fn reparametrization<const M: usize>(
+    problem: &Problem<Stencil, M>,
+    m: usize,
+    q: &[Tangent<M>],
+) -> Vec<f64> {
+    let faces = problem.k.faces();
+    if q.is_empty() {
+        return vec![0.0; 3 * m * faces];
+    }
+    let mut y = Vec::with_capacity(3 * m * faces);
+    for (j, Tangent([q1, q2])) in q.iter().enumerate() {
+        for [a, b] in problem.k.face(j).columns {
+            y.extend((0..m).map(|p| q1.0[p] * a + q2.0[p] * b));
+        }
+    }
+    y
 }
 
 #[cfg(test)]

@@ -186,7 +186,7 @@ fn segment_compiled<const M: usize>(
             "the region parameters still changed after {estimates} re-estimations{certificate}{advice}"
         ));
     }
-    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings);
+    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings, observe);
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
     let warning = match status {

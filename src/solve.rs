@@ -13,7 +13,7 @@ use ndarray::{Array1, Array2};
 pub(crate) use checks::{check_finite, check_range, check_rows};
 pub use checks::{check_mesh, model_mesh};
 pub(crate) use solution::conclude;
-pub use solution::{Solution, Summary};
+pub use solution::{RoundingRecord, Solution, Summary};
 
 use crate::coarse::{self, Pair};
 use crate::costs;
@@ -104,7 +104,7 @@ fn solve_compiled<const M: usize>(
         None => (start.rows(m, &problem.f, order), None),
     };
     let mut run = Run::new(&start);
-    if request.keep_dual {
+    if request.needs_dual() {
         run.keep_dual();
     }
     let setup = Setup { mesh: model, problem: &problem, start, dual_start };
@@ -113,7 +113,7 @@ fn solve_compiled<const M: usize>(
     run.charge(spent);
     let stop = request.stop.after(spent);
     let status = run.advance(&mut *solver, &problem, &stop, observe);
-    let mut solution = conclude(model, &problem, m, request, run, status, warnings);
+    let mut solution = conclude(model, &problem, m, request, run, status, warnings, observe);
     solution.summary.coarse_to_fine = record;
     // A user who interrupts a run does not want to wait for advice.
     if status != Status::Interrupted {

@@ -155,6 +155,7 @@ fn certified(solver: &str, mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solutio
         coarse_to_fine: false,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     };
     solve(mesh, s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(())).unwrap()
 }
@@ -327,6 +328,7 @@ fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
                 coarse_to_fine: false,
                 keep_dual: false,
                 rounding: Default::default(),
+                label_gap: None,
             };
             solve(&mesh, &s, &Start::Uniform, &request, &mut |_| ControlFlow::Continue(()))
                 .unwrap()

@@ -74,6 +74,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
                 coarse_to_fine: true,
                 keep_dual: false,
                 rounding: Default::default(),
+                label_gap: None,
             };
             let once = || {
                 let go = &mut |_: Option<&_>| ControlFlow::Continue(());

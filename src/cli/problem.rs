@@ -219,6 +219,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
         coarse_to_fine: false,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     };
     let end = End {
         solver: name.clone(),

@@ -76,6 +76,11 @@ pub struct Solving {
     #[arg(long, value_parser = named::<Rounding>(), default_value = "expansion")]
     rounding: Rounding,
 
+    /// After the solve, improve the labels and a bound for labels until they are at most this share above any labeling, for
+    /// example 1e-3; ends earlier at --time-limit, or if the bound rises no further
+    #[arg(long, value_name = "GAP", allow_negative_numbers = true)]
+    label_gap: Option<f64>,
+
     /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
@@ -144,6 +149,7 @@ impl Solving {
             coarse_to_fine: self.coarse_to_fine,
             keep_dual: self.save.contains(&Saved::Q),
             rounding: self.rounding,
+            label_gap: self.label_gap.map(|gap| not_negative("--label-gap", gap)).transpose()?,
         };
         request.check()?;
         meshseg::file::check_folder(&self.out)?;

@@ -32,6 +32,7 @@ fn request(lambda: f64, gap: f64, method: Method) -> Request {
         coarse_to_fine: true,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     }
 }
 

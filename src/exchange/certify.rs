@@ -111,7 +111,7 @@ fn certify_compiled<const M: usize>(
     }
     let m = exchanged.f.ncols();
     let mut solution =
-        conclude(&exchanged.mesh, &certifier.problem, m, request, run, status, warnings);
+        conclude(&exchanged.mesh, &certifier.problem, m, request, run, status, warnings, observe);
     (solution.summary.solver, solution.summary.solver_options) = (solver, options);
     Ok(solution)
 }

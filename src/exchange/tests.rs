@@ -40,6 +40,7 @@ fn request(gap: f64) -> Request {
         coarse_to_fine: false,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     }
 }
 

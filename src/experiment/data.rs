@@ -384,6 +384,7 @@ fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
         coarse_to_fine: false,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
     default_lambda(mesh, data.into(), model, &alternation, &request, &mut observe)

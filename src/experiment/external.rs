@@ -95,6 +95,7 @@ impl Attempt<'_> {
             coarse_to_fine: false,
             keep_dual: false,
             rounding: Default::default(),
+            label_gap: None,
         };
         let iterates = Iterates::of(&out);
         let end = self.end(command_end, &iterates, &stderr);

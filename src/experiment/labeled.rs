@@ -66,6 +66,7 @@ pub fn attempt(
         coarse_to_fine: solver.coarse_to_fine,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     };
     let made = || match &solver.task {
         Task::Segment(estimation) => {

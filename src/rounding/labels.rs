@@ -37,6 +37,10 @@ impl<'a> Labels<'a> {
         Labels { mesh, around, costs, length, m, lambda, labels }
     }
 
+    pub fn mesh(&self) -> &'a Mesh {
+        self.mesh
+    }
+
     pub fn vertices(&self) -> usize {
         self.labels.len()
     }

@@ -161,3 +161,86 @@ fn expansions_remove_noise() {
     assert!(found.energy <= energy(&problem, &truth), "{} {wrong}", found.energy);
     assert!(wrong * 50 < u.len(), "{wrong}");
 }
+
+/// The bound never falls, starts at D(q) or above, and is below the best of all labelings; ascents reach it on small
+/// meshes for most costs. Also with forbidden labels, and without q.
+#[test]
+fn the_bound_is_below_all_labelings_and_never_falls() {
+    let mut reached = 0;
+    for (mesh, m) in [("grid:2x2", 3), ("grid:1x3", 4), ("grid:2x1", 4)] {
+        let mesh = shape(mesh);
+        let n = mesh.vertices.len();
+        for seed in 0..20 {
+            let mut problem = problem::<4>(&mesh, m, [0.05, 0.2, 0.5][seed as usize % 3], seed);
+            if seed % 4 == 0 {
+                problem.f[seed as usize % n].0[1] = FORBIDDEN_COST;
+            }
+            let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+            let costs = Row::peel_slice(&problem.f).as_flattened();
+            let argmax: Vec<u8> = u.iter().map(|u| u.argmax() as u8).collect();
+            let state = Labels::new(&mesh, costs, m, problem.lambda, argmax);
+            let mut rng = rng(seed);
+            let q: Vec<Tangent<4>> = (0..mesh.faces.len())
+                .map(|_| {
+                    let mut row =
+                        || Row::from_fn(|p| if p < m { rng.random_range(-1.0..1.0) } else { 0.0 });
+                    let q = Tangent([row(), row()]);
+                    q * (problem.lambda / q.norm())
+                })
+                .collect();
+            let q = if seed % 2 == 0 { q } else { vec![Tangent::ZERO; mesh.faces.len()] };
+            let mut field = LabelBound::new(&state, reparametrization(&problem, m, &q));
+            let mut bound = field.bound(&state);
+            assert!(bound >= problem.dual_bound(&q) - 1e-12, "{bound}");
+            let least = labelings(n, m).map(|labels| energy(&problem, &labels));
+            let least = least.fold(f64::INFINITY, f64::min);
+            for _ in 0..200 {
+                field.ascend();
+                let next = field.bound(&state);
+                assert!(next >= bound - 1e-12 && next <= least + 1e-12, "{bound} {next} {least}");
+                bound = next;
+            }
+            reached += usize::from(least - bound <= 1e-6 * least);
+            let start = Tightened {
+                rounded: round(&mesh, &problem, m, &u, Rounding::Expansion),
+                bound: 0.0,
+                ascents: 0,
+            };
+            let found = tighten(&mesh, &problem, m, &q, start, 1e-6, &mut || true);
+            assert!(found.bound <= least + 1e-12 && found.rounded.energy >= least - 1e-12);
+        }
+    }
+    assert!(reached >= 50, "{reached} of 60");
+}
+
+/// Min-marginals of a face are those of all m^3 labelings.
+#[test]
+fn min_marginals_are_those_of_all_labelings() {
+    let mesh = shape("grid:1x1");
+    let mut rng = rng(31);
+    for m in 2..=5 {
+        for _ in 0..50 {
+            let problem = problem::<8>(&mesh, m, 0.3, m as u64);
+            let costs = Row::peel_slice(&problem.f).as_flattened();
+            let state = Labels::new(&mesh, costs, m, problem.lambda, vec![0; 4]);
+            let y: Vec<f64> =
+                (0..3 * m * mesh.faces.len()).map(|_| rng.random_range(-0.5..0.5)).collect();
+            let field = LabelBound::new(&state, y.clone());
+            let theta = |x: [u8; 3]| state.face_cost(0, x);
+            for c in 0..3 {
+                let found = field.min_marginals(c);
+                for p in 0..m {
+                    let least = labelings(3, m)
+                        .filter(|x| usize::from(x[c]) == p)
+                        .map(|x| {
+                            let others = (0..3).filter(|&i| i != c);
+                            theta([x[0], x[1], x[2]])
+                                - others.map(|i| y[i * m + usize::from(x[i])]).sum::<f64>()
+                        })
+                        .fold(f64::INFINITY, f64::min);
+                    assert!((found[p] - least).abs() <= 1e-14, "{m} {c} {p}");
+                }
+            }
+        }
+    }
+}

@@ -130,7 +130,7 @@ impl JointProblem<'_> {
         };
         let mut run = Run::new(&start);
         run.charge(spent);
-        if request.keep_dual {
+        if request.needs_dual() {
             run.keep_dual();
         }
         let setup = Setup { mesh, problem: &problem, start, dual_start };

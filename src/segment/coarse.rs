@@ -124,6 +124,7 @@ mod tests {
                 coarse_to_fine: true,
                 keep_dual: false,
                 rounding: Default::default(),
+                label_gap: None,
             };
             let data = Data::new(1, values).unwrap();
             let model = &PiecewiseConstant::new(&data);

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 use ndarray::{Array1, Array2};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -15,8 +16,8 @@ use crate::names::Named;
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, relative_gap};
 use crate::regions;
-use crate::request::Request;
-use crate::rounding::{Rounded, Rounding, round};
+use crate::request::{Observer, Request};
+use crate::rounding::{Rounded, Rounding, Tightened, round, tighten};
 use crate::run::{Run, Sample, Status};
 
 /// The numbers of a result, as in `summary.json`.
@@ -45,16 +46,13 @@ pub struct Summary {
     pub gap: f64,
     /// (E - D) / (E - B).
     pub relative_gap: f64,
-    /// How U was rounded to `labels`: `expansion`, `moves` or `argmax`.
-    pub rounding: Cow<'static, str>,
-    /// The energy of the labels argmax_p u_kp.
-    pub argmax_energy: f64,
     /// R, the energy of the one-hot rows of `labels`.
     pub rounded_energy: f64,
-    /// L: no labels have a smaller energy. It is D, or R where a minimum cut found the best labels.
-    pub label_bound: f64,
-    /// (R - L) / (L - B): the labels are at most this share above any labeling, measured from B as well. Infinite
-    /// (null in JSON) where L = B, which bounds no such share.
+    /// How `labels` were found; `None` in results from before there was more than argmax.
+    #[serde(flatten)]
+    pub rounding: Option<RoundingRecord>,
+    /// (R - L) / (L - B): the labels are at most this share above any labeling, measured from B as well; L is the
+    /// `label_bound`. Infinite (null in JSON) where L = B, which bounds no such share.
     #[serde(deserialize_with = "null_as_infinity")]
     pub rounded_relative_gap: f64,
     /// V.
@@ -75,6 +73,20 @@ pub struct Summary {
     pub coarse_to_fine: Option<Record>,
     /// Warnings for the user, a sentence each: empty regions, unknown vertices, faces left out.
     pub warnings: Vec<String>,
+}
+
+/// The labels of a result and the bound for them, as in `summary.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RoundingRecord {
+    /// How U was rounded to `labels`: `expansion`, `moves` or `argmax`.
+    pub rounding: Cow<'static, str>,
+    /// The energy of the labels argmax_p u_kp.
+    pub argmax_energy: f64,
+    /// L: no labels have a smaller energy. It is D, R where a minimum cut found the best labels, or higher than D if a label
+    /// gap was requested.
+    pub label_bound: f64,
+    /// The number of ascents that raised L, in both orders of the vertices each.
+    pub label_ascents: u64,
 }
 
 /// JSON has no infinity.
@@ -148,7 +160,8 @@ pub(crate) fn conclude<const M: usize>(
     request: &Request,
     run: Run<M>,
     status: Status,
-    warnings: Vec<String>,
+    mut warnings: Vec<String>,
+    observe: Observer<'_>,
 ) -> Solution {
     let u = run.best_u();
     let baseline = problem.baseline;
@@ -158,15 +171,34 @@ pub(crate) fn conclude<const M: usize>(
         Status::Interrupted => Rounding::Argmax,
         _ => request.rounding,
     };
-    let Rounded { labels, energy: rounded_energy, argmax_energy, is_optimal } =
-        round(model, problem, m, u, rounding);
+    let rounded = round(model, problem, m, u, rounding);
+    let bound_of = |energy: f64| problem.clamped_bound(energy, bound);
+    let label_bound = if rounded.is_optimal { rounded.energy } else { bound_of(rounded.energy) };
+    let mut tightened = Tightened { rounded, bound: label_bound, ascents: 0 };
+    if let Some(gap) = request.label_gap
+        && !matches!(status, Status::Interrupted | Status::Diverged | Status::Contradicted)
+    {
+        let begin = Instant::now();
+        let left = request.stop.time.map(|limit| {
+            limit.saturating_sub(Duration::try_from_secs_f64(run.seconds()).unwrap_or_default())
+        });
+        let mut go_on =
+            || left.is_none_or(|left| begin.elapsed() < left) && observe(None).is_continue();
+        let q = run.best_q().unwrap_or_default();
+        tightened = tighten(model, problem, m, q, tightened, gap, &mut go_on);
+        let reached = label_gap(tightened.rounded.energy, tightened.bound);
+        if reached > gap {
+            warnings.push(format!(
+                "the labels are at most {reached:.1e} above any labeling, not {gap:.1e} as requested: the bound rises no \
+                 further, or the time is over"
+            ));
+        }
+    }
+    let Tightened { rounded, bound: label_bound, ascents } = tightened;
+    let Rounded { labels, energy: rounded_energy, argmax_energy, .. } = rounded;
     let labels: Array1<i32> = labels.into_iter().map(i32::from).collect();
     // The rounded labels are a U, too: their energy must not lie below the bound.
     let below_bound = problem.clamped_bound(rounded_energy, bound) > rounded_energy;
-    let label_bound = match is_optimal {
-        true => rounded_energy,
-        false => problem.clamped_bound(rounded_energy, bound),
-    };
     let status = if below_bound { Status::Contradicted } else { status };
     let summary = Summary {
         solver: request.method.name().to_owned(),
@@ -181,9 +213,12 @@ pub(crate) fn conclude<const M: usize>(
         gap: energy - bound,
         relative_gap: relative_gap(energy, bound),
         rounded_energy: baseline + rounded_energy,
-        rounding: rounding.name().into(),
-        argmax_energy: baseline + argmax_energy,
-        label_bound: baseline + label_bound,
+        rounding: Some(RoundingRecord {
+            rounding: rounding.name().into(),
+            argmax_energy: baseline + argmax_energy,
+            label_bound: baseline + label_bound,
+            label_ascents: ascents,
+        }),
         rounded_relative_gap: label_gap(rounded_energy, label_bound),
         vertices: problem.k.vertices(),
         faces: problem.k.faces(),
@@ -199,7 +234,8 @@ pub(crate) fn conclude<const M: usize>(
         summary,
         u: regions::array(u, m),
         labels,
-        q: run.best_q().map(|q| dual_array(q, problem.k.faces(), m)),
+        q: (run.best_q().filter(|_| request.keep_dual))
+            .map(|q| dual_array(q, problem.k.faces(), m)),
         trace: run.trace,
     }
 }

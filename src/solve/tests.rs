@@ -19,7 +19,8 @@ fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
-        rounding: Default::default(),
+        rounding: crate::rounding::Rounding::Argmax,
+        label_gap: None,
         stop: Stop { iterations: Some(40), ..Stop::default() },
     };
     solve(mesh, s, start, &request, &mut |_| ControlFlow::Continue(())).unwrap()
@@ -72,7 +73,8 @@ fn without_steps_the_start_is_returned() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
-        rounding: Default::default(),
+        rounding: crate::rounding::Rounding::Argmax,
+        label_gap: None,
         stop: Stop { iterations: Some(0), ..Stop::default() },
     };
     let start = |start: &Start| {
@@ -145,7 +147,8 @@ fn a_summary_follows_from_u_and_q() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: true,
-        rounding: Default::default(),
+        rounding: crate::rounding::Rounding::Argmax,
+        label_gap: None,
         stop,
     };
     let mut go = |_: Option<&Sample>| ControlFlow::Continue(());
@@ -207,7 +210,8 @@ fn labels_below_the_bound_are_a_contradiction() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
-        rounding: Default::default(),
+        rounding: crate::rounding::Rounding::Argmax,
+        label_gap: None,
         stop: Stop::default(),
     };
     for (bound, status) in [(0.0, Status::Converged), (1.0, Status::Contradicted)] {
@@ -223,7 +227,10 @@ fn labels_below_the_bound_are_a_contradiction() {
         };
         run.record(&problem, &reached);
         assert!(!run.is_contradicted());
-        let solution = conclude(&mesh, &problem, 3, &request, run, Status::Converged, Vec::new());
+        let solution =
+            conclude(&mesh, &problem, 3, &request, run, Status::Converged, Vec::new(), &mut |_| {
+                ControlFlow::Continue(())
+            });
         assert_eq!(solution.summary.status, status);
     }
 }
@@ -242,7 +249,8 @@ fn the_bound_is_clamped_for_labels() {
         method: Method::default(),
         coarse_to_fine: false,
         keep_dual: false,
-        rounding: Default::default(),
+        rounding: crate::rounding::Rounding::Argmax,
+        label_gap: None,
         stop: Stop::default(),
     };
     let mut run = Run::new(&u);
@@ -255,7 +263,11 @@ fn the_bound_is_clamped_for_labels() {
         smoothed_energy: None,
     };
     run.record(&problem, &reached);
-    let summary = conclude(&mesh, &problem, 3, &request, run, Status::Stalled, Vec::new()).summary;
+    let summary =
+        conclude(&mesh, &problem, 3, &request, run, Status::Stalled, Vec::new(), &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .summary;
     assert_eq!(summary.rounded_energy - summary.baseline, 2.0);
     assert!(summary.dual_bound > summary.rounded_energy && summary.gap > 0.0);
     assert_eq!((summary.rounded_relative_gap, summary.status), (0.0, Status::Stalled));

@@ -88,7 +88,7 @@ fn wrong_seeds_are_refused_with_their_line() {
         ("vertex,region\n0,x\n", "line 2: `x` is not an integer"),
         ("vertex,region\n", "has no seeds"),
         ("0,1\n", "line 1: must begin with the line"),
-        ("", "must begin with the line"),
+        ("", "is empty"),
         ("vertex,region\n0\n", "line 2"),
     ];
     let common = format!("segment {MESH} --data data.npy --no-preview --out out");

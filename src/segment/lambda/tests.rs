@@ -73,6 +73,7 @@ fn request() -> Request {
         coarse_to_fine: false,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     }
 }
 

@@ -65,6 +65,7 @@ fn request(lambda: f64, mass: Mass) -> Request {
         coarse_to_fine: false,
         keep_dual: false,
         rounding: Default::default(),
+        label_gap: None,
     }
 }
 

@@ -403,7 +403,8 @@ fn a_welded_solution_is_evaluated_as_it_was_certified() {
     folder.array("S.npy", &costs(soup.vertices.len(), 3));
     for mass in ["barycentric", "voronoi", "consistent"] {
         let problem = format!("cut.ply --costs S.npy --lambda 0.02 --mass {mass} --weld 1e-6");
-        let answer = folder.solve(&format!("{problem} --save q --no-preview"), mass);
+        let answer =
+            folder.solve(&format!("{problem} --save q --rounding argmax --no-preview"), mass);
         let q: Array2<f64> = ndarray_npy::read_npy(folder.path(mass).join("q.npy")).unwrap();
         assert_eq!(q.dim(), (2 * soup.faces.len(), 3));
         assert!(q.slice(ndarray::s![14..16, ..]).iter().all(|&q| q == 0.0));

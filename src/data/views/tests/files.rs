@@ -73,6 +73,7 @@ fn views_of_a_labeled_surface_give_its_labels_and_colors() {
             coarse_to_fine: true,
             keep_dual: false,
             rounding: Default::default(),
+            label_gap: None,
         };
         let alternation = Alternation {
             regions: 3,
