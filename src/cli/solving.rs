@@ -179,11 +179,21 @@ fn time(summary: &Summary) -> String {
     }
 }
 
+/// A share in percent, rounded upwards to two digits after the point, or to two significant ones if it is small.
+fn percent_or_less(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent == 0.0 || percent >= 0.01 {
+        return format!("{:.2} %", (100.0 * percent).ceil() / 100.0);
+    }
+    let unit = 10_f64.powf(percent.log10().floor() - 1.0);
+    format!("{:.1e} %", (percent / unit).ceil() * unit)
+}
+
 /// The lines of the summary that every run prints.
 pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
     let share = summary.rounded_relative_gap;
     let above = if share.is_finite() {
-        format!("{:.2} %", 100.0 * share)
+        percent_or_less(share)
     } else {
         table::number(summary.rounded_energy - summary.dual_bound)
     };
@@ -210,4 +220,16 @@ pub fn summary_lines(summary: &Summary) -> Vec<(&'static str, String)> {
         ("time", time(summary)),
     ]);
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_rounded_upwards() {
+        let shown = [0.0, 0.021001, 0.0209, 1e-4, 9.11e-6, 2.41e-9].map(percent_or_less);
+        let expected = ["0.00 %", "2.11 %", "2.09 %", "0.01 %", "9.2e-4 %", "2.5e-7 %"];
+        assert_eq!(shown, expected);
+    }
 }
