@@ -1,0 +1,122 @@
+//! What `meshseg segment` prints and draws at the end.
+
+use meshseg::counted::counted;
+use meshseg::data::input::InputData;
+use meshseg::data::palette;
+use meshseg::labeling::Labeler;
+use meshseg::mesh::geometry::barycentric_areas;
+use meshseg::outcome::{Looks, PicturedData};
+use meshseg::render;
+use meshseg::segment::count::Count;
+
+use super::arguments::Arguments;
+use super::found::{Found, Region};
+use super::surface::Surface;
+use crate::cli::solving::{Solving, summary_lines};
+use crate::cli::{preview, table};
+
+/// The regions and the data to be drawn on the mesh of the file.
+pub fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving) -> Looks {
+    let number = number_format(&found.regions);
+    let drawn = |(p, region): (usize, &Region)| render::Region {
+        color: region.palette,
+        mean: region.color,
+        text: preview::legend(p, region.share, found.value_name, &region.value, &number),
+    };
+    let colors = || match &surface.weld {
+        Some(weld) => weld.spread(&input.colors),
+        None => input.colors.clone(),
+    };
+    let areas = || barycentric_areas(&surface.scaled);
+    let range = input.unit_range;
+    let (ends, unit) = (range.map(|range| range.ends), range.and_then(|range| range.unit()));
+    let caption = || palette::words(&input.data, &input.name, ends, unit, &areas());
+    Looks {
+        regions: found.regions.iter().enumerate().map(drawn).collect(),
+        data: (!solving.no_preview).then(|| PicturedData {
+            colors: colors(),
+            caption: caption(),
+            view: solving.view,
+        }),
+    }
+}
+
+/// The text that is printed at the end.
+pub fn report(
+    found: &Found,
+    input: &InputData,
+    lambda: f64,
+    labeler: &Labeler,
+    arguments: &Arguments,
+) -> String {
+    let mut lines = summary_lines(&found.solution.summary);
+    if let Some(range) = &input.unit_range {
+        let [low, high] = range.ends.map(table::common_format(table::largest(&range.ends), 4));
+        let unit = range.unit().map_or_else(String::new, |unit| format!(" in {unit} of the file"));
+        lines.push(("data", format!("{}, [{low}, {high}]{unit} mapped to [0, 1]", input.name)));
+    }
+    if arguments.lambda.is_none() {
+        let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
+        lambda.expect("it has a line").1 += ", chosen for these data";
+    }
+    if !found.counts.is_empty() {
+        let index = |count: &Count| {
+            let note = if count.distinct { "" } else { " (not all different)" };
+            format!("{} has {:.2e}{note}", count.regions, count.index)
+        };
+        let tried: Vec<String> = found.counts.iter().map(index).collect();
+        let chosen = format!("{}, by the largest index: {}", found.regions.len(), tried.join(", "));
+        lines.push(("regions chosen", chosen));
+    }
+    if found.seed_vertices > 0 {
+        let seeds =
+            counted(found.seed_vertices, "vertex with a given label", "vertices with given labels");
+        lines.push(("seeds", seeds));
+    }
+    lines.push(("written to", arguments.solving.out.display().to_string()));
+    let table = regions_table(found.value_name, &found.regions);
+    table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)
+}
+
+/// Suggests what to inspect and what to try next.
+fn next_step(arguments: &Arguments, labeler: &Labeler, lambda: f64) -> String {
+    let picture = if arguments.solving.no_preview { "segmented.ply" } else { "preview.png" };
+    let picture = arguments.solving.out.join(picture);
+    if let Labeler::Baseline(_) = labeler {
+        return format!("see {}\n", picture.display());
+    }
+    let try_next = if lambda > 0.0 {
+        format!("--lambda {:.1e} for fewer cuts, {:.1e} for more", 2.0 * lambda, 0.5 * lambda)
+    } else {
+        "a --lambda above 0 for fewer cuts".into()
+    };
+    format!("see {}; try {try_next}, or another --regions\n", picture.display())
+}
+
+/// The common format of the numbers of the regions.
+fn number_format(regions: &[Region]) -> impl Fn(f64) -> String {
+    table::common_format(table::largest(regions.iter().flat_map(|region| &region.value)), 3)
+}
+
+fn regions_table(value_name: &str, regions: &[Region]) -> String {
+    let mut rows: Vec<Vec<String>> =
+        vec![["region", "drawn", "color", value_name, "area", "share"].map(String::from).to_vec()];
+    let number = number_format(regions);
+    let area = table::common_format(table::largest(regions.iter().map(|region| &region.area)), 4);
+    rows.extend(regions.iter().enumerate().map(|(p, region)| {
+        let value: Vec<String> = region.value.iter().map(|&mu| number(mu)).collect();
+        let hex = |color: [f64; 3]| {
+            let [r, g, b] = color.map(|c| (255.0 * c).round() as u8);
+            format!("#{r:02x}{g:02x}{b:02x}")
+        };
+        vec![
+            p.to_string(),
+            hex(region.palette),
+            region.color.map_or_else(String::new, hex),
+            value.join(" "),
+            area(region.area),
+            format!("{:.1} %", 100.0 * region.share),
+        ]
+    }));
+    table::columns(&rows)
+}

@@ -1,0 +1,84 @@
+//! The mesh that `meshseg segment` works on, and what the file says about it.
+
+use meshseg::Result;
+use meshseg::data::input::{self, InputData, Mapping};
+use meshseg::mesh::{Mesh, Source, Weld};
+use meshseg::seeds::Seeds;
+use meshseg::solve::check_mesh;
+
+use super::arguments::Arguments;
+use crate::cli::{note, seeds, welding};
+
+/// The mesh that is segmented.
+pub struct Surface {
+    pub source: Source,
+    /// The mesh of the file.
+    pub mesh: Mesh,
+    pub weld: Option<Weld>,
+    /// Factor by which the welded mesh is scaled.
+    pub scale: f64,
+    /// The mesh after welding and scaling.
+    pub scaled: Mesh,
+}
+
+impl Surface {
+    pub fn read(arguments: &Arguments) -> Result<Self> {
+        let source = Source::parse(&arguments.mesh)?;
+        let mesh = source.mesh()?;
+        let tolerance = arguments.weld.unwrap_or(0.0);
+        let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
+        let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
+        let scale = arguments.normalize.scale(welded.area());
+        let scaled = welded.clone().scaled(scale);
+        check_mesh(&scaled).map_err(|error| error.of_file(&arguments.mesh))?;
+        Ok(Surface { source, mesh, weld, scale, scaled })
+    }
+
+    pub fn welded(&self) -> &Mesh {
+        self.weld.as_ref().map_or(&self.mesh, |weld| &weld.mesh)
+    }
+
+    /// The data on the welded mesh.
+    pub fn input(&self, arguments: &Arguments) -> Result<InputData> {
+        let Arguments { texel, project, fit, .. } = *arguments;
+        let data = arguments.data.as_ref();
+        let mapping = Mapping { texel, project, fit, views: arguments.views.options(data)? };
+        input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
+    }
+
+    /// The seeds of the file, on the welded mesh.
+    pub fn seeds(&self, arguments: &Arguments, m: usize) -> Result<Seeds> {
+        let Some(path) = &arguments.seeds else { return Ok(Seeds::default()) };
+        let seeds = seeds::read(path, &self.mesh, m)?;
+        let welded = self.weld.as_ref().map(|weld| seeds.welded(weld));
+        welded.unwrap_or(Ok(seeds)).map_err(|error| error.of_file(path))
+    }
+
+    /// Reports what was done to the mesh.
+    pub fn report(&self, arguments: &Arguments) {
+        if self.weld.is_some() {
+            let welded = welding::note(self.weld.as_ref(), arguments.weld.unwrap_or(0.0));
+            note(&format!("{welded} (--no-weld keeps them separate)"));
+        } else if let Some(tolerance) = arguments.weld {
+            note(&welding::note(None, tolerance));
+        }
+        if self.scale != 1.0 {
+            note(&format!(
+                "scaled by {:.6e} to total area 1, which lambda refers to; --normalize none keeps the units",
+                self.scale
+            ));
+        }
+    }
+}
+
+/// What is wrong with the mesh or the data.
+pub fn warnings(surface: &Surface, input: &InputData, arguments: &Arguments) -> Vec<String> {
+    let mut warnings = input.warnings.clone();
+    warnings.extend(match arguments.weld {
+        Some(_) => welding::unmended(surface.welded()),
+        None => welding::shattered(surface.welded(), "--weld"),
+    });
+    let side_effect = |weld| welding::side_effect(weld, "--no-weld keeps them separate");
+    warnings.extend(surface.weld.as_ref().and_then(side_effect));
+    warnings
+}
