@@ -8,6 +8,7 @@
 
 use std::path::Path;
 
+use meshseg::counted::counted;
 use meshseg::mesh::Mesh;
 use meshseg::seeds::Seeds;
 use meshseg::{Error, Result, file, npy};
@@ -72,7 +73,8 @@ impl Collected<'_> {
     fn add_table(&mut self) -> Result<()> {
         let bytes = file::read(self.path)?;
         let malformed = |error: csv::Error| Error::malformed(self.path, error.to_string());
-        let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
+        let mut table =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(&bytes[..]);
         let header = table.headers().map_err(malformed)?;
         let element = match header.iter().collect::<Vec<_>>()[..] {
             ["vertex", "region"] => Element::Vertex,
@@ -85,6 +87,13 @@ impl Collected<'_> {
         for row in table.records() {
             let row = row.map_err(malformed)?;
             let line = row.position().map_or(0, csv::Position::line) as usize;
+            if row.len() != 2 {
+                let message = format!(
+                    "has {}; it must have two numbers",
+                    counted(row.len(), "number", "numbers")
+                );
+                return Err(Error::malformed_line(self.path, line, message));
+            }
             let number = |column: usize| {
                 row[column].parse::<i64>().map_err(|_| {
                     let message = format!("`{}` is not an integer", &row[column]);

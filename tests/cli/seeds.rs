@@ -89,7 +89,8 @@ fn wrong_seeds_are_refused_with_their_line() {
         ("vertex,region\n", "has no seeds"),
         ("0,1\n", "line 1: must begin with the line"),
         ("", "is empty"),
-        ("vertex,region\n0\n", "line 2"),
+        ("vertex,region\n0\n", "line 2: has 1 number; it must have two"),
+        ("vertex,region\n0,1,2\n", "line 2: has 3 numbers"),
     ];
     let common = format!("segment {MESH} --data data.npy --no-preview --out out");
     for (content, message) in cases {
