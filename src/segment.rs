@@ -32,7 +32,7 @@ use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::regions::{self, with_regions};
 use crate::run::Status;
-use crate::solve::{Observer, Request, Solution, check_rows, conclude, model_mesh};
+use crate::solve::{Ended, Observer, Request, Solution, check_rows, conclude, model_mesh};
 use crate::unreached;
 
 pub use alternation::Alternation;
@@ -186,7 +186,8 @@ fn segment_compiled<const M: usize>(
             "the region parameters still changed after {estimates} re-estimations{certificate}{advice}"
         ));
     }
-    let mut solution = conclude(mesh, &problem, m, request, run, status, warnings, observe);
+    let mut solution =
+        conclude(mesh, &problem, m, request, Ended { run, status, warnings }, observe);
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
     let warning = match status {

@@ -12,7 +12,7 @@ use ndarray::{Array1, Array2};
 
 pub(crate) use checks::{check_finite, check_range, check_rows};
 pub use checks::{check_mesh, model_mesh};
-pub(crate) use solution::conclude;
+pub(crate) use solution::{Ended, conclude};
 pub use solution::{RoundingRecord, Solution, Summary};
 
 use crate::coarse::{self, Pair};
@@ -73,24 +73,28 @@ pub fn solve_seeded(
         .extend(unreached::warning(&model, |k| !s[[k, 0]].is_nan() || seeds.region(k).is_some()));
     let order = Order::of(&model);
     let model = order.mesh(model);
-    let seeds = &seeds.in_order(&order);
-    let solved = with_regions!(
-        s.ncols(),
-        solve_compiled(&model, &order, warnings, &known, seeds, start, request, observe)
-    );
+    let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
+    let solved =
+        with_regions!(s.ncols(), solve_compiled(&model, &order, warnings, given, request, observe));
     solved.map(|solution| solution.in_file_order(mesh, &order))
+}
+
+/// Costs and start in the order of the caller, seeds in that of the model.
+struct Given<'a> {
+    s: &'a Array2<f64>,
+    seeds: &'a Seeds,
+    start: &'a Start,
 }
 
 fn solve_compiled<const M: usize>(
     model: &Mesh,
     order: &Order,
     warnings: Vec<String>,
-    s: &Array2<f64>,
-    seeds: &Seeds,
-    start: &Start,
+    given: Given<'_>,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Solution> {
+    let Given { s, seeds, start } = given;
     let m = s.ncols();
     let s = order.applied(regions::rows(s.view()));
     let problem = seeded_problem::<M>(model, m, s, seeds, request)?;
@@ -113,7 +117,8 @@ fn solve_compiled<const M: usize>(
     run.charge(spent);
     let stop = request.stop.after(spent);
     let status = run.advance(&mut *solver, &problem, &stop, observe);
-    let mut solution = conclude(model, &problem, m, request, run, status, warnings, observe);
+    let mut solution =
+        conclude(model, &problem, m, request, Ended { run, status, warnings }, observe);
     solution.summary.coarse_to_fine = record;
     // A user who interrupts a run does not want to wait for advice.
     if status != Status::Interrupted {

@@ -18,7 +18,7 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::regions::{self, with_regions};
 use crate::run::{Certificate, Reached, Run, Status};
-use crate::solve::{Observer, Request, Solution, check_range, conclude};
+use crate::solve::{Ended, Observer, Request, Solution, check_range, conclude};
 use crate::start::Start;
 use crate::sweep::max;
 
@@ -110,8 +110,14 @@ fn certify_compiled<const M: usize>(
         ));
     }
     let m = exchanged.f.ncols();
-    let mut solution =
-        conclude(&exchanged.mesh, &certifier.problem, m, request, run, status, warnings, observe);
+    let mut solution = conclude(
+        &exchanged.mesh,
+        &certifier.problem,
+        m,
+        request,
+        Ended { run, status, warnings },
+        observe,
+    );
     (solution.summary.solver, solution.summary.solver_options) = (solver, options);
     Ok(solution)
 }

@@ -152,17 +152,23 @@ impl Solution {
     }
 }
 
+/// A run, how it ended, and what the user is warned of.
+pub(crate) struct Ended<const M: usize> {
+    pub run: Run<M>,
+    pub status: Status,
+    pub warnings: Vec<String>,
+}
+
 /// Rounds the best U and computes the certified gaps.
 pub(crate) fn conclude<const M: usize>(
     model: &Mesh,
     problem: &Problem<Stencil, M>,
     m: usize,
     request: &Request,
-    run: Run<M>,
-    status: Status,
-    mut warnings: Vec<String>,
+    ended: Ended<M>,
     observe: Observer<'_>,
 ) -> Solution {
+    let Ended { run, status, mut warnings } = ended;
     let u = run.best_u();
     let baseline = problem.baseline;
     let (energy, bound) = (run.energy(), run.bound());

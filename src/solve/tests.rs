@@ -227,10 +227,14 @@ fn labels_below_the_bound_are_a_contradiction() {
         };
         run.record(&problem, &reached);
         assert!(!run.is_contradicted());
-        let solution =
-            conclude(&mesh, &problem, 3, &request, run, Status::Converged, Vec::new(), &mut |_| {
-                ControlFlow::Continue(())
-            });
+        let solution = conclude(
+            &mesh,
+            &problem,
+            3,
+            &request,
+            Ended { run, status: Status::Converged, warnings: Vec::new() },
+            &mut |_| ControlFlow::Continue(()),
+        );
         assert_eq!(solution.summary.status, status);
     }
 }
@@ -263,11 +267,15 @@ fn the_bound_is_clamped_for_labels() {
         smoothed_energy: None,
     };
     run.record(&problem, &reached);
-    let summary =
-        conclude(&mesh, &problem, 3, &request, run, Status::Stalled, Vec::new(), &mut |_| {
-            ControlFlow::Continue(())
-        })
-        .summary;
+    let summary = conclude(
+        &mesh,
+        &problem,
+        3,
+        &request,
+        Ended { run, status: Status::Stalled, warnings: Vec::new() },
+        &mut |_| ControlFlow::Continue(()),
+    )
+    .summary;
     assert_eq!(summary.rounded_energy - summary.baseline, 2.0);
     assert!(summary.dual_bound > summary.rounded_energy && summary.gap > 0.0);
     assert_eq!((summary.rounded_relative_gap, summary.status), (0.0, Status::Stalled));

@@ -83,9 +83,9 @@ fn seeds_number_the_regions() {
     let (data, truth) = painted(&mesh, 0.25);
     let region = [2, 0, 1];
     let mut given = vec![None; truth.len()];
-    for t in 0..3 {
+    for (t, &p) in region.iter().enumerate() {
         let first = truth.iter().position(|&other| other == t).unwrap();
-        given[first] = Some(region[t] as u8);
+        given[first] = Some(p as u8);
     }
     let contrary = truth.iter().rposition(|&t| t == 0).unwrap();
     given[contrary] = Some(1);
