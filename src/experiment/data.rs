@@ -32,6 +32,7 @@ use crate::mesh::{Mesh, Shape, Source};
 use crate::npy;
 use crate::operator::Mass;
 use crate::regions;
+use crate::rounding::Rounding;
 use crate::run::Stop;
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
@@ -383,7 +384,7 @@ fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
         stop: Stop::default(),
         coarse_to_fine: false,
         keep_dual: false,
-        rounding: Default::default(),
+        rounding: Rounding::Argmax,
         label_gap: None,
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());

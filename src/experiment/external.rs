@@ -20,6 +20,7 @@ use super::spec::External;
 use crate::certificate::DUAL_STEPS;
 use crate::error::{Error, Result};
 use crate::exchange::{End, Exchanged, Iterates, certify};
+use crate::rounding::Rounding;
 use crate::run::{Status, Stop};
 use crate::solve::{Observer, Request, Solution};
 use crate::solver::Method;
@@ -94,7 +95,7 @@ impl Attempt<'_> {
             stop: (*stop).clone(),
             coarse_to_fine: false,
             keep_dual: false,
-            rounding: Default::default(),
+            rounding: Rounding::Argmax,
             label_gap: None,
         };
         let iterates = Iterates::of(&out);

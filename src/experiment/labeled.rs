@@ -10,6 +10,7 @@ use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
 use crate::mesh::geometry::{barycentric_areas, opposite_edges};
+use crate::rounding::Rounding;
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
@@ -65,7 +66,7 @@ pub fn attempt(
         stop,
         coarse_to_fine: solver.coarse_to_fine,
         keep_dual: false,
-        rounding: Default::default(),
+        rounding: Rounding::Argmax,
         label_gap: None,
     };
     let made = || match &solver.task {
