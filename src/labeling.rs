@@ -168,6 +168,9 @@ impl ModelTask for Estimation<'_> {
 /// A warning about regions that have no vertices besides their seeds.
 fn seeds_only(labels: &Array1<i32>, alternation: &Alternation) -> Option<String> {
     let Alternation { seeds, regions: m, .. } = alternation;
+    if seeds.count() == labels.len() {
+        return None;
+    }
     let mut others = vec![0_usize; *m];
     for (_, &p) in labels.iter().enumerate().filter(|&(k, _)| seeds.region(k).is_none()) {
         others[p as usize] += 1;

@@ -134,12 +134,21 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         self.total_column_length / self.f.len() as f64
     }
 
+    /// What rounding can change in sums of costs and cuts.
+    fn rounding(&self, energy: f64) -> f64 {
+        64.0 * f64::EPSILON * (energy + self.lambda * self.total_column_length)
+    }
+
+    /// Whether sums of costs and cuts determine this energy to nine digits: cuts do not absorb the costs.
+    pub fn is_accurate(&self, energy: f64) -> bool {
+        self.rounding(energy) <= 1e-9 * energy
+    }
+
     /// The bound, clamped to the energy if it exceeds it by no more than rounding can cause: a small multiple of the
     /// unit roundoff times the sizes of all terms in the two sums. Costs of labels that U does not use are not among
     /// these.
     pub fn clamped_bound(&self, energy: f64, bound: f64) -> f64 {
-        let rounding = 64.0 * f64::EPSILON * (energy + self.lambda * self.total_column_length);
-        if bound > energy && bound - energy <= rounding { energy } else { bound }
+        if bound > energy && bound - energy <= self.rounding(energy) { energy } else { bound }
     }
 }
 

@@ -51,17 +51,20 @@ pub struct Rounded {
     pub is_optimal: bool,
 }
 
-/// Rounds U for a problem of m regions on a mesh; labels are never worse than argmax_p u_kp.
+/// Rounds U for a problem of m regions on a mesh; labels are never worse than argmax_p u_kp. Expansions end early if `go_on`
+/// returns false.
 pub fn round<const M: usize>(
     mesh: &Mesh,
     problem: &Problem<Stencil, M>,
     m: usize,
     u: &[Row<M>],
     rounding: Rounding,
+    go_on: &mut dyn FnMut() -> bool,
 ) -> Rounded {
     let argmax = collect(u.len(), |v| u[v].argmax() as u8);
     let argmax_energy = problem.energy(&rounded(u));
-    let is_optimal = rounding == Rounding::Expansion && m == 2;
+    let is_optimal =
+        rounding == Rounding::Expansion && m == 2 && problem.is_accurate(argmax_energy);
     let unchanged = |labels| Rounded { labels, energy: argmax_energy, argmax_energy, is_optimal };
     if rounding == Rounding::Argmax {
         return unchanged(argmax);
@@ -71,7 +74,7 @@ pub fn round<const M: usize>(
     match rounding {
         Rounding::Expansion if m == 2 => expansion::minimize_two(&mut state),
         Rounding::Expansion => {
-            expansion::expand(&mut state, |v| u[v].max() < CERTAIN);
+            expansion::expand(&mut state, |v| u[v].max() < CERTAIN, go_on);
             moves::improve(&mut state);
         }
         Rounding::Moves | Rounding::Argmax => moves::improve(&mut state),
@@ -123,7 +126,7 @@ pub fn tighten<const M: usize>(
     let (mut next, mut next_expansion) = (1, FIRST_EXPANSION);
     let mut last = (0, f64::INFINITY);
     while label_gap(rounded.energy, bound) > gap && go_on() {
-        field.ascend();
+        field.ascend(go_on);
         ascents += 1;
         if ascents < next {
             continue;
@@ -133,7 +136,7 @@ pub fn tighten<const M: usize>(
         state.labels = field.decoded();
         if ascents >= next_expansion {
             next_expansion = 2 * ascents;
-            expansion::expand(&mut state, |_| false);
+            expansion::expand(&mut state, |_| false, go_on);
         }
         moves::improve(&mut state);
         let one_hot = collect(state.labels.len(), |v| Row::one_hot(state.labels[v].into()));
@@ -141,7 +144,7 @@ pub fn tighten<const M: usize>(
         if energy < rounded.energy {
             (rounded.energy, rounded.labels) = (energy, state.labels.clone());
         }
-        let present = label_gap(rounded.energy, bound);
+        let present = rounded.energy - bound;
         if ascents >= last.0 + (ascents / 10).max(MIN_STALLED_ASCENTS) {
             if present > 0.99 * last.1 {
                 break;

@@ -32,6 +32,9 @@ pub struct LabelBound<'a> {
     share: Vec<f64>,
 }
 
+/// An ascent asks whether to go on after this many vertices.
+const VERTICES_BETWEEN_QUESTIONS: usize = 4096;
+
 impl<'a> LabelBound<'a> {
     /// `y` has m numbers per corner; for every label, those of a face sum to zero.
     pub fn new(labels: &Labels<'a>, y: Vec<f64>) -> Self {
@@ -68,12 +71,22 @@ impl<'a> LabelBound<'a> {
         LabelBound { faces: &mesh.faces, around, m, g, y, single, triple, share }
     }
 
-    /// One ascent in each order of the vertices.
-    pub fn ascend(&mut self) {
+    /// One ascent in each order of the vertices; ends early, with a field that is as valid as any, if `go_on` returns false.
+    pub fn ascend(&mut self, go_on: &mut dyn FnMut() -> bool) {
         let n = self.share.len();
         let mut minima = MinMarginals::default();
-        (0..n).for_each(|v| self.update(v, |w, v| w > v, &mut minima));
-        (0..n).rev().for_each(|v| self.update(v, |w, v| w < v, &mut minima));
+        for v in 0..n {
+            if v % VERTICES_BETWEEN_QUESTIONS == 0 && !go_on() {
+                return;
+            }
+            self.update(v, |w, v| w > v, &mut minima);
+        }
+        for v in (0..n).rev() {
+            if v % VERTICES_BETWEEN_QUESTIONS == 0 && !go_on() {
+                return;
+            }
+            self.update(v, |w, v| w < v, &mut minima);
+        }
     }
 
     fn update(

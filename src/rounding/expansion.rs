@@ -14,15 +14,20 @@ const RINGS: usize = 2;
 /// At most this many rounds over all labels.
 const MAX_ROUNDS: usize = 6;
 
-/// Expands all labels in turn until none lowers the energy. `uncertain` vertices are in the band.
-pub fn expand(labels: &mut Labels<'_>, uncertain: impl Fn(usize) -> bool) {
+/// Expands all labels in turn until none lowers the energy or `go_on`, which is asked before each cut, returns false.
+/// `uncertain` vertices are in the band.
+pub fn expand(
+    labels: &mut Labels<'_>,
+    uncertain: impl Fn(usize) -> bool,
+    go_on: &mut dyn FnMut() -> bool,
+) {
     let mut band = Band::around(labels, uncertain);
     let (mut since_change, m) = (0, labels.m);
     for round in 0..MAX_ROUNDS * m {
         if since_change == m {
             break;
         }
-        let changed = band.expand(labels, (round % m) as u8);
+        let changed = band.expand(labels, (round % m) as u8, go_on);
         since_change = if changed { 0 } else { since_change + 1 };
     }
 }
@@ -110,9 +115,12 @@ impl Band {
     }
 
     /// Changes vertices to label p where this lowers the energy; whether any changed.
-    fn expand(&mut self, labels: &mut Labels<'_>, p: u8) -> bool {
+    fn expand(&mut self, labels: &mut Labels<'_>, p: u8, go_on: &mut dyn FnMut() -> bool) -> bool {
         let mut any = false;
         loop {
+            if !go_on() {
+                return any;
+            }
             let since = std::mem::replace(&mut self.expanded[usize::from(p)], self.time);
             let changed = self.cut(labels, p, since);
             let accepted = accept(labels, changed, p);

@@ -109,7 +109,7 @@ fn labels_of_two_regions_are_optimal() {
                 ([FORBIDDEN_COST, 0.0], [0.3, FORBIDDEN_COST]);
         }
         let u: Vec<Row<2>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-        let found = round(&mesh, &problem, 2, &u, Rounding::Expansion);
+        let found = round(&mesh, &problem, 2, &u, Rounding::Expansion, &mut || true);
         assert!(found.is_optimal);
         let least = labelings(n, 2).map(|labels| energy(&problem, &labels));
         let least = least.fold(f64::INFINITY, f64::min);
@@ -128,7 +128,7 @@ fn no_rounding_raises_the_energy() {
         let u: Vec<Row<4>> =
             (0..mesh.vertices.len()).map(|_| Row::one_hot(rng.random_range(0..3))).collect();
         let energies = [Rounding::Argmax, Rounding::Moves, Rounding::Expansion].map(|rounding| {
-            let found = round(&mesh, &problem, 3, &u, rounding);
+            let found = round(&mesh, &problem, 3, &u, rounding, &mut || true);
             assert_eq!(found.energy, energy(&problem, &found.labels));
             assert!(!found.is_optimal && found.energy <= found.argmax_energy);
             found.energy
@@ -155,7 +155,7 @@ fn expansions_remove_noise() {
         .collect();
     let problem = Problem::new(Stencil::new(&mesh), f, 0.02);
     let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-    let found = round(&mesh, &problem, 4, &u, Rounding::Expansion);
+    let found = round(&mesh, &problem, 4, &u, Rounding::Expansion, &mut || true);
     let wrong = (0..u.len()).filter(|&v| usize::from(found.labels[v]) != truth(v)).count();
     let truth: Vec<u8> = (0..u.len()).map(|v| truth(v) as u8).collect();
     assert!(found.energy <= energy(&problem, &truth), "{} {wrong}", found.energy);
@@ -195,14 +195,14 @@ fn the_bound_is_below_all_labelings_and_never_falls() {
             let least = labelings(n, m).map(|labels| energy(&problem, &labels));
             let least = least.fold(f64::INFINITY, f64::min);
             for _ in 0..200 {
-                field.ascend();
+                field.ascend(&mut || true);
                 let next = field.bound(&state);
                 assert!(next >= bound - 1e-12 && next <= least + 1e-12, "{bound} {next} {least}");
                 bound = next;
             }
             reached += usize::from(least - bound <= 1e-6 * least);
             let start = Tightened {
-                rounded: round(&mesh, &problem, m, &u, Rounding::Expansion),
+                rounded: round(&mesh, &problem, m, &u, Rounding::Expansion, &mut || true),
                 bound: 0.0,
                 ascents: 0,
             };
@@ -242,5 +242,28 @@ fn min_marginals_are_those_of_all_labelings() {
                 }
             }
         }
+    }
+}
+
+/// Cuts that dwarf the costs leave the bound where it is: the search ends. It ends at once if it is told to, with a bound
+/// that holds.
+#[test]
+fn the_search_for_better_labels_ends() {
+    let mesh = shape("grid:2x2");
+    for (lambda, patience) in [(1e8, usize::MAX), (1e12, usize::MAX), (0.2, 0), (0.2, 3)] {
+        let problem = problem::<4>(&mesh, 3, lambda, 1);
+        let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
+        let rounded = round(&mesh, &problem, 3, &u, Rounding::Moves, &mut || true);
+        let start = Tightened { rounded, bound: 0.0, ascents: 0 };
+        let mut asked = 0;
+        let mut go_on = || {
+            asked += 1;
+            asked <= patience
+        };
+        let found = tighten(&mesh, &problem, 3, &[], start, 0.0, &mut go_on);
+        assert!(found.ascents < 1000, "{}", found.ascents);
+        let least = labelings(mesh.vertices.len(), 3).map(|labels| energy(&problem, &labels));
+        let least = least.fold(f64::INFINITY, f64::min);
+        assert!(found.bound <= least && found.rounded.energy >= least * (1.0 - 1e-12));
     }
 }

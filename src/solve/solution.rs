@@ -177,29 +177,35 @@ pub(crate) fn conclude<const M: usize>(
         Status::Interrupted => Rounding::Argmax,
         _ => request.rounding,
     };
-    let rounded = round(model, problem, m, u, rounding);
+    let (begin, mut interrupted) = (Instant::now(), false);
+    let spent = Duration::try_from_secs_f64(run.seconds()).unwrap_or_default();
+    let left = request.stop.time.map(|limit| limit.saturating_sub(spent));
+    let mut go_on = || {
+        interrupted |= observe(None).is_break();
+        !interrupted && left.is_none_or(|left| begin.elapsed() < left)
+    };
+    let rounded = round(model, problem, m, u, rounding, &mut go_on);
     let bound_of = |energy: f64| problem.clamped_bound(energy, bound);
     let label_bound = if rounded.is_optimal { rounded.energy } else { bound_of(rounded.energy) };
     let mut tightened = Tightened { rounded, bound: label_bound, ascents: 0 };
     if let Some(gap) = request.label_gap
         && !matches!(status, Status::Interrupted | Status::Diverged | Status::Contradicted)
     {
-        let begin = Instant::now();
-        let left = request.stop.time.map(|limit| {
-            limit.saturating_sub(Duration::try_from_secs_f64(run.seconds()).unwrap_or_default())
-        });
-        let mut go_on =
-            || left.is_none_or(|left| begin.elapsed() < left) && observe(None).is_continue();
         let q = run.best_q().unwrap_or_default();
         tightened = tighten(model, problem, m, q, tightened, gap, &mut go_on);
         let reached = label_gap(tightened.rounded.energy, tightened.bound);
-        if reached > gap {
+        if reached > gap && !interrupted {
             warnings.push(format!(
                 "the labels are at most {reached:.1e} above any labeling, not {gap:.1e} as requested: the bound rises no \
                  further, or the time is over"
             ));
         }
     }
+    let status = match status {
+        Status::Contradicted => status,
+        _ if interrupted => Status::Interrupted,
+        _ => status,
+    };
     let Tightened { rounded, bound: label_bound, ascents } = tightened;
     let Rounded { labels, energy: rounded_energy, argmax_energy, .. } = rounded;
     let labels: Array1<i32> = labels.into_iter().map(i32::from).collect();
