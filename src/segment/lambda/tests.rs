@@ -194,7 +194,8 @@ fn a_trial_takes_the_steps_of_a_segmentation() {
         iterations: Some(MAX_TRIAL_STEPS),
         ..Stop::default()
     };
-    let request = Request { lambda, stop, ..request() };
+    let rounding = crate::rounding::Rounding::Argmax;
+    let request = Request { lambda, stop, rounding, ..request() };
     let mut steps = 0;
     let mut count = |_: Option<&Sample>| {
         steps += 1;

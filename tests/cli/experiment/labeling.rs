@@ -139,7 +139,7 @@ fn an_estimation_is_that_of_segment() {
     write_npy(folder.path("truth.npy"), &truth).unwrap();
     folder.write("e.toml", file);
     folder.done("experiment run e.toml");
-    let segment = "segment torus:40x24 --data data.npy --model gaussian --regions 2 --lambda 0.02 --no-preview --out s";
+    let segment = "segment torus:40x24 --data data.npy --model gaussian --regions 2 --lambda 0.02 --rounding argmax --no-preview --out s";
     folder.done(segment);
     let answer = folder.answer("s");
     let runs = outcomes(&folder.path("results/e"));
