@@ -190,8 +190,8 @@ fn segment_compiled<const M: usize>(
         conclude(mesh, &problem, m, request, Ended { run, status, warnings }, observe);
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
-    let warning = match status {
-        // A user who interrupts a run does not want to wait for advice.
+    let warning = match solution.summary.status {
+        // A user who interrupts a run, or the search for labels after it, does not want to wait for advice.
         Status::Interrupted => None,
         _ if empty.is_empty() => None,
         Status::IterationLimit | Status::TimeLimit => Some(format!(

@@ -120,7 +120,8 @@ fn solve_compiled<const M: usize>(
     let mut solution =
         conclude(model, &problem, m, request, Ended { run, status, warnings }, observe);
     solution.summary.coarse_to_fine = record;
-    // A user who interrupts a run does not want to wait for advice.
+    // A user who interrupts a run, or the search for labels after it, does not want to wait for advice.
+    let status = solution.summary.status;
     if status != Status::Interrupted {
         let done = !matches!(status, Status::IterationLimit | Status::TimeLimit);
         let warning = empty_warning(
