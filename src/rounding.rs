@@ -102,13 +102,13 @@ const MIN_STALLED_ASCENTS: u64 = 20;
 pub struct Tightened {
     /// The best labels.
     pub rounded: Rounded,
-    /// L - B: no labels have a smaller energy.
+    /// L - B: no labels have a smaller energy. Above the energy of the labels only if the computation is in error.
     pub bound: f64,
     /// Number of ascents, in both orders each.
     pub ascents: u64,
 }
 
-/// Raises a bound for labels and looks for better ones until they are within a relative gap, `bound` stalls or `go_on`
+/// Raises a bound for labels and looks for better ones until they are within a relative gap, the bound stalls or `go_on`
 /// returns false. `q` is a feasible dual field, or none.
 pub fn tighten<const M: usize>(
     mesh: &Mesh,
@@ -152,8 +152,7 @@ pub fn tighten<const M: usize>(
             last = (ascents, present);
         }
     }
-    // A bound above the energy is one but for rounding errors, which are subtracted from it.
-    bound = bound.min(rounded.energy);
+    bound = problem.clamped_bound(rounded.energy, bound);
     Tightened { rounded, bound, ascents }
 }
 

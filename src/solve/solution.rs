@@ -209,8 +209,8 @@ pub(crate) fn conclude<const M: usize>(
     let Tightened { rounded, bound: label_bound, ascents } = tightened;
     let Rounded { labels, energy: rounded_energy, argmax_energy, .. } = rounded;
     let labels: Array1<i32> = labels.into_iter().map(i32::from).collect();
-    // The rounded labels are a U, too: their energy must not lie below the bound.
-    let below_bound = problem.clamped_bound(rounded_energy, bound) > rounded_energy;
+    // The rounded labels are a U, too: their energy must lie below neither bound.
+    let below_bound = bound_of(rounded_energy).max(label_bound) > rounded_energy;
     let status = if below_bound { Status::Contradicted } else { status };
     let summary = Summary {
         solver: request.method.name().to_owned(),
