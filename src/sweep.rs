@@ -192,7 +192,14 @@ pub fn sum(n: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
 /// The same for terms that are computed in blocks: `write(first, terms)` writes those from index `first` on.
 #[inline]
 pub fn sum_blocks(n: usize, write: impl Fn(usize, &mut [f64]) + Sync) -> f64 {
-    let block = |from: usize, to: usize| block_sum(from, to, &write);
+    let block = |from: usize, to: usize| {
+        block_sum(
+            from,
+            to,
+            #[inline(always)]
+            |first, terms| write(first, terms),
+        )
+    };
     tree(&blocks(n, &block), &|a, b| a + b)
 }
 

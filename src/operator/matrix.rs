@@ -20,7 +20,8 @@ pub struct Matrix {
 impl Matrix {
     /// K of a mesh. Panics if a face has no area: see [`Mesh::without_degenerate_faces`].
     pub fn new(mesh: &Mesh) -> Self {
-        let mut k = TriMat::new((2 * mesh.faces.len(), mesh.vertices.len()));
+        let shape = (2 * mesh.faces.len(), mesh.vertices.len());
+        let mut k = TriMat::with_capacity(shape, 6 * mesh.faces.len());
         for (j, corners) in mesh.faces.iter().enumerate() {
             let x = mesh.corners(j);
             assert!(mesh.face_area(j) > 0.0, "face {j} has no area");

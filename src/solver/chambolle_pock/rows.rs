@@ -30,7 +30,8 @@ impl<const M: usize> Rows<M> {
             |v, (u, u_bar, &tau, &f)| {
                 let x = project_simplex(*u - tau * (f + kt.at(q, v)));
                 *u_bar = 2.0 * x - *u;
-                *u = rho.map_or(x, |rho| *u + rho * (x - *u));
+                // A closure given to `map_or` would not be inlined.
+                *u = if let Some(rho) = rho { *u + rho * (x - *u) } else { x };
             },
         );
         // y = Proj_{|.|<=lambda}( q + sigma K u_bar ),   q <- q + rho (y - q)
@@ -39,7 +40,7 @@ impl<const M: usize> Rows<M> {
             #[inline(always)]
             |j, (q, &sigma)| {
                 let y = project_ball(*q + sigma * k.at(u_bar, j), *lambda);
-                *q = rho.map_or(y, |rho| *q + rho * (y - *q));
+                *q = if let Some(rho) = rho { *q + rho * (y - *q) } else { y };
             },
         );
     }
