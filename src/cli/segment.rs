@@ -8,10 +8,10 @@ mod surface;
 
 use std::path::Path;
 
-use meshseg::data::ModelName;
 use meshseg::data::input::InputData;
+use meshseg::data::{LitSurface, ModelName, Observed};
 use meshseg::labeling::{Labeler, Labeling, count_regions, label};
-use meshseg::mesh::geometry::barycentric_areas;
+use meshseg::mesh::geometry::{barycentric_areas, vertex_normals};
 use meshseg::operator::Mass;
 use meshseg::outcome;
 use meshseg::seeds::Seeds;
@@ -41,16 +41,24 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let request = solving.request(arguments.lambda.unwrap_or(0.0))?;
     request.check()?;
     let labeler = arguments.labeler()?;
+    let illumination = arguments.lighting.illumination(&labeler)?;
     views::check(arguments.data.as_ref(), &request)?;
     let surface = Surface::read(arguments)?;
     let input = surface.input(arguments)?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
     views::note_means(&input, &labeler);
+    let normals = vertex_normals(&surface.scaled);
+    let lit = Some(LitSurface { normals: &normals, illumination });
+    let observed = Observed { lit, ..input.observed() };
 
-    let (regions, counts) = region_count(arguments, &labeler, &surface, &input, request.mass)?;
+    let (regions, counts) = region_count(arguments, &labeler, &surface, observed, request.mass)?;
     let seeds = surface.seeds(arguments, regions)?;
-    let mut found = labeled(&surface, &input, &labeler, regions, seeds, arguments, &request)?;
-    found.counts = counts;
+    let seed_vertices = seeds.count();
+    let labeling = labeled(&surface, observed, &labeler, regions, seeds, arguments, &request)
+        .map_err(|error| error.of_file(Path::new(&input.name)))?;
+    let regions = describe_regions(&labeling, &input, &barycentric_areas(&surface.scaled));
+    let Labeling { solution, value_name, estimates, .. } = labeling;
+    let mut found = Found { solution, regions, value_name, estimates, seed_vertices, counts };
     let lambda = found.solution.summary.lambda;
     found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
     found.solution.summary.warnings.extend(mapped_data(&input, &labeler));
@@ -74,7 +82,7 @@ fn region_count(
     arguments: &Arguments,
     labeler: &Labeler,
     surface: &Surface,
-    input: &InputData,
+    observed: Observed<'_>,
     mass: Mass,
 ) -> Result<(usize, Vec<Count>)> {
     let numbers = match (labeler, &arguments.regions) {
@@ -91,22 +99,20 @@ fn region_count(
         Labeler::Estimated(model) | Labeler::Given(model, _) => *model,
         Labeler::Baseline(_) => ModelName::Constant,
     };
-    let counts =
-        count_regions(&surface.scaled, input.observed(), model, numbers, mass, arguments.seed)?;
+    let counts = count_regions(&surface.scaled, observed, model, numbers, mass, arguments.seed)?;
     Ok((count::best(&counts), counts))
 }
 
 /// Labels the data by the method that the arguments name; chooses lambda for them if none is given.
 fn labeled(
     surface: &Surface,
-    input: &InputData,
+    observed: Observed<'_>,
     labeler: &Labeler,
     regions: usize,
     seeds: Seeds,
     arguments: &Arguments,
     request: &Request,
-) -> Result<Found> {
-    let seed_vertices = seeds.count();
+) -> Result<Labeling> {
     let alternation = Alternation {
         regions,
         initial: arguments.init,
@@ -117,13 +123,10 @@ fn labeled(
     };
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let (mesh, data, lambda) = (&surface.scaled, input.observed(), arguments.lambda);
-    let labeling = label(mesh, data, labeler, &alternation, lambda, request, &mut observe)
-        .map_err(|error| error.of_file(Path::new(&input.name)))?;
+    let (mesh, lambda) = (&surface.scaled, arguments.lambda);
+    let labeling = label(mesh, observed, labeler, &alternation, lambda, request, &mut observe)?;
     progress.finish();
-    let regions = describe_regions(&labeling, input, &barycentric_areas(mesh));
-    let Labeling { solution, value_name, estimates, .. } = labeling;
-    Ok(Found { solution, regions, value_name, estimates, seed_vertices, counts: Vec::new() })
+    Ok(labeling)
 }
 
 /// Given parameters are in the units of the data as they are segmented, which may depend on the mesh.

@@ -94,9 +94,9 @@ pub fn check(data: Option<&DataSource>, request: &Request) -> Result<()> {
 
 /// Notes that a model sees the means of pixels only.
 pub fn note_means(input: &InputData, labeler: &Labeler) {
-    if input.evidence.is_some() && labeler.name() != "constant" {
+    if input.evidence.is_some() && !["constant", "albedo"].contains(&labeler.name()) {
         note(&format!(
-            "{} sees the mean color of the pixels of each vertex; only constant sees every pixel",
+            "{} sees the mean color of the pixels of each vertex; only constant and albedo see every pixel",
             labeler.name()
         ));
     }

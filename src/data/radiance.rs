@@ -2,13 +2,9 @@
 //!
 //! ```text
 //! s_p(x_k) = r_k ( |c_k - mu_p|^2 + v_k )        mu_p = int u_p r c / int u_p r
-//! r_k = sigma W_k / a_k,   c_k = C_k / W_k,   v_k = Q_k / W_k - |c_k|^2
 //! ```
 //!
-//! With the statistics W, Q, C of `views/statistics.rs`, and a_k the barycentric area, f_k = a_k s_k is the sum over all
-//! pixels of the squared distances of their colors to mu_p, each pixel distributed over the corners of the face that it
-//! sees. sigma = A / sum_k W_k makes the density r of the evidence 1 on average, so that costs have the size of those of
-//! `constant.rs`, which has r = 1 and v = 0. Vertices that no pixel sees are unknown.
+//! with the statistics r, c, v of the pixels, see `pixels.rs`.
 //!
 //! Reference: Delaunoy et al., ICCV 2009, section 3.2; the index of the camera belongs inside both sums of mu_p.
 
@@ -17,43 +13,27 @@ use std::borrow::Cow;
 use rand_pcg::Pcg64;
 
 use super::constant::Mean;
+use super::pixels::{Evidence, Pixels};
 use super::{Cost, Data, DataModel, Initial, PiecewiseConstant, Scale, Weights};
 use crate::error::Result;
 use crate::mesh::coarsen::Coarsening;
 use crate::mesh::order::Order;
 use crate::sweep::sum;
 
-/// What the pixels say of each vertex beyond the mean of their colors.
-#[derive(Clone, Debug)]
-pub struct Evidence {
-    /// r, V numbers: pixels per area, relative to their mean over the surface; 0 where no pixel sees the vertex.
-    pub density: Vec<f64>,
-    /// v, V numbers: the variance of the colors of the pixels.
-    pub variance: Vec<f64>,
-}
-
 /// The likelihood of the pixels.
 #[derive(Clone)]
 pub struct Radiance<'a> {
-    /// c.
-    means: Cow<'a, Data>,
-    evidence: Cow<'a, Evidence>,
+    pixels: Pixels<'a>,
 }
 
 impl<'a> Radiance<'a> {
     /// The model of pixels with these means at the vertices, which are borrowed. Panics if the lengths differ.
     pub fn new(means: &'a Data, evidence: &'a Evidence) -> Self {
-        assert!(evidence.density.len() == means.len() && evidence.variance.len() == means.len());
-        Radiance { means: Cow::Borrowed(means), evidence: Cow::Borrowed(evidence) }
-    }
-
-    /// a r, for vertex weights a.
-    fn evidence_of(&self, weights: &[f64]) -> Vec<f64> {
-        weights.iter().zip(&self.evidence.density).map(|(a, r)| a * r).collect()
+        Radiance { pixels: Pixels::new(means, evidence) }
     }
 
     fn constant(&self) -> PiecewiseConstant<'_> {
-        PiecewiseConstant::new(&self.means)
+        PiecewiseConstant::new(&self.pixels.means)
     }
 }
 
@@ -69,60 +49,26 @@ impl DataModel for Radiance<'_> {
     }
 
     fn vertices(&self) -> usize {
-        self.means.len()
+        self.pixels.means.len()
     }
 
     fn at(&self, k: usize) -> Option<&[f64]> {
-        self.means.known(k)
+        self.pixels.means.known(k)
     }
 
     fn in_order(&self, order: &Order) -> Cow<'_, Self> {
-        let (Some(means), Some(index)) = (self.means.in_order(order), order.vertices()) else {
-            return Cow::Borrowed(self);
-        };
-        let ordered = |values: &[f64]| index.iter().map(|&k| values[k as usize]).collect();
-        let Evidence { density, variance } = &*self.evidence;
-        let evidence = Evidence { density: ordered(density), variance: ordered(variance) };
-        Cow::Owned(Radiance { means: Cow::Owned(means), evidence: Cow::Owned(evidence) })
+        let pixels = self.pixels.in_order(order);
+        pixels.map_or(Cow::Borrowed(self), |pixels| Cow::Owned(Radiance { pixels }))
     }
 
-    /// Statistics restrict by sums, so that the costs are exactly the restricted ones:
-    ///
-    /// ```text
-    /// w_coarse (r, r c, r (v + |c|^2))_coarse = P^T ( w (r, r c, r (v + |c|^2)) )
-    /// ```
+    /// The restricted statistics, with exactly the restricted costs.
     fn restricted(&self, level: &Coarsening, weights: &[f64], coarse: &[f64]) -> Self {
-        let d = self.means.dimension;
-        let mut means = vec![0.0; coarse.len() * d];
-        let (mut density, mut variance) = (vec![0.0; coarse.len()], vec![0.0; coarse.len()]);
-        for (k, parents) in level.parents.iter().enumerate() {
-            let Some(mean) = self.means.known(k) else { continue };
-            let second = self.evidence.variance[k] + squared_norm(mean);
-            for (&c, share) in parents.corners.iter().zip(parents.weights) {
-                let (c, w) = (c as usize, share * weights[k] * self.evidence.density[k]);
-                density[c] += w;
-                variance[c] += w * second;
-                let sums = means[c * d..(c + 1) * d].iter_mut();
-                sums.zip(mean).for_each(|(sum, x)| *sum += w * x);
-            }
-        }
-        for (c, mean) in means.chunks_mut(d).enumerate() {
-            let w = density[c];
-            if w > 0.0 {
-                mean.iter_mut().for_each(|x| *x /= w);
-                variance[c] = variance[c] / w - squared_norm(mean);
-                density[c] = w / coarse[c];
-            }
-        }
-        Radiance {
-            means: Cow::Owned(Data { dimension: d, values: means }),
-            evidence: Cow::Owned(Evidence { density, variance }),
-        }
+        Radiance { pixels: self.pixels.restricted(level, weights, coarse) }
     }
 
     /// The variance of the means, the standard deviation, and the widest range of a coordinate.
     fn scale(&self, weights: &[f64]) -> Scale {
-        self.constant().scale(&self.evidence_of(weights))
+        self.constant().scale(&self.pixels.evidence_of(weights))
     }
 
     fn start(
@@ -132,7 +78,7 @@ impl DataModel for Radiance<'_> {
         weights: &[f64],
         rng: &mut Pcg64,
     ) -> Result<Vec<Mean>> {
-        self.constant().start(initial, m, &self.evidence_of(weights), rng)
+        self.constant().start(initial, m, &self.pixels.evidence_of(weights), rng)
     }
 
     fn check(&self, mu: &[Mean]) -> Result<()> {
@@ -140,9 +86,9 @@ impl DataModel for Radiance<'_> {
     }
 
     fn cost<'a>(&'a self, mu: &'a [Mean]) -> Cost<'a> {
-        assert!(mu.iter().all(|mu| mu.mean.len() == self.means.dimension));
+        assert!(mu.iter().all(|mu| mu.mean.len() == self.pixels.means.dimension));
         Box::new(move |k, s| {
-            let (c, r, v) = (self.means.at(k), self.evidence.density[k], self.evidence.variance[k]);
+            let (r, c, v) = self.pixels.at(k);
             let distance =
                 |mu: &Mean| -> f64 { c.iter().zip(&mu.mean).map(|(c, mu)| (c - mu).powi(2)).sum() };
             s.iter_mut().zip(mu).for_each(|(s, mu)| *s = r * (distance(mu) + v));
@@ -151,16 +97,16 @@ impl DataModel for Radiance<'_> {
 
     fn fit(&self, weights: Weights<'_>, mu: &mut [Mean]) -> Result<f64> {
         let n = weights.vertices();
-        let masses = self.means.masses(weights, mu.len());
+        let masses = self.pixels.means.masses(weights, mu.len());
         let mut change = 0.0;
         for (p, mu) in mu.iter_mut().enumerate().filter(|&(p, _)| masses[p].is_some()) {
-            let mass = |k: usize| weights.at(k)[p] * self.evidence.density[k];
+            let mass = |k: usize| weights.at(k)[p] * self.pixels.evidence.density[k];
             let total = sum(n, mass);
             if total <= 0.0 {
                 continue;
             }
             for (i, mu) in mu.mean.iter_mut().enumerate() {
-                let moment = |k: usize| mass(k) * self.means.at(k)[i];
+                let moment = |k: usize| mass(k) * self.pixels.means.at(k)[i];
                 let mean = sum(n, |k| if self.is_known(k) { moment(k) } else { 0.0 }) / total;
                 change = f64::max(change, (mean - *mu).abs());
                 *mu = mean;
@@ -172,10 +118,6 @@ impl DataModel for Radiance<'_> {
     fn distance(a: &Mean, b: &Mean) -> f64 {
         PiecewiseConstant::distance(a, b)
     }
-}
-
-fn squared_norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ mod view;
 use std::path::Path;
 
 use super::Data;
-use super::radiance::Evidence;
+use super::pixels::Evidence;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use nalgebra::Vector3;
 use ndarray::{Array2, Ix1};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
@@ -21,12 +22,15 @@ use crate::costs;
 use crate::data::constant::Mean;
 use crate::data::humans;
 use crate::data::input::{self, DataSource, Mapping};
+use crate::data::lambertian::Illumination;
 use crate::data::synthetic::{Waves, waves};
-use crate::data::{Data, DataModel, Initial, ModelName, ModelTask, PiecewiseConstant};
+use crate::data::{
+    Data, DataModel, Initial, LitSurface, ModelName, ModelTask, Observed, PiecewiseConstant,
+};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::labeling::{default_lambda, pointwise_costs};
-use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::geometry::{barycentric_areas, vertex_normals};
 use crate::mesh::weld::{coincident, free_cuts};
 use crate::mesh::{Mesh, Shape, Source};
 use crate::npy;
@@ -226,7 +230,7 @@ fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
             let mu: Vec<Mean> = palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect();
             pointwise_costs(&PiecewiseConstant::new(&data), &mu)
         }
-        model => model.with((&data).into(), InitialCosts { mesh, cell })?,
+        _ => initial_costs(mesh, &data, cell)?,
     };
     let labels = labels.into_iter().map(|label| label as i64).collect();
     let truth = Truth { labelings: vec![labels], in_order: cell.model == ModelName::Constant };
@@ -234,6 +238,11 @@ fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
 }
 
 /// The costs of the parameters with which an estimation starts.
+fn initial_costs(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<Array2<f64>> {
+    let normals = vertex_normals(mesh);
+    cell.model.with(on_surface(data, &normals), InitialCosts { mesh, cell })
+}
+
 struct InitialCosts<'a> {
     mesh: &'a Mesh,
     cell: &'a InstanceCell,
@@ -277,7 +286,7 @@ fn costs_of_data(
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-    let costs = cell.model.with((&data).into(), InitialCosts { mesh, cell })?;
+    let costs = initial_costs(mesh, &data, cell)?;
     let looks = match cell.noise > 0.0 && data.dimension == 3 {
         true => (0..data.len()).map(|k| color(data.at(k))).collect(),
         false => input.colors,
@@ -388,7 +397,15 @@ fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
         label_gap: None,
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
-    default_lambda(mesh, data.into(), model, &alternation, &request, &mut observe)
+    let normals = vertex_normals(mesh);
+    let observed = on_surface(data, &normals);
+    default_lambda(mesh, observed, model, &alternation, &request, &mut observe)
+}
+
+/// The data for any model; the light is to be estimated.
+pub fn on_surface<'a>(data: &'a Data, normals: &'a [Vector3<f64>]) -> Observed<'a> {
+    let lit = LitSurface { normals, illumination: Illumination::default() };
+    Observed { lit: Some(lit), ..data.into() }
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

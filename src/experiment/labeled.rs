@@ -9,7 +9,7 @@ use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
-use crate::mesh::geometry::{barycentric_areas, opposite_edges};
+use crate::mesh::geometry::{barycentric_areas, opposite_edges, vertex_normals};
 use crate::rounding::Rounding;
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
@@ -19,7 +19,7 @@ use crate::solver::Method;
 use crate::start::Start;
 use crate::sweep::{self, sum};
 
-use super::data::{Instance, Truth};
+use super::data::{Instance, Truth, on_surface};
 use super::manifest::Scores;
 use super::plan::Planned;
 use super::spec::{BaselineName, Estimation, Init, InstanceCell, Task};
@@ -130,8 +130,11 @@ fn labeled(
     let alternation =
         Alternation { regions, initial, seed, every, labels, seeds: Seeds::default() };
     let lambda = Some(request.lambda);
+    let mesh = &instance.mesh;
+    let normals = vertex_normals(mesh);
+    let observed = on_surface(data, &normals);
     let Labeling { solution, regions, .. } =
-        label(&instance.mesh, data.into(), &labeler, &alternation, lambda, request, observe)?;
+        label(mesh, observed, &labeler, &alternation, lambda, request, observe)?;
     let parameters = Some(regions.into_iter().map(|region| region.value).collect());
     Ok(Made { solution, parameters, level_sets: None })
 }

@@ -25,6 +25,20 @@ pub fn barycentric_areas(mesh: &Mesh) -> Vec<f64> {
     )
 }
 
+/// N_k, the V normals of the vertices: the sum of the area vectors of the faces around each, divided by its length; 0
+/// where it vanishes.
+pub fn vertex_normals(mesh: &Mesh) -> Vec<Vector3<f64>> {
+    let mut normals = vec![Vector3::zeros(); mesh.vertices.len()];
+    for (j, corners) in mesh.faces.iter().enumerate() {
+        let area_vector = mesh.area_vector(j);
+        corners.iter().for_each(|&k| normals[k as usize] += area_vector);
+    }
+    for normal in &mut normals {
+        *normal = normal.try_normalize(0.0).unwrap_or_default();
+    }
+    normals
+}
+
 /// a_k by the mixed Voronoi partition, V areas; 0 at unreferenced vertices.
 pub fn mixed_voronoi_areas(mesh: &Mesh) -> Vec<f64> {
     corner_sums(mesh, |j| {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use meshseg::data::input::DataSource;
+use meshseg::data::lambertian::Illumination;
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
 use meshseg::data::{Initial, ModelName};
@@ -12,6 +13,7 @@ use meshseg::labeling::{Baseline, Labeler};
 use meshseg::mesh::Normalize;
 use meshseg::names::Named;
 use meshseg::{Error, Result};
+use nalgebra::Vector3;
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use crate::cli::means::{self, Means};
@@ -64,7 +66,8 @@ pub struct Arguments {
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
     /// outliers, costs are absolute differences, summed over the columns of the data; gaussian: normally distributed
     /// with a mean and a covariance, costs are negative log densities, for regions that differ by their spread as well; histogram: any distribution of
-    /// up to three numbers, costs are negative log densities of smoothed histograms.
+    /// up to three numbers, costs are negative log densities of smoothed histograms; albedo: near an albedo times the
+    /// light that falls on the surface, see --light, for shaded colors and views.
     /// Baselines that ignore cuts, scored by the energy and bound of constant for their means: kmeans, the nearest
     /// center of area-weighted k-means; threshold, the classes of least variance of data with one number per vertex
     /// (Otsu's method), or those of --thresholds [default: constant, or that of the parameters]
@@ -81,6 +84,9 @@ pub struct Arguments {
     /// agree with them, and so do all labelings that the certificate refers to; the regions start from the data there
     #[arg(long, value_name = "FILE", conflicts_with_all = ["init", "thresholds"])]
     pub seeds: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub lighting: Lighting,
 
     /// Thresholds of --model threshold, ascending, separated by commas
     #[arg(long, value_name = "T,...", value_delimiter = ',', allow_negative_numbers = true)]
@@ -136,6 +142,59 @@ Examples:
   meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny
   meshseg segment temple.ply --data views:templeSR_par.txt --regions 4 --out results/temple";
 
+/// The light of --model albedo.
+#[derive(clap::Args)]
+pub struct Lighting {
+    /// Direction towards the light of --model albedo, in the axes of the mesh [default: estimated]
+    #[arg(
+        long,
+        value_name = "X,Y,Z",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    light: Vec<f64>,
+
+    /// Ambient light of --model albedo, relative to the light [default: estimated]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    ambient: Option<f64>,
+}
+
+impl Lighting {
+    /// The light as far as it is given, for the chosen labeler.
+    pub fn illumination(&self, labeler: &Labeler) -> Result<Illumination> {
+        let given = [("--light", !self.light.is_empty()), ("--ambient", self.ambient.is_some())];
+        if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
+            match labeler {
+                Labeler::Estimated(ModelName::Albedo) => {}
+                Labeler::Given(ModelName::Albedo, _) => {
+                    let message = format!("{name}: the given parameters have a light of their own");
+                    return Err(Error::unsuitable(message));
+                }
+                _ => return Err(Error::unsuitable(format!("{name} needs --model albedo"))),
+            }
+        }
+        let light = match self.light[..] {
+            [] => None,
+            [x, y, z] if [x, y, z].iter().all(|x| x.is_finite()) && [x, y, z] != [0.0; 3] => {
+                // Divided by the largest first, so that no square overflows.
+                let light = Vector3::new(x, y, z);
+                Some((light / light.amax()).normalize())
+            }
+            _ => {
+                return Err(Error::unsuitable(
+                    "--light: must be a direction, three numbers that are not all 0, such as 1,0,2",
+                ));
+            }
+        };
+        if let Some(ambient) = self.ambient.filter(|a| !(*a >= 0.0 && a.is_finite())) {
+            let message = format!("--ambient {ambient:?}: must be a finite number, at least 0");
+            return Err(Error::unsuitable(message));
+        }
+        Ok(Illumination { light, ambient: self.ambient })
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "lowercase")]
 pub enum Model {
@@ -143,6 +202,7 @@ pub enum Model {
     L1,
     Gaussian,
     Histogram,
+    Albedo,
     KMeans,
     Threshold,
 }
@@ -151,12 +211,10 @@ impl Arguments {
     /// The method that labels the data.
     pub fn labeler(&self) -> Result<Labeler> {
         let named = match self.model {
-            Some(model @ (Model::Constant | Model::L1 | Model::Gaussian | Model::Histogram)) => {
-                ModelName::named(model.name())
-            }
-            _ => None,
+            Some(Model::KMeans | Model::Threshold) | None => None,
+            Some(model) => ModelName::named(model.name()),
         };
-        let baseline = matches!(self.model, Some(Model::KMeans | Model::Threshold));
+        let baseline = self.model.is_some() && named.is_none();
         if baseline && let Some(path) = &self.means {
             let message = "--means does not apply to a baseline, which has means of its own";
             return Err(Error::unsuitable(message).of_file(path));

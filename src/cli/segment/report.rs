@@ -59,6 +59,7 @@ pub fn report(
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
+    lines.extend(light(&found.regions[0]).map(|light| ("light", light)));
     if !found.counts.is_empty() {
         let index = |count: &Count| {
             let note = if count.distinct { "" } else { " (not all different)" };
@@ -76,6 +77,15 @@ pub fn report(
     lines.push(("written to", arguments.solving.out.display().to_string()));
     let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)
+}
+
+/// The light of the model albedo, which is the same for all regions.
+fn light(region: &Region) -> Option<String> {
+    let numbers = region.parameters.get("light")?.as_array()?;
+    let ambient = region.parameters.get("ambient")?.as_f64()?;
+    let light: Vec<String> =
+        numbers.iter().filter_map(|x| Some(format!("{:.3}", x.as_f64()?))).collect();
+    Some(format!("from ({}), ambient light {ambient:.3}", light.join(", ")))
 }
 
 /// Suggests what to inspect and what to try next.

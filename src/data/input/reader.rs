@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::source::Mapping;
-use crate::data::radiance::Evidence;
+use crate::data::pixels::Evidence;
 use crate::data::views::Coverage;
 use crate::data::{Data, Observed};
 use crate::error::Result;
@@ -34,7 +34,7 @@ pub struct InputData {
 impl InputData {
     /// The data for a model.
     pub fn observed(&self) -> Observed<'_> {
-        Observed { data: &self.data, evidence: self.evidence.as_ref() }
+        Observed { data: &self.data, evidence: self.evidence.as_ref(), lit: None }
     }
 }
 
