@@ -1,22 +1,26 @@
 //! What `meshseg segment` prints and draws at the end.
 
+use image::RgbImage;
 use meshseg::counted::counted;
-use meshseg::data::input::InputData;
+use meshseg::data::input::{DataSource, InputData};
 use meshseg::data::palette;
+use meshseg::data::views::ViewFolder;
 use meshseg::labeling::Labeler;
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::outcome::{Looks, PicturedData};
 use meshseg::render;
+use meshseg::render::photographs::RegionsInViews;
 use meshseg::segment::count::Count;
 
 use super::arguments::Arguments;
 use super::found::{Found, Region};
 use super::surface::Surface;
-use crate::cli::solving::{Solving, summary_lines};
-use crate::cli::{preview, table};
+use crate::cli::solving::summary_lines;
+use crate::cli::{preview, table, warn};
 
-/// The regions and the data to be drawn on the mesh of the file.
-pub fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving) -> Looks {
+/// The regions and the data to be drawn on the mesh of the file, and the photographs that show it.
+pub fn looks(found: &Found, surface: &Surface, input: &InputData, arguments: &Arguments) -> Looks {
+    let solving = &arguments.solving;
     let number = number_format(&found.regions);
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
@@ -38,6 +42,23 @@ pub fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solv
             caption: caption(),
             view: solving.view,
         }),
+        views: if solving.no_preview { None } else { sheet(found, surface, arguments) },
+    }
+}
+
+/// The photographs with the cut, if the data are views; an image that can no longer be read is a warning.
+fn sheet(found: &Found, surface: &Surface, arguments: &Arguments) -> Option<RgbImage> {
+    let Some(DataSource::Views(file)) = &arguments.data else { return None };
+    let u = &found.solution.u;
+    let numbers = u.as_slice().expect("rows are contiguous");
+    let regions = RegionsInViews::new(&surface.mesh, numbers, u.ncols());
+    let folder = ViewFolder::open(file, arguments.views.images());
+    match folder.and_then(|folder| regions.sheet(&folder)) {
+        Ok(sheet) => Some(sheet),
+        Err(error) => {
+            warn(&[format!("views.png is not written: {error}")]);
+            None
+        }
     }
 }
 
