@@ -72,6 +72,14 @@ impl ViewFolder {
         Ok(ViewFolder { format, views, warnings, files })
     }
 
+    /// Width and height of the image of view i in pixels, without reading it whole.
+    ///
+    /// # Errors
+    /// The file of the views does not have it, and the image cannot be read.
+    pub fn size(&self, i: usize) -> Result<[u32; 2]> {
+        self.views[i].size.map_or_else(|| picture::size(&self.files[i].image), Ok)
+    }
+
     /// The image of view i.
     ///
     /// # Errors

@@ -46,10 +46,7 @@ impl<'a> RegionsInViews<'a> {
     /// # Errors
     /// An image cannot be read, or is not of the size of its camera.
     pub fn sheet(&self, folder: &ViewFolder) -> Result<RgbImage> {
-        let all = folder.views.len();
-        let count = all.min(SHEET_VIEWS);
-        let chosen = (0..count).map(|i| i * all / count).collect();
-        let drawn = sweep::results(chosen, |i: usize| {
+        let drawn = sweep::results(on_sheet(folder), |i: usize| {
             let picture = folder.picture(i)?;
             let k = picture.width.max(picture.height).div_ceil(CELL_SIZE);
             Ok(self.draw_shrunk(&folder.views[i].camera, &picture, k))
@@ -86,6 +83,22 @@ impl<'a> RegionsInViews<'a> {
         }
         image
     }
+}
+
+/// The views on a sheet.
+fn on_sheet(folder: &ViewFolder) -> Vec<usize> {
+    let all = folder.views.len();
+    let count = all.min(SHEET_VIEWS);
+    (0..count).map(|i| i * all / count).collect()
+}
+
+/// The number of pixels that a sheet reads.
+///
+/// # Errors
+/// The size of an image is not known, and it cannot be read.
+pub fn sheet_pixels(folder: &ViewFolder) -> Result<u64> {
+    let pixels = |i: usize| folder.size(i).map(|[w, h]| u64::from(w) * u64::from(h));
+    on_sheet(folder).into_iter().map(pixels).sum()
 }
 
 /// The means of k x k pixels; incomplete ones at the right and at the bottom are left out.
