@@ -24,6 +24,8 @@ pub struct Looks {
     pub regions: Vec<Region>,
     /// Without data no picture is drawn.
     pub data: Option<PicturedData>,
+    /// Photographs with the cut, if the data are views.
+    pub views: Option<RgbImage>,
 }
 
 /// The data in the picture.
@@ -37,7 +39,7 @@ pub struct PicturedData {
 }
 
 /// Writes the folder; `summary` becomes `summary.json`. The solution belongs to the mesh: V rows of U, F faces. A
-/// `preview.png` or `q.npy` of an earlier run is removed if this run does not write one.
+/// `preview.png`, `views.png` or `q.npy` of an earlier run is removed if this run does not write one.
 ///
 /// Fails if a file cannot be written or removed.
 pub fn write(
@@ -67,9 +69,10 @@ pub fn write(
             let u = solution.u.as_slice().expect("rows are contiguous");
             let regions = &looks.regions;
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
-            file::write(&folder.join("preview.png"), |out| {
-                png(out, &image).map_err(std::io::Error::other)
-            })?;
+            write_png(&folder.join("preview.png"), &image)?;
+        }
+        if let Some(views) = &looks.views {
+            write_png(&folder.join("views.png"), views)?;
         }
         file::write(&folder.join("summary.json"), |out| {
             serde_json::to_writer_pretty(&mut *out, summary)?;
@@ -77,7 +80,11 @@ pub fn write(
         })
     })?;
     // A picture or a field of an earlier run does not belong to this one.
-    let written = [("preview.png", looks.data.is_some()), ("q.npy", solution.q.is_some())];
+    let written = [
+        ("preview.png", looks.data.is_some()),
+        ("views.png", looks.views.is_some()),
+        ("q.npy", solution.q.is_some()),
+    ];
     for (name, _) in written.into_iter().filter(|(_, written)| !written) {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
@@ -90,15 +97,21 @@ pub fn write(
     Ok(())
 }
 
-/// Encodes a PNG fast; the file is a third larger than it could be.
-fn png(out: &mut dyn Write, image: &RgbImage) -> std::result::Result<(), png::EncodingError> {
-    let mut encoder = png::Encoder::new(out, image.width(), image.height());
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::Fast);
-    encoder.set_filter(png::FilterType::Up);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(image)?;
-    writer.finish()
+/// Writes a picture as a PNG file, which is a third larger than it could be since it is encoded fast.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_png(path: &Path, image: &RgbImage) -> Result<()> {
+    let encode = |out: &mut dyn Write| -> std::result::Result<(), png::EncodingError> {
+        let mut encoder = png::Encoder::new(out, image.width(), image.height());
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.set_filter(png::FilterType::Up);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(image)?;
+        writer.finish()
+    };
+    file::write(path, |out| encode(out).map_err(std::io::Error::other))
 }
 
 pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
@@ -168,6 +181,7 @@ mod tests {
                     caption: "data".into(),
                     view: "front".parse().unwrap(),
                 }),
+                views: draw.then(|| RgbImage::new(4, 3)),
             }
         };
         let temporary = tempfile::tempdir().unwrap();
@@ -191,6 +205,7 @@ mod tests {
             ];
             expected.extend(keep_dual.then_some("q.npy"));
             expected.extend(draw.then_some("preview.png"));
+            expected.extend(draw.then_some("views.png"));
             expected.sort_unstable();
             assert_eq!(names, expected, "{keep_dual}, {draw}");
         }

@@ -60,5 +60,6 @@ pub fn of_costs(
             caption: "the cheapest region at each vertex".into(),
             view,
         }),
+        views: None,
     }
 }

@@ -1,18 +1,22 @@
-//! `meshseg render`: pictures for papers, or a page in 3-D, of a mesh or of the result of a run.
+//! `meshseg render`: pictures for papers, or a page in 3-D, of a mesh or of the result of a run; synthetic photographs of a
+//! mesh, and the photographs of a run with its cut.
 
 mod arguments;
 mod data;
 mod input;
 mod mesh;
+mod photographs;
 mod run_folder;
+mod synthetic;
+mod viewpoints;
 
-use std::path::Path;
-
+use meshseg::render::Views;
 use meshseg::render::panels::{Panel, Panels, Shown};
 use meshseg::{Error, Result, file, sweep};
 
 use super::{Outcome, note, one_line, print, table};
 use input::Input;
+use viewpoints::Viewpoints;
 
 pub use arguments::Arguments;
 
@@ -21,34 +25,43 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 fn run_here(arguments: &Arguments) -> Outcome {
-    check_out(&arguments.out)?;
+    if arguments.photographs {
+        return photographs::run(arguments);
+    }
+    match &arguments.views {
+        Viewpoints::Named(views) => picture(arguments, views),
+        Viewpoints::Sphere { .. } | Viewpoints::File(_) => synthetic::run(arguments),
+    }
+}
+
+fn picture(arguments: &Arguments, views: &Views) -> Outcome {
+    arguments.synthetic.check_unused()?;
+    check_out(arguments)?;
     let folder = arguments.surface.is_dir();
     let input = if folder { run_folder::read(arguments) } else { mesh::read(arguments) }?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
-    let drawn = drawn(&input, arguments)?;
-    file::write(&arguments.out, |out| out.write_all(&drawn))?;
-    print(&table::pairs(&[("written to", arguments.out.display().to_string())]))?;
+    let drawn = drawn(&input, views, arguments)?;
+    let out = arguments.out();
+    file::write(out, |out| out.write_all(&drawn))?;
+    print(&table::pairs(&[("written to", out.display().to_string())]))?;
     Ok(())
 }
 
-fn check_out(path: &Path) -> Result<()> {
-    if is_page(path) || ends_in(path, "png") {
+fn check_out(arguments: &Arguments) -> Result<()> {
+    if is_page(arguments) || arguments.out_ends_in("png") {
         return Ok(());
     }
-    let message = format!("{}: name a file that ends in .png or .html with --out", path.display());
+    let out = arguments.out().display();
+    let message = format!("{out}: name a file that ends in .png or .html with --out");
     Err(Error::unsuitable(message))
 }
 
 /// Whether the output is a page, not a picture.
-fn is_page(path: &Path) -> bool {
-    ends_in(path, "html")
+fn is_page(arguments: &Arguments) -> bool {
+    arguments.out_ends_in("html")
 }
 
-fn ends_in(path: &Path, end: &str) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(end))
-}
-
-fn drawn(input: &Input, arguments: &Arguments) -> Result<Vec<u8>> {
+fn drawn(input: &Input, views: &Views, arguments: &Arguments) -> Result<Vec<u8>> {
     let shown = if arguments.show.is_empty() { input.default() } else { arguments.show.clone() };
     let surface = input.surface();
     for &shown in &shown {
@@ -58,14 +71,14 @@ fn drawn(input: &Input, arguments: &Arguments) -> Result<Vec<u8>> {
     let panels = Panels {
         surfaces: &[surface],
         panels: &shown.iter().map(panel).collect::<Vec<_>>(),
-        views: &arguments.views.0,
+        views: &views.0,
         columns: arguments.columns.map(|n| usize::from(n).min(shown.len())),
         row_headings: &[],
         column_headings: &[],
         width: arguments.width.unwrap_or_default(),
         transparent: arguments.transparent,
     };
-    if is_page(&arguments.out) {
+    if is_page(arguments) {
         let title = one_line(&arguments.surface.display().to_string());
         let program = concat!("meshseg ", env!("CARGO_PKG_VERSION"));
         return Ok(panels.html(&title, program)?.into_bytes());

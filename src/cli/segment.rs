@@ -68,7 +68,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     }
     let summary =
         SegmentSummary { views, ..summary(&found, &surface, &input, &labeler, arguments) };
-    let looks = looks(&found, &surface, &input, solving);
+    let looks = looks(&found, &surface, &input, arguments);
     outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks)?;
 
     surface.report(arguments);

@@ -100,7 +100,7 @@ pub struct Solving {
     )]
     pub view: View,
 
-    /// Do not write preview.png
+    /// Do not write preview.png, nor views.png for views
     #[arg(long)]
     pub no_preview: bool,
 }

@@ -1,6 +1,6 @@
 //! `--data views:FILE`: which pixels count, and what is reported of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use meshseg::data::input::{DataSource, InputData};
 use meshseg::data::views::{Coverage, PixelWeights, ViewOptions};
@@ -50,6 +50,11 @@ pub struct ViewArguments {
 }
 
 impl ViewArguments {
+    /// The folder of the images, if it is given.
+    pub fn images(&self) -> Option<&Path> {
+        self.images.as_deref()
+    }
+
     /// The options for the chosen data.
     pub fn options(&self, data: Option<&DataSource>) -> Result<ViewOptions> {
         let ViewArguments { images, weights, pure, grazing, border, samples } = self;

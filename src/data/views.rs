@@ -2,14 +2,17 @@
 //!
 //! `formats` reads files of cameras, `picture` their images and masks, `selection` decides which pixels count,
 //! `statistics` sums them at the vertices, and `coverage` reports who saw what. The model of these data is
-//! [`Radiance`](super::Radiance).
+//! [`Radiance`](super::Radiance). [`synthetic`] makes photographs of surfaces whose regions are known, by cameras
+//! [`around`](fn@around) them.
 
+mod around;
 mod coverage;
 mod formats;
 mod options;
 mod picture;
 mod selection;
 mod statistics;
+pub mod synthetic;
 mod view;
 
 use std::path::Path;
@@ -19,18 +22,21 @@ use super::pixels::Evidence;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
+use crate::optics::zbuffer::fits;
 use crate::sweep;
 
+pub use around::{Ball, around};
 pub use coverage::Coverage;
+#[cfg(feature = "experiments")]
+pub use formats::to_toml;
 pub use options::{PixelWeights, ViewOptions};
+pub use picture::Picture;
+pub use view::View;
 
 use coverage::Seen;
-use picture::{Picture, PictureFiles};
+use picture::PictureFiles;
 use statistics::{Sums, ViewStatistics};
-use view::View;
-
-/// At most this many samples of a view are in memory.
-const MAX_SAMPLES: usize = 1 << 28;
+use synthetic::Photograph;
 
 /// Data from views.
 pub struct Viewed {
@@ -42,41 +48,139 @@ pub struct Viewed {
     pub coverage: Coverage,
 }
 
+/// The views of a file, whose images exist.
+pub struct ViewFolder {
+    /// The format of the file.
+    pub format: &'static str,
+    /// The views, in the order of the file.
+    pub views: Vec<View>,
+    /// What was left out of the file, one sentence each.
+    pub warnings: Vec<String>,
+    files: Vec<PictureFiles>,
+}
+
+impl ViewFolder {
+    /// Reads the views of a file, or of the folder of a COLMAP model, and finds their images: next to the file, or in the
+    /// folder `images`.
+    ///
+    /// # Errors
+    /// A file that cannot be read, impossible cameras, images that do not exist.
+    pub fn open(path: &Path, images: Option<&Path>) -> Result<Self> {
+        let file = formats::read(path)?;
+        let files = picture::locate(path, &file, images)?;
+        let formats::ViewFile { format, views, warnings } = file;
+        Ok(ViewFolder { format, views, warnings, files })
+    }
+
+    /// Width and height of the image of view i in pixels, without reading it whole.
+    ///
+    /// # Errors
+    /// The file of the views does not have it, and the image cannot be read.
+    pub fn size(&self, i: usize) -> Result<[u32; 2]> {
+        self.views[i].size.map_or_else(|| picture::size(&self.files[i].image), Ok)
+    }
+
+    /// The image of view i.
+    ///
+    /// # Errors
+    /// A file that cannot be decoded, or is not of the size of the camera.
+    pub fn picture(&self, i: usize) -> Result<Picture> {
+        Picture::read(&self.files[i], &self.views[i])
+    }
+}
+
+/// The cameras of a file, all with the sizes of their images: those in the file, or else those of the images, which are
+/// found as by [`ViewFolder::open`]; and what was left out of the file.
+///
+/// # Errors
+/// A file that cannot be read, impossible cameras, and images without a size in the file that cannot be read either.
+pub fn cameras(path: &Path, images: Option<&Path>) -> Result<(Vec<View>, Vec<String>)> {
+    let mut file = formats::read(path)?;
+    if file.views.iter().any(|view| view.size.is_none()) {
+        let files = picture::locate(path, &file, images)?;
+        for (view, PictureFiles { image, .. }) in file.views.iter_mut().zip(files) {
+            if view.size.is_none() {
+                view.size = Some(picture::size(&image)?);
+            }
+        }
+    }
+    Ok((file.views, file.warnings))
+}
+
 /// Reads the views of a file and their images, and sums their pixels at the vertices of a mesh, which is in the units of
 /// the cameras.
 ///
 /// # Errors
 /// Files that cannot be read, impossible cameras, images that do not fit them, and views that see nothing of the mesh.
 pub fn read(path: &Path, mesh: &Mesh, options: &ViewOptions) -> Result<Viewed> {
-    let file = formats::read(path)?;
-    let pictures = picture::locate(path, &file, options.images.as_deref())?;
+    let folder = ViewFolder::open(path, options.images.as_deref())?;
+    let picture = |i: usize| {
+        let picture = folder.picture(i)?;
+        check_samples(&picture, options.samples)
+            .map_err(|error| error.of_file(&folder.files[i].image))?;
+        Ok(picture)
+    };
+    let ViewFolder { format, views, warnings, .. } = &folder;
+    let mut viewed =
+        summed(mesh, views, picture, options, format).map_err(|error| error.of_file(path))?;
+    viewed.coverage.warnings.splice(0..0, warnings.iter().cloned());
+    Ok(viewed)
+}
+
+/// The same for photographs in memory, one per view, as they are stored in 8 bits.
+///
+/// # Errors
+/// Views that see nothing of the mesh.
+///
+/// # Panics
+/// The numbers of views and photographs differ.
+pub fn of_photographs(
+    views: &[View],
+    photographs: &[Photograph],
+    mesh: &Mesh,
+    options: &ViewOptions,
+) -> Result<Viewed> {
+    assert_eq!(views.len(), photographs.len());
+    let picture = |i: usize| {
+        let Photograph { width, height, .. } = photographs[i];
+        let picture = Picture::of_bytes(width, height, photographs[i].bytes());
+        check_samples(&picture, options.samples)?;
+        Ok(picture)
+    };
+    summed(mesh, views, picture, options, "synthetic")
+}
+
+/// The sums over the pictures of views.
+fn summed(
+    mesh: &Mesh,
+    views: &[View],
+    picture: impl Fn(usize) -> Result<Picture> + Sync,
+    options: &ViewOptions,
+    format: &'static str,
+) -> Result<Viewed> {
     let (mesh, _) = mesh.without_degenerate_faces();
     let mut total = Total::new(&mesh);
-    let views: Vec<(&View, &PictureFiles)> = file.views.iter().zip(&pictures).collect();
+    let views: Vec<(usize, &View)> = views.iter().enumerate().collect();
     // A few views at a time are in memory. They are added in their order, whatever the number of threads.
     for group in views.chunks(2 * sweep::threads()) {
-        let statistics = sweep::results(group.to_vec(), |(view, files)| -> Result<_> {
-            let picture = Picture::read(files, view)?;
-            check_samples(&picture, options.samples)
-                .map_err(|error| error.of_file(&files.image))?;
-            Ok(statistics::of_view(&mesh, &view.camera, &picture, options))
+        let statistics = sweep::results(group.to_vec(), |(i, view)| -> Result<_> {
+            Ok(statistics::of_view(&mesh, &view.camera, &picture(i)?, options))
         });
-        for ((view, _), statistics) in group.iter().zip(statistics) {
+        for ((_, view), statistics) in group.iter().zip(statistics) {
             total.add(view, &statistics?, options.weights);
         }
     }
-    let Total { sums, mut seen } = total;
-    seen.warnings.splice(0..0, file.warnings);
+    let Total { sums, seen } = total;
     let areas = barycentric_areas(&mesh);
-    let coverage = seen.coverage(file.format, &areas).map_err(|error| error.of_file(path))?;
+    let coverage = seen.coverage(format, &areas)?;
     let (means, evidence) = evidence(&sums, &areas, options.weights)?;
     Ok(Viewed { means, evidence, coverage })
 }
 
-/// Checks that the z-buffer fits into memory: it has 12 bytes per sample.
+/// Checks that the z-buffer fits into memory.
 fn check_samples(picture: &Picture, s: usize) -> Result<()> {
     let Picture { width, height, .. } = *picture;
-    if width * height * s * s <= MAX_SAMPLES {
+    if fits([width, height], s) {
         return Ok(());
     }
     Err(Error::unsuitable(format!(

@@ -65,6 +65,12 @@ impl Pinhole {
         Ok(Pinhole { k, r, t })
     }
 
+    /// K, R (both row by row) and t; [`Pinhole::new`] makes the same camera of them, bit by bit.
+    pub fn numbers(&self) -> ([f64; 9], [f64; 9], [f64; 3]) {
+        let rows = |m: &Matrix3<f64>| std::array::from_fn(|i| m[(i / 3, i % 3)]);
+        (rows(&self.k), rows(&self.r), self.t.into())
+    }
+
     /// The camera of the same images at s times the resolution: f_x, f_y times s, c' = (c + 1/2) s - 1/2.
     pub fn scaled(&self, s: f64) -> Self {
         let mut k = self.k;

@@ -17,6 +17,15 @@ use crate::mesh::Mesh;
 /// No face. Face j is stored as j + 1, so that an empty image is zeroed memory as the system provides it.
 const NO_FACE: u32 = 0;
 
+/// At most this many samples of a view are in memory, 12 bytes each.
+const MAX_SAMPLES: usize = 1 << 28;
+
+/// Whether the z-buffer of an image of the given size with S x S samples in each pixel fits into memory.
+pub fn fits([width, height]: [usize; 2], s: usize) -> bool {
+    let samples = [width, height, s, s].into_iter().try_fold(1_usize, usize::checked_mul);
+    samples.is_some_and(|samples| samples <= MAX_SAMPLES)
+}
+
 /// The nearest faces. Samples are numbered row by row.
 pub struct ZBuffer<'a> {
     mesh: &'a Mesh,
@@ -70,16 +79,26 @@ impl<'a> ZBuffer<'a> {
     /// sees the back.
     #[inline(always)]
     pub fn front(&self, j: usize, column: usize, row: usize) -> Option<[f64; 3]> {
+        let (beta, area) = self.seen(j, column, row);
+        // The y axis of an image points down: a face that is counterclockwise from outside has a negative area.
+        if area > 0.0 { None } else { Some(beta) }
+    }
+
+    /// beta, whichever side of face j the sample sees.
+    #[inline(always)]
+    pub fn on_face(&self, j: usize, column: usize, row: usize) -> [f64; 3] {
+        self.seen(j, column, row).0
+    }
+
+    /// beta, and twice the signed area of face j in the image.
+    #[inline(always)]
+    fn seen(&self, j: usize, column: usize, row: usize) -> ([f64; 3], f64) {
         let corners = self.corners(j);
         let (edges, area) = edges(&corners);
-        // The y axis of an image points down: a face that is counterclockwise from outside has a negative area.
-        if area > 0.0 {
-            return None;
-        }
         let (x, y) = (column as f64, row as f64);
         let weights = [0, 1, 2].map(|a| edges[a].at(x, y) * corners[a].w);
         let sum = weights[0] + weights[1] + weights[2];
-        Some(weights.map(|weight| weight / sum))
+        (weights.map(|weight| weight / sum), area)
     }
 
     /// A sample on an edge belongs to both faces, and the first of equal depths wins.

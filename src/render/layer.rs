@@ -9,6 +9,8 @@ use crate::colormap::sequential;
 
 /// The color of the cut between regions in the colors of the palette, sRGB: darker than any region.
 pub(super) const CUT_COLOR: [f64; 3] = [0.09, 0.09, 0.11];
+/// The color of the cut on data and on mean colors, sRGB.
+pub(super) const RED: [f64; 3] = [0.9, 0.0, 0.0];
 /// The color of vertices without data, sRGB.
 pub(super) const UNKNOWN_COLOR: [f64; 3] = [0.72; 3];
 

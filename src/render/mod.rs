@@ -11,6 +11,7 @@ mod legend;
 mod means;
 mod normals;
 pub mod panels;
+pub mod photographs;
 mod region;
 mod scene;
 mod shading;

@@ -9,6 +9,7 @@ mod labeling;
 mod mesh;
 mod mixture;
 mod operators;
+mod photographs;
 mod readme;
 mod reference;
 mod refusals;

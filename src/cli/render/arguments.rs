@@ -1,16 +1,21 @@
 //! The arguments of `meshseg render`.
 
-use std::path::PathBuf;
+mod synthetic;
+
+use std::path::{Path, PathBuf};
 
 use meshseg::data::input::{DataSource, Mapping};
 use meshseg::data::projection::{Fit, Projection};
 use meshseg::data::texture::Texel;
-use meshseg::render::Views;
+use meshseg::data::views::ViewOptions;
 use meshseg::render::panels::{PageWidth, Shown};
 
+use super::viewpoints::Viewpoints;
 use crate::cli::named;
 
-/// Draw a mesh, or the result of a run, as a picture for print or as a page in 3-D.
+pub use synthetic::{SyntheticArguments, Triple};
+
+/// Draw a mesh, or the result of a run, as a picture for print or as a page in 3-D; make photographs of a mesh.
 ///
 /// The picture is a PNG file of 300 dots per inch. It has a panel for each quantity, with captions (a), (b), ... and
 /// color bars; all views have the same scale.
@@ -30,9 +35,25 @@ pub struct Arguments {
     pub show: Vec<Shown>,
 
     /// Viewpoints, separated by commas: auto (one or two that show the regions; a flat mesh straight on), front, back,
-    /// x, -x, y, -y, z, -z, or AZIMUTH,ELEVATION in degrees from the front and the horizon
-    #[arg(long, value_name = "LIST", default_value = "auto", allow_hyphen_values = true)]
-    pub views: Views,
+    /// x, -x, y, -y, z, -z, or AZIMUTH,ELEVATION in degrees from the front and the horizon. Or cameras, which make
+    /// synthetic photographs (see below): sphere:N:WxH, N cameras all around MESH with images of W x H pixels (640x480 if
+    /// they are left out), or FILE, the path of an existing file or folder with cameras as in segment --data views:FILE
+    #[arg(
+        long,
+        value_name = "LIST|FILE|sphere:N",
+        default_value = "auto",
+        allow_hyphen_values = true
+    )]
+    pub views: Viewpoints,
+
+    /// Draw the regions of RUN, a run of segment --data views:FILE, into its photographs: the cut in red. --out FILE.png is
+    /// a sheet of at most 12 of them; --out DIR is a folder with all of them, regions-000.png, ... in the order of FILE
+    #[arg(long, conflicts_with_all = ["show", "views", "u", "labels", "width", "columns", "transparent", "project"])]
+    pub photographs: bool,
+
+    /// Folder of the images of views [default: that of FILE]
+    #[arg(long, value_name = "DIR")]
+    pub images: Option<PathBuf>,
 
     /// The data of the mesh, as in segment; of a run, those that can be read without its mesh: curvature,
     /// texture:IMAGE, image:IMAGE or FILE.npy [default: those that come with the mesh; of a run, those that were
@@ -60,9 +81,10 @@ pub struct Arguments {
     #[arg(long, value_name = "LABELS.npy")]
     pub labels: Option<PathBuf>,
 
-    /// The PNG file; or an HTML file, a page on which the surface can be turned
-    #[arg(long, value_name = "FILE.png", default_value = "render.png")]
-    pub out: PathBuf,
+    /// The PNG file; or an HTML file, a page on which the surface can be turned; or the folder of photographs [default:
+    /// render.png]
+    #[arg(long, value_name = "FILE.png")]
+    pub out: Option<PathBuf>,
 
     /// Width of the picture: millimeters such as 85 or 85mm, or pixels such as 1004px [default: 170mm]
     #[arg(long, value_name = "WIDTH", allow_negative_numbers = true)]
@@ -79,6 +101,9 @@ pub struct Arguments {
     /// Number of threads; the picture does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     pub threads: Option<u16>,
+
+    #[command(flatten)]
+    pub synthetic: SyntheticArguments,
 }
 
 const EXAMPLES: &str = "\
@@ -87,12 +112,26 @@ Examples:
   meshseg render builtin:spot --u results/spot/u.npy --show data,means,labels --out spot.png
   meshseg render results/spot --out spot.html
   meshseg render results/spot --show labels,u:0,uncertainty --views front,back --out spot-u.png
-  meshseg render bunny.ply --data curvature --width 85 --transparent --out bunny.png";
+  meshseg render bunny.ply --data curvature --width 85 --transparent --out bunny.png
+  meshseg render spot.obj --views sphere:24:640x480 --labels L.npy --noise 0.1 --out photographs
+  meshseg render results/temple --photographs --out temple.png";
 
 impl Arguments {
+    /// The output.
+    pub fn out(&self) -> &Path {
+        self.out.as_deref().unwrap_or(Path::new("render.png"))
+    }
+
+    /// Whether the output is a file of this type.
+    pub fn out_ends_in(&self, end: &str) -> bool {
+        let extension = self.out().extension();
+        extension.is_some_and(|extension| extension.eq_ignore_ascii_case(end))
+    }
+
     /// How images are mapped to the mesh.
     pub fn mapping(&self) -> Mapping {
         let Arguments { texel, project, fit, .. } = *self;
-        Mapping { texel, project, fit, ..Mapping::default() }
+        let views = ViewOptions { images: self.images.clone(), ..ViewOptions::default() };
+        Mapping { texel, project, fit, views }
     }
 }

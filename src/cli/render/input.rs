@@ -73,6 +73,13 @@ pub fn of_labels(
     m: usize,
     certainty: Option<Vec<f64>>,
 ) -> Result<Regions> {
+    let labels = labels(path, vertices)?;
+    let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
+    Ok(Regions::of_labels(&labels, m, certainty))
+}
+
+/// The labels in a file, one per vertex, from 0 to 63.
+pub fn labels(path: &Path, vertices: usize) -> Result<Vec<usize>> {
     let found: Array1<i64> = npy::integers::<Ix1>(path, &file::read(path)?)?;
     npy::check_rows(path, &found.mapv(|label| label as f64).insert_axis(Axis(1)), vertices)?;
     let largest = *regions::REGIONS.end() - 1;
@@ -82,7 +89,5 @@ pub fn of_labels(
             Error::malformed(path, message)
         })
     };
-    let labels = found.iter().enumerate().map(label).collect::<Result<Vec<_>>>()?;
-    let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
-    Ok(Regions::of_labels(&labels, m, certainty))
+    found.iter().enumerate().map(label).collect()
 }

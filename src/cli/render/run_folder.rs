@@ -39,6 +39,18 @@ pub fn read(arguments: &Arguments) -> Result<Input> {
     }
 }
 
+/// The mesh of a result folder of `segment` or `solve`. Fails if the folder is not one.
+pub fn mesh(folder: &Path) -> Result<PathBuf> {
+    let path = folder.join("segmented.ply");
+    if path.is_file() && folder.join("labels.npy").is_file() {
+        return Ok(path);
+    }
+    Err(Error::malformed(
+        folder,
+        "is not a result folder of segment, with segmented.ply and labels.npy",
+    ))
+}
+
 /// A result folder of `segment` or `solve`.
 fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
     let path = folder.join("segmented.ply");
@@ -150,7 +162,8 @@ fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
     Ok(Input { mesh, data, regions: Some(regions), means: None, notes, lacking })
 }
 
-fn json(path: &Path) -> Result<Value> {
+/// A JSON file of a run.
+pub fn json(path: &Path) -> Result<Value> {
     serde_json::from_slice(&file::read(path)?).map_err(|error| {
         Error::malformed(path, format!("is not JSON: {error}; make the run again"))
     })

@@ -1,22 +1,27 @@
 //! What `meshseg segment` prints and draws at the end.
 
+use image::RgbImage;
+use meshseg::Result;
 use meshseg::counted::counted;
-use meshseg::data::input::InputData;
+use meshseg::data::input::{DataSource, InputData};
 use meshseg::data::palette;
+use meshseg::data::views::ViewFolder;
 use meshseg::labeling::Labeler;
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::outcome::{Looks, PicturedData};
 use meshseg::render;
+use meshseg::render::photographs::{RegionsInViews, sheet_pixels};
 use meshseg::segment::count::Count;
 
 use super::arguments::Arguments;
 use super::found::{Found, Region};
 use super::surface::Surface;
-use crate::cli::solving::{Solving, summary_lines};
-use crate::cli::{preview, table};
+use crate::cli::solving::summary_lines;
+use crate::cli::{note, preview, table, warn};
 
-/// The regions and the data to be drawn on the mesh of the file.
-pub fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solving) -> Looks {
+/// The regions and the data to be drawn on the mesh of the file, and the photographs that show it.
+pub fn looks(found: &Found, surface: &Surface, input: &InputData, arguments: &Arguments) -> Looks {
+    let solving = &arguments.solving;
     let number = number_format(&found.regions);
     let drawn = |(p, region): (usize, &Region)| render::Region {
         color: region.palette,
@@ -38,7 +43,33 @@ pub fn looks(found: &Found, surface: &Surface, input: &InputData, solving: &Solv
             caption: caption(),
             view: solving.view,
         }),
+        views: if solving.no_preview { None } else { sheet(found, surface, arguments) },
     }
+}
+
+/// The number of pixels in photographs that take about a fifth of a second to draw.
+const FEW_PIXELS: u64 = 12_000_000;
+
+/// The photographs with the cut, if the data are views that are drawn fast. Images that can no longer be read are a warning.
+fn sheet(found: &Found, surface: &Surface, arguments: &Arguments) -> Option<RgbImage> {
+    let Some(DataSource::Views(file)) = &arguments.data else { return None };
+    let drawn = || -> Result<Option<RgbImage>> {
+        let folder = ViewFolder::open(file, arguments.views.images())?;
+        if sheet_pixels(&folder)? > FEW_PIXELS {
+            note(&format!(
+                "the photographs are large; meshseg render {} --photographs draws the regions into them",
+                arguments.solving.out.display()
+            ));
+            return Ok(None);
+        }
+        let u = &found.solution.u;
+        let numbers = u.as_slice().expect("rows are contiguous");
+        RegionsInViews::new(&surface.mesh, numbers, u.ncols()).sheet(&folder).map(Some)
+    };
+    drawn().unwrap_or_else(|error| {
+        warn(&[format!("views.png is not written: {error}")]);
+        None
+    })
 }
 
 /// The text that is printed at the end.

@@ -62,7 +62,6 @@ pub struct Seen {
     pixels: PixelCounts,
     /// Views with faces behind them, and these faces.
     behind: [usize; 2],
-    pub warnings: Vec<String>,
 }
 
 impl Seen {
@@ -73,7 +72,6 @@ impl Seen {
             blind: Vec::new(),
             pixels: PixelCounts::default(),
             behind: [0; 2],
-            warnings: Vec::new(),
         }
     }
 
@@ -116,7 +114,7 @@ impl Seen {
             area / areas.iter().sum::<f64>()
         };
         let (unseen_share, in_one_view_share) = (share(0), share(1));
-        let mut warnings = self.warnings;
+        let mut warnings = Vec::new();
         if !self.blind.is_empty() {
             let named = self.blind.iter().take(MAX_NAMED).map(String::as_str).collect::<Vec<_>>();
             let more = if self.blind.len() > MAX_NAMED { ", ..." } else { "" };

@@ -91,6 +91,12 @@ fn own(path: &Path, text: &str) -> Result<ViewFile> {
     Ok(ViewFile { format: "TOML", views: own::read(path, text)?, warnings: Vec::new() })
 }
 
+/// The views as a file of this program, with all digits of their numbers.
+#[cfg(feature = "experiments")]
+pub fn to_toml(views: &[View]) -> String {
+    own::write(views)
+}
+
 #[cfg(not(feature = "experiments"))]
 fn own(path: &Path, _: &str) -> Result<ViewFile> {
     Err(Error::malformed(path, "needs the feature `experiments`, which reads TOML"))

@@ -2,12 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
+use image::ImageReader;
+
 use super::formats::ViewFile;
 use super::view::View;
 use crate::data::texture::{Decoded, Texels, Turn, decode_file};
 use crate::error::{Error, Result};
+use crate::file;
 
 /// The files of the image and of the mask of a view.
+#[derive(Clone, Debug)]
 pub struct PictureFiles {
     pub image: PathBuf,
     pub mask: Option<PathBuf>,
@@ -54,9 +58,24 @@ pub fn locate(file: &Path, views: &ViewFile, images: Option<&Path>) -> Result<Ve
     }
 }
 
+/// Width and height of an image in pixels, as stored.
+///
+/// # Errors
+/// A file that cannot be read, or is not an image.
+pub fn size(path: &Path) -> Result<[u32; 2]> {
+    let (file, _) = file::open(path)?;
+    let reader = ImageReader::new(file).with_guessed_format();
+    let reader = reader.map_err(|error| Error::io(path, error))?;
+    let size = reader.into_dimensions();
+    size.map(|(width, height)| [width, height])
+        .map_err(|_| Error::malformed(path, "is neither a PNG nor a JPEG image"))
+}
+
 /// The pixels of one image, row by row, and which of them count.
 pub struct Picture {
+    /// In pixels.
     pub width: usize,
+    /// In pixels.
     pub height: usize,
     texels: Texels,
     /// Whether the mask keeps each pixel, if there is one.
@@ -101,6 +120,11 @@ impl Picture {
         Ok(Picture { width, height, texels, mask })
     }
 
+    /// A picture of 8-bit pixels, row by row, without a mask.
+    pub fn of_bytes(width: usize, height: usize, bytes: Vec<[u8; 3]>) -> Self {
+        Picture { width, height, texels: Texels::Eight(bytes), mask: None }
+    }
+
     /// A picture of 16-bit pixels without a mask.
     #[cfg(test)]
     pub fn of(width: usize, height: usize, color: impl Fn(usize, usize) -> [f64; 3]) -> Self {
@@ -111,7 +135,7 @@ impl Picture {
         Picture { width, height, texels, mask: None }
     }
 
-    /// I, in [0, 1].
+    /// I at a pixel, counted row by row, in [0, 1].
     #[inline(always)]
     pub fn color(&self, pixel: usize) -> [f64; 3] {
         color(&self.texels, pixel)

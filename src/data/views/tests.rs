@@ -1,6 +1,7 @@
 //! Tests of the statistics: conservation, invariance, an independent quadrature on faces, and known truths.
 
 mod files;
+mod photographs;
 mod scene;
 
 use nalgebra::Vector3;
@@ -10,7 +11,7 @@ use super::*;
 use crate::optics::zbuffer::ZBuffer;
 use crate::samples::{disjoint, random_rotation, random_vector, rng, shape};
 use rand::RngExt;
-use scene::{Camera, around, on_faces, rendered};
+use scene::{Camera, cameras, on_faces, rendered};
 
 /// A torus that hides a part of itself, within the images.
 fn torus() -> Mesh {
@@ -29,7 +30,7 @@ fn costs_are_conserved() {
     let colors: Vec<[f64; 3]> = (0..80 * 60).map(|_| rng.random()).collect();
     let picture = Picture::of(80, 60, |x, y| colors[80 * y + x]);
     let mu: [f64; 3] = rng.random();
-    for (camera, s) in around(4, 3.0, [80, 60]).into_iter().zip([1, 2, 3, 1]) {
+    for (camera, s) in cameras(4, 3.0, [80, 60]).into_iter().zip([1, 2, 3, 1]) {
         let Camera { pinhole, size } = camera;
         let ViewStatistics { sums, pixels, .. } =
             of_view(&mesh, &pinhole, &picture, &with_samples(s));
@@ -64,7 +65,7 @@ fn a_similarity_of_scene_and_cameras_changes_nothing() {
     let mesh = torus();
     let mut rng = rng(8);
     let picture = Picture::of(160, 120, |x, y| [x as f64 / 160.0, y as f64 / 120.0, 0.3]);
-    for Camera { pinhole, .. } in around(3, 3.0, [160, 120]) {
+    for Camera { pinhole, .. } in cameras(3, 3.0, [160, 120]) {
         let plain = of_view(&mesh, &pinhole, &picture, &with_samples(1));
         let (c, turn) = (37.0, random_rotation(&mut rng));
         let b = 100.0 * random_vector(&mut rng);
@@ -95,7 +96,7 @@ fn pixels_agree_with_a_quadrature_on_faces() {
     let image = |x: f64, y: f64| {
         [0.5 + 0.4 * (5.0 * x).sin(), 0.5 + 0.4 * (4.0 * y).cos(), 0.5 + 0.3 * (x * y * 3.0).sin()]
     };
-    for camera in around(3, 3.0, [40, 30]) {
+    for camera in cameras(3, 3.0, [40, 30]) {
         let exact = on_faces(&mesh, &camera, 24, image);
         let error = |scale: usize| {
             let [w, h] = camera.size.map(|n| n * scale);
@@ -120,7 +121,7 @@ fn pixels_agree_with_a_quadrature_on_faces() {
 fn samples_are_pixels_of_a_larger_image() {
     let mesh = torus();
     let color = |x: usize, y: usize| [x as f64 / 40.0, y as f64 / 30.0, 0.25];
-    for (Camera { pinhole, size: [w, h] }, s) in around(2, 3.0, [40, 30]).into_iter().zip([2, 3]) {
+    for (Camera { pinhole, size: [w, h] }, s) in cameras(2, 3.0, [40, 30]).into_iter().zip([2, 3]) {
         let found = of_view(&mesh, &pinhole, &Picture::of(w, h, color), &with_samples(s)).sums;
         let large = Picture::of(s * w, s * h, |x, y| color(x / s, y / s));
         let same = of_view(&mesh, &pinhole.scaled(s as f64), &large, &with_samples(1)).sums;
@@ -132,7 +133,7 @@ fn samples_are_pixels_of_a_larger_image() {
 #[test]
 fn backs_hide_but_do_not_count() {
     let sphere = shape("sphere:2");
-    let [Camera { pinhole, size: [w, h] }] = around(1, 4.0, [80, 60])[..] else { unreachable!() };
+    let [Camera { pinhole, size: [w, h] }] = cameras(1, 4.0, [80, 60])[..] else { unreachable!() };
     let picture = Picture::of(w, h, |_, _| [0.5; 3]);
     let mut inside_out = sphere.clone();
     inside_out.faces.iter_mut().for_each(|face| face.swap(0, 1));
@@ -156,7 +157,7 @@ fn backs_hide_but_do_not_count() {
 #[test]
 fn faces_behind_the_camera_are_left_out() {
     let sphere = shape("sphere:2");
-    let [Camera { pinhole, size: [w, h] }] = around(1, 4.0, [80, 60])[..] else { unreachable!() };
+    let [Camera { pinhole, size: [w, h] }] = cameras(1, 4.0, [80, 60])[..] else { unreachable!() };
     let picture = Picture::of(w, h, |_, _| [0.5; 3]);
     let mut behind = sphere.clone();
     let twice = 2.0 * pinhole.center().coords;
@@ -172,10 +173,10 @@ fn faces_behind_the_camera_are_left_out() {
 fn robust_choices_leave_out_what_they_say() {
     let sphere = shape("sphere:3");
     let gray = |_: Vector3<f64>| [0.8; 3];
-    for camera in around(3, 4.0, [80, 60]) {
+    for camera in cameras(3, 4.0, [80, 60]) {
         let Camera { pinhole, size: [w, h] } = &camera;
         let colors = rendered(&sphere, &camera, 4, gray, [0.1; 3]);
-        let picture = Picture::of(*w, *h, |x, y| colors[w * y + x]);
+        let picture = Picture::of(*w, *h, |x, y| colors.pixels[w * y + x]);
         let with = |options: ViewOptions| of_view(&sphere, pinhole, &picture, &options);
         let largest_error = |statistics: &ViewStatistics| {
             let errors = statistics.sums.iter().filter(|sums| sums[0] > 0.0);

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::optics::pinhole::Pinhole;
 
 /// An image and its camera.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The file of the image, as it is named in the file of the views.
     pub image: String,
@@ -16,6 +16,7 @@ pub struct View {
     pub mask: Option<String>,
     /// Width and height of the image in pixels, if the file has them.
     pub size: Option<[u32; 2]>,
+    /// From the units of the mesh to pixels.
     pub camera: Pinhole,
 }
 

@@ -7,11 +7,9 @@ use crate::colormap::{categorical, sequential};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
-use crate::render::layer::CUT_COLOR;
+use crate::render::layer::{CUT_COLOR, RED};
 use crate::render::means::{mean_colors, mean_numbers};
 
-/// The cut on data and on mean colors, sRGB.
-const RED: [f64; 3] = [0.9, 0.0, 0.0];
 /// The color of regions without a mean, sRGB.
 const GRAY: [f64; 3] = [0.72; 3];
 

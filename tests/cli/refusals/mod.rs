@@ -6,6 +6,7 @@ mod arrays;
 mod images;
 mod meshes;
 mod outputs;
+mod photographs;
 mod pictures;
 mod views;
 

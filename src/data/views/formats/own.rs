@@ -11,27 +11,30 @@
 //! t = [0.0, 0.0, 3.0]
 //! ```
 //!
-//! Matrices are row by row.
+//! Matrices are row by row. Numbers are written with all their digits, so that a file gives back the same cameras.
 
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::data::views::view::{View, camera};
 use crate::error::{Error, Result};
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Document {
     view: Vec<Entry>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Entry {
     image: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     width: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     height: Option<u32>,
     #[serde(rename = "K")]
     k: [f64; 9],
@@ -61,4 +64,16 @@ pub fn read(path: &Path, text: &str) -> Result<Vec<View>> {
         Ok(View { image, mask, size, camera })
     };
     document.view.into_iter().map(view).collect()
+}
+
+/// The text of a file of these views.
+pub fn write(views: &[View]) -> String {
+    let entry = |view: &View| {
+        let View { image, mask, size, camera } = view.clone();
+        let ([width, height], (k, r, t)) =
+            (size.map_or([None; 2], |n| n.map(Some)), camera.numbers());
+        Entry { image, mask, width, height, k, r, t }
+    };
+    let document = Document { view: views.iter().map(entry).collect() };
+    toml::to_string(&document).expect("names and numbers can be written")
 }

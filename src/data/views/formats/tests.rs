@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use tempfile::TempDir;
 
 use super::*;
+use crate::optics::pinhole::Pinhole;
 use crate::samples::{random_rotation, random_vector, rng};
 
 const K: [f64; 9] = [510.0, 0.0, 301.5, 0.0, 520.0, 222.25, 0.0, 0.0, 1.0];
@@ -156,6 +157,26 @@ fn every_format_has_the_same_cameras() {
             assert!(error <= 1e-9, "{format}: {error}");
         }
     }
+}
+
+/// Bit by bit, whatever the names of the images.
+#[test]
+fn written_views_are_read_again() {
+    let pinhole = |Pose { r, t }: &Pose| {
+        let k = Matrix3::from_row_slice(&K);
+        Pinhole::new(k / 3.0, *r, *t * 1e-3 / 7.0).unwrap()
+    };
+    let poses = poses();
+    let view = |(i, image): (usize, &str)| View {
+        image: image.into(),
+        mask: (i == 0).then(|| "mask \u{e9}.png".into()),
+        size: (i < 2).then_some([640, 481]),
+        camera: pinhole(&poses[i]),
+    };
+    let names = ["a b.png", "folder\\\"quoted\" 'name'.png", "line\nbreak \u{7f}.jpg"];
+    let views: Vec<View> = names.into_iter().enumerate().map(view).collect();
+    let found = read_as("views.toml", to_toml(&views).as_bytes()).unwrap();
+    assert_eq!((found.format, found.views), ("TOML", views));
 }
 
 fn refused(found: Result<ViewFile>, clause: &str) {

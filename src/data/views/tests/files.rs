@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use nalgebra::Vector3;
 use tempfile::TempDir;
 
-use super::scene::{around, numbers, rendered};
+use super::scene::{BALL, Camera, rendered};
 use super::torus;
-use crate::data::views::{PixelWeights, ViewOptions, Viewed, read};
+use crate::data::views::{PixelWeights, View, ViewOptions, Viewed, around, read, to_toml};
 use crate::data::{DataModel, Initial, Radiance};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
@@ -32,30 +32,36 @@ fn png(path: &Path, [w, h]: [usize; 2], pixel: impl Fn(usize) -> [u8; 3]) {
     image.save(path).unwrap();
 }
 
-/// A folder with `views.toml` and images of a mesh in three colors; `extra` is added to each view.
-fn scene(mesh: &Mesh, n: usize, size: [usize; 2], extra: &str) -> (TempDir, PathBuf) {
+/// A folder with `views.toml` and images of a mesh in three colors; `change` changes each view in the file.
+fn scene(
+    mesh: &Mesh,
+    n: usize,
+    size: [usize; 2],
+    change: impl Fn(&mut View),
+) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
-    let mut text = String::new();
-    for (i, (k, r, t)) in numbers(n, 4.0, size).into_iter().enumerate() {
-        text +=
-            &format!("[[view]]\nimage = \"{i}.png\"\n{extra}\nK = {k:?}\nR = {r:?}\nt = {t:?}\n");
-    }
-    for (i, camera) in around(n, 4.0, size).into_iter().enumerate() {
-        let colors = rendered(mesh, &camera, 3, |x| PALETTE[region(x)], [0.0; 3]);
-        png(&folder.path().join(format!("{i}.png")), size, |i| {
-            colors[i].map(|c| (255.0 * c).round() as u8)
-        });
+    let mut views = around(&BALL, n, 4.0, size.map(|n| n as u32)).unwrap();
+    for view in &mut views {
+        let camera = Camera { pinhole: view.camera, size };
+        let colors = rendered(mesh, &camera, 3, |x| PALETTE[region(x)], [0.0; 3]).bytes();
+        png(&folder.path().join(&view.image), size, |i| colors[i]);
+        change(view);
     }
     let path = folder.path().join("views.toml");
-    std::fs::write(&path, text).unwrap();
+    std::fs::write(&path, to_toml(&views)).unwrap();
     (folder, path)
+}
+
+/// Images of unknown size.
+fn unsized_view(view: &mut View) {
+    view.size = None;
 }
 
 /// Synthetic views of a labeled sphere give its labels and colors back.
 #[test]
 fn views_of_a_labeled_surface_give_its_labels_and_colors() {
     let mesh = shape("sphere:4");
-    let (_folder, path) = scene(&mesh, 12, [160, 120], "width = 160\nheight = 120");
+    let (_folder, path) = scene(&mesh, 12, [160, 120], |_| ());
     let areas = barycentric_areas(&mesh);
     for weights in [PixelWeights::Pixel, PixelWeights::Angle, PixelWeights::Unit] {
         let options = ViewOptions { weights, pure: 2, grazing: 0.2, ..ViewOptions::default() };
@@ -109,7 +115,7 @@ fn views_of_a_labeled_surface_give_its_labels_and_colors() {
 #[test]
 fn statistics_have_the_same_bits_with_any_number_of_threads() {
     let mesh = torus();
-    let (_folder, path) = scene(&mesh, 9, [80, 60], "");
+    let (_folder, path) = scene(&mesh, 9, [80, 60], unsized_view);
     let with = |threads| {
         let read = || read(&path, &mesh, &ViewOptions::default()).unwrap();
         let Viewed { means, evidence, .. } = with_threads(Some(threads), read).unwrap();
@@ -125,7 +131,7 @@ fn statistics_have_the_same_bits_with_any_number_of_threads() {
 fn unseen_vertices_are_unknown() {
     let sphere = shape("sphere:3");
     let mesh = disjoint([sphere.clone(), sphere.clone().scaled(0.5)]);
-    let (_folder, path) = scene(&sphere, 8, [80, 60], "");
+    let (_folder, path) = scene(&sphere, 8, [80, 60], unsized_view);
     let Viewed { means, evidence, coverage } = read(&path, &mesh, &ViewOptions::default()).unwrap();
     let n = sphere.vertices.len();
     let model = Radiance::new(&means, &evidence);
@@ -143,7 +149,7 @@ fn unseen_vertices_are_unknown() {
 #[test]
 fn masks_leave_out_dark_pixels() {
     let mesh = shape("sphere:3");
-    let (folder, path) = scene(&mesh, 6, [80, 60], "mask = \"mask.png\"");
+    let (folder, path) = scene(&mesh, 6, [80, 60], |view| view.mask = Some("mask.png".into()));
     png(&folder.path().join("mask.png"), [80, 60], |i| [if i % 80 < 40 { 255 } else { 0 }; 3]);
     let masked = read(&path, &mesh, &ViewOptions::default()).unwrap().coverage;
     let sum = masked.pixels_used + masked.pixels_left_out;
@@ -165,18 +171,18 @@ fn views_that_do_not_fit_are_refused() {
         assert!(message.contains(clause) && !message.contains('\n'), "{message}");
     };
     let all = ViewOptions::default();
-    let (folder, path) = scene(&sphere, 3, [80, 60], "width = 640\nheight = 480");
+    let (folder, path) = scene(&sphere, 3, [80, 60], |view| view.size = Some([640, 480]));
     refused(&sphere, &path, &all, "has 80 x 60 pixels, but its camera is for 640 x 480");
     let elsewhere = ViewOptions { images: Some("nowhere".into()), ..all.clone() };
     refused(&sphere, &path, &elsewhere, "3 of its images do not exist");
-    std::fs::remove_file(folder.path().join("1.png")).unwrap();
-    refused(&sphere, &path, &all, "1.png: does not exist");
-    std::fs::write(folder.path().join("1.png"), b"text").unwrap();
-    std::fs::remove_file(folder.path().join("0.png")).unwrap();
-    std::fs::write(folder.path().join("0.png"), b"text").unwrap();
-    refused(&sphere, &path, &all, "0.png: is neither a PNG nor a JPEG");
+    std::fs::remove_file(folder.path().join("view-001.png")).unwrap();
+    refused(&sphere, &path, &all, "view-001.png: does not exist");
+    std::fs::write(folder.path().join("view-001.png"), b"text").unwrap();
+    std::fs::remove_file(folder.path().join("view-000.png")).unwrap();
+    std::fs::write(folder.path().join("view-000.png"), b"text").unwrap();
+    refused(&sphere, &path, &all, "view-000.png: is neither a PNG nor a JPEG");
 
-    let (_folder, path) = scene(&sphere, 3, [80, 60], "");
+    let (_folder, path) = scene(&sphere, 3, [80, 60], unsized_view);
     let mut away = sphere.clone();
     away.vertices.iter_mut().for_each(|x| *x += Vector3::new(50.0, 60.0, 70.0));
     refused(&away, &path, &all, "the surface");

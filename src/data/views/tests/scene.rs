@@ -1,11 +1,12 @@
-//! Cameras around the origin, what they see of a mesh, and the second formula of the statistics.
+//! Cameras around the origin, what they see of a color in space, and the second formula of the statistics.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::data::views::statistics::Sums;
+use crate::data::views::synthetic::{self, Photograph};
+use crate::data::views::{Ball, around};
 use crate::mesh::Mesh;
 use crate::optics::pinhole::Pinhole;
-use crate::optics::zbuffer::ZBuffer;
 
 pub struct Camera {
     pub pinhole: Pinhole,
@@ -13,34 +14,13 @@ pub struct Camera {
     pub size: [usize; 2],
 }
 
-/// K, R and t, row by row, of n cameras on a Fibonacci sphere that look at the origin.
-pub fn numbers(n: usize, distance: f64, [w, h]: [usize; 2]) -> Vec<([f64; 9], [f64; 9], [f64; 3])> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let camera = |i: usize| {
-        let height = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;
-        let (angle, radius) = (golden * i as f64 + 0.3, (1.0 - height * height).sqrt());
-        let out = Vector3::new(radius * angle.cos(), radius * angle.sin(), height);
-        let forward = -out;
-        let right = forward.cross(&Vector3::new(0.1, 0.2, 1.0)).normalize();
-        let r = Matrix3::from_rows(&[
-            right.transpose(),
-            forward.cross(&right).transpose(),
-            forward.transpose(),
-        ]);
-        let f = 0.45 * distance * w.min(h) as f64;
-        let k = [f, 0.0, w as f64 / 2.0 - 0.3, 0.0, f, h as f64 / 2.0 - 0.6, 0.0, 0.0, 1.0];
-        (k, std::array::from_fn(|i| r[(i / 3, i % 3)]), [0.0, 0.0, distance])
-    };
-    (0..n).map(camera).collect()
-}
+/// A ball of radius 1 around the origin.
+pub const BALL: Ball = Ball { center: Point3::new(0.0, 0.0, 0.0), radius: 1.0 };
 
-/// The same as cameras; a ball of radius 1 fills nine tenths of the image.
-pub fn around(n: usize, distance: f64, size: [usize; 2]) -> Vec<Camera> {
-    let pinhole = |(k, r, t): ([f64; 9], [f64; 9], [f64; 3])| {
-        let matrix = |numbers: &[f64]| Matrix3::from_row_slice(numbers);
-        Pinhole::new(matrix(&k), matrix(&r), Vector3::from(t)).unwrap()
-    };
-    numbers(n, distance, size).into_iter().map(|c| Camera { pinhole: pinhole(c), size }).collect()
+/// n cameras that look at the origin from a distance; a ball of radius 1 fills nine tenths of the image.
+pub fn cameras(n: usize, distance: f64, size: [usize; 2]) -> Vec<Camera> {
+    let views = around(&BALL, n, distance, size.map(|n| n as u32)).unwrap();
+    views.into_iter().map(|view| Camera { pinhole: view.camera, size }).collect()
 }
 
 /// The image of a surface whose color is a function of the position, as the mean of s x s samples a pixel.
@@ -50,23 +30,12 @@ pub fn rendered(
     s: usize,
     color: impl Fn(Vector3<f64>) -> [f64; 3],
     background: [f64; 3],
-) -> Vec<[f64; 3]> {
-    let zbuffer = ZBuffer::new(mesh, pinhole, *size, s);
-    let mut image = vec![[0.0; 3]; size[0] * size[1]];
-    for sample in 0..zbuffer.width * zbuffer.height {
-        let (x, y) = (sample % zbuffer.width, sample / zbuffer.width);
-        let front = zbuffer.face(sample).and_then(|j| Some((j, zbuffer.front(j, x, y)?)));
-        let seen = match front {
-            Some((j, beta)) => {
-                let corners = mesh.corners(j);
-                color((0..3).map(|a| corners[a].coords * beta[a]).sum())
-            }
-            None => background,
-        };
-        let pixel = &mut image[y / s * size[0] + x / s];
-        pixel.iter_mut().zip(seen).for_each(|(sum, c)| *sum += c / (s * s) as f64);
-    }
-    image
+) -> Photograph {
+    let at = |j: usize, beta: [f64; 3]| {
+        let corners = mesh.corners(j);
+        color((0..3).map(|a| corners[a].coords * beta[a]).sum())
+    };
+    synthetic::rendered(mesh, pinhole, *size, s, at, background)
 }
 
 /// W, Q and C of one camera by n^2 midpoints on each face: the weight of a point is -det K (x.n) / z^3 dsigma, and a ray
