@@ -30,7 +30,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     }
     match &arguments.views {
         Viewpoints::Named(views) => picture(arguments, views),
-        Viewpoints::Sphere { .. } | Viewpoints::File(_) => synthetic::run(arguments),
+        Viewpoints::Sphere(_) | Viewpoints::File(_) => synthetic::run(arguments),
     }
 }
 

@@ -25,7 +25,7 @@ use crate::mesh::geometry::barycentric_areas;
 use crate::optics::zbuffer::fits;
 use crate::sweep;
 
-pub use around::{Ball, around};
+pub use around::{Ball, CamerasAround, around};
 pub use coverage::Coverage;
 #[cfg(feature = "experiments")]
 pub use formats::to_toml;

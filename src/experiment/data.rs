@@ -16,6 +16,7 @@ use sha2::{Digest, Sha256};
 use tracing::subscriber::{self, NoSubscriber};
 
 use super::choice::DataChoice;
+use super::photographs::Photographed;
 use super::spec::{External, InstanceCell, LambdaChoice};
 use crate::colormap::categorical;
 use crate::costs;
@@ -23,9 +24,12 @@ use crate::data::constant::Mean;
 use crate::data::humans;
 use crate::data::input::{self, DataSource, Mapping};
 use crate::data::lambertian::Illumination;
+use crate::data::pixels::Evidence;
 use crate::data::synthetic::{Waves, waves};
+use crate::data::views::CamerasAround;
 use crate::data::{
     Data, DataModel, Initial, LitSurface, ModelName, ModelTask, Observed, PiecewiseConstant,
+    Radiance,
 };
 use crate::error::{Error, Result};
 use crate::file;
@@ -133,7 +137,7 @@ impl Folders {
             }
             DataChoice::Own => paint(&mut hash, &source, None, cell)?,
             DataChoice::Source(choice) => paint(&mut hash, &source, Some(choice), cell)?,
-            DataChoice::Waves => {}
+            DataChoice::Waves | DataChoice::Photographs(_) => {}
         }
         if let Some(name) = &cell.truth {
             hash.update(file::read(&self.path(name)?)?);
@@ -173,8 +177,9 @@ impl Folders {
     pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, InstanceError> {
         let source = self.mesh(&cell.mesh)?;
         let mesh = scaled_mesh(&source, cell)?;
-        let Costed { data, costs, looks, mut truth } = match &self.data(&cell.data)? {
+        let Costed { data, evidence, costs, looks, mut truth } = match &self.data(&cell.data)? {
             DataChoice::Waves => costs_of_waves(&mesh, cell)?,
+            DataChoice::Photographs(cameras) => costs_of_photographs(&mesh, *cameras, cell)?,
             DataChoice::Costs(path) => given_costs(&mesh, path)?,
             DataChoice::Own => costs_of_data(&source, &mesh, None, cell)?,
             DataChoice::Source(choice) => costs_of_data(&source, &mesh, Some(choice), cell)?,
@@ -185,7 +190,7 @@ impl Folders {
         let lambda = match (cell.lambda, &data) {
             (LambdaChoice::Given(lambda), _) => lambda,
             (LambdaChoice::Auto(factor), Some(data)) => {
-                let default = lambda_of(&mesh, data, cell);
+                let default = lambda_of(&mesh, data, evidence.as_ref(), cell);
                 factor * default.map_err(|error| error.of_file(Path::new(&cell.mesh)))?
             }
             (LambdaChoice::Auto(_), None) => unreachable!("the file was checked for this"),
@@ -194,7 +199,7 @@ impl Folders {
             Source::Shape(Shape::Grid { nx, ny }) => Some([nx as usize + 1, ny as usize + 1]),
             _ => None,
         };
-        Ok(Instance { mesh, data, costs, lambda, looks, truth, grid })
+        Ok(Instance { mesh, data, evidence, costs, lambda, looks, truth, grid })
     }
 }
 
@@ -217,6 +222,7 @@ fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
 /// Costs, the data they are computed from, and the rest as in [`Instance`].
 struct Costed {
     data: Option<Data>,
+    evidence: Option<Evidence>,
     costs: Array2<f64>,
     looks: Vec<[f64; 3]>,
     truth: Option<Truth>,
@@ -230,17 +236,44 @@ fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
             let mu: Vec<Mean> = palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect();
             pointwise_costs(&PiecewiseConstant::new(&data), &mu)
         }
-        _ => initial_costs(mesh, &data, cell)?,
+        _ => initial_costs(mesh, &data, None, cell)?,
     };
-    let labels = labels.into_iter().map(|label| label as i64).collect();
-    let truth = Truth { labelings: vec![labels], in_order: cell.model == ModelName::Constant };
-    Ok(Costed { data: Some(data), costs, looks, truth: Some(truth) })
+    let truth = Some(Truth::of_waves(labels, cell));
+    Ok(Costed { data: Some(data), evidence: None, costs, looks, truth })
+}
+
+/// The costs of photographs of waves.
+fn costs_of_photographs(
+    mesh: &Mesh,
+    cameras: CamerasAround,
+    cell: &InstanceCell,
+) -> Result<Costed> {
+    let InstanceCell { photography, regions, noise, seed, model, .. } = cell;
+    let Photographed { data, evidence, waves: Waves { labels, palette, .. } } =
+        photography.of_waves(mesh, cameras, *regions, *noise, *seed)?;
+    let known = |k: usize| data.known(k).map_or(UNKNOWN_COLOR, color);
+    let looks = (0..mesh.vertices.len()).map(known).collect();
+    let mu = || palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect::<Vec<_>>();
+    let costs = match (model, &evidence) {
+        (ModelName::Constant, Some(evidence)) => {
+            pointwise_costs(&Radiance::new(&data, evidence), &mu())
+        }
+        (ModelName::Constant, None) => pointwise_costs(&PiecewiseConstant::new(&data), &mu()),
+        _ => initial_costs(mesh, &data, evidence.as_ref(), cell)?,
+    };
+    let truth = Some(Truth::of_waves(labels, cell));
+    Ok(Costed { data: Some(data), evidence, costs, looks, truth })
 }
 
 /// The costs of the parameters with which an estimation starts.
-fn initial_costs(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<Array2<f64>> {
+fn initial_costs(
+    mesh: &Mesh,
+    data: &Data,
+    evidence: Option<&Evidence>,
+    cell: &InstanceCell,
+) -> Result<Array2<f64>> {
     let normals = vertex_normals(mesh);
-    cell.model.with(on_surface(data, &normals), InitialCosts { mesh, cell })
+    cell.model.with(on_surface(data, evidence, &normals), InitialCosts { mesh, cell })
 }
 
 struct InitialCosts<'a> {
@@ -270,7 +303,7 @@ fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
         if s[cheapest].is_nan() { UNKNOWN_COLOR } else { categorical(cheapest) }
     };
     let looks = costs.outer_iter().map(look).collect();
-    Ok(Costed { data: None, costs, looks, truth: None })
+    Ok(Costed { data: None, evidence: None, costs, looks, truth: None })
 }
 
 /// The costs of noisy data.
@@ -286,12 +319,12 @@ fn costs_of_data(
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-    let costs = initial_costs(mesh, &data, cell)?;
+    let costs = initial_costs(mesh, &data, None, cell)?;
     let looks = match cell.noise > 0.0 && data.dimension == 3 {
         true => (0..data.len()).map(|k| color(data.at(k))).collect(),
         false => input.colors,
     };
-    Ok(Costed { data: Some(data), costs, looks, truth: None })
+    Ok(Costed { data: Some(data), evidence: None, costs, looks, truth: None })
 }
 
 fn mapping(cell: &InstanceCell) -> Mapping {
@@ -307,6 +340,12 @@ pub struct Truth {
 }
 
 impl Truth {
+    /// The labels of waves, whose palette is that of the fixed costs of the model constant.
+    fn of_waves(labels: Vec<usize>, cell: &InstanceCell) -> Self {
+        let labels = labels.into_iter().map(|label| label as i64).collect();
+        Truth { labelings: vec![labels], in_order: cell.model == ModelName::Constant }
+    }
+
     /// A `.npy` file of V integers, or a `.mat` file of human segmentations of the image on the mesh.
     fn read(path: &Path, mesh: &Mesh) -> Result<Self> {
         let labelings = match path.extension().is_some_and(|extension| extension == "mat") {
@@ -368,6 +407,8 @@ pub struct Instance {
     pub mesh: Mesh,
     /// What the costs are computed from, unless they are given.
     pub data: Option<Data>,
+    /// What pixels say beyond the data, which are their means.
+    pub evidence: Option<Evidence>,
     /// V x m.
     pub costs: Array2<f64>,
     pub lambda: f64,
@@ -380,7 +421,12 @@ pub struct Instance {
 }
 
 /// The lambda that `segment` chooses.
-fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
+fn lambda_of(
+    mesh: &Mesh,
+    data: &Data,
+    evidence: Option<&Evidence>,
+    cell: &InstanceCell,
+) -> Result<f64> {
     let InstanceCell { regions, seed, mass, model, .. } = *cell;
     let initial = Initial::KMeans;
     let alternation =
@@ -398,14 +444,18 @@ fn lambda_of(mesh: &Mesh, data: &Data, cell: &InstanceCell) -> Result<f64> {
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
     let normals = vertex_normals(mesh);
-    let observed = on_surface(data, &normals);
+    let observed = on_surface(data, evidence, &normals);
     default_lambda(mesh, observed, model, &alternation, &request, &mut observe)
 }
 
 /// The data for any model; the light is to be estimated.
-pub fn on_surface<'a>(data: &'a Data, normals: &'a [Vector3<f64>]) -> Observed<'a> {
+pub fn on_surface<'a>(
+    data: &'a Data,
+    evidence: Option<&'a Evidence>,
+    normals: &'a [Vector3<f64>],
+) -> Observed<'a> {
     let lit = LitSurface { normals, illumination: Illumination::default() };
-    Observed { lit: Some(lit), ..data.into() }
+    Observed { data, evidence, lit: Some(lit) }
 }
 
 fn color(values: &[f64]) -> [f64; 3] {

@@ -132,7 +132,7 @@ fn labeled(
     let lambda = Some(request.lambda);
     let mesh = &instance.mesh;
     let normals = vertex_normals(mesh);
-    let observed = on_surface(data, &normals);
+    let observed = on_surface(data, instance.evidence.as_ref(), &normals);
     let Labeling { solution, regions, .. } =
         label(mesh, observed, &labeler, &alternation, lambda, request, observe)?;
     let parameters = Some(regions.into_iter().map(|region| region.value).collect());

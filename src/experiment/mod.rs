@@ -15,6 +15,7 @@ mod labeled;
 mod machine;
 mod manifest;
 mod nearest;
+mod photographs;
 mod plan;
 mod quoting;
 mod report;

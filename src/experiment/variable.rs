@@ -86,11 +86,17 @@ pub enum Quantity {
 }
 
 /// Keys that a cell may have in addition to its options.
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 22] = [
     "mesh",
     "data",
     "model",
     "project",
+    "light",
+    "ambient",
+    "principal-error",
+    "sampling",
+    "pure",
+    "grazing",
     "noise",
     "seed",
     "regions",

@@ -83,6 +83,14 @@ impl Pinhole {
         Pinhole { k, ..*self }
     }
 
+    /// The camera with its principal point moved by these numbers of pixels.
+    pub fn shifted(&self, [x, y]: [f64; 2]) -> Self {
+        let mut k = self.k;
+        k[(0, 2)] += x;
+        k[(1, 2)] += y;
+        Pinhole { k, ..*self }
+    }
+
     /// x_cam = R x + t.
     #[inline(always)]
     pub fn to_camera(&self, x: Point3<f64>) -> Vector3<f64> {

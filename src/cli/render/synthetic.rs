@@ -6,7 +6,7 @@ use image::RgbImage;
 use meshseg::colormap::{categorical, sequential};
 use meshseg::counted::counted;
 use meshseg::data::views::synthetic::{Light, Paint, Photograph, Studio};
-use meshseg::data::views::{Ball, View, around, cameras, to_toml};
+use meshseg::data::views::{View, cameras, to_toml};
 use meshseg::mesh::{Mesh, Source};
 use meshseg::solve::check_mesh;
 use meshseg::{Error, Result, file, outcome, regions};
@@ -16,9 +16,6 @@ use super::data::Data;
 use super::input::labels;
 use super::viewpoints::Viewpoints;
 use crate::cli::{Outcome, means, note, one_line, print, table, warn};
-
-/// The distance of cameras around a mesh from its center, in radii of its ball.
-const DISTANCE: f64 = 4.0;
 
 /// The color of the surface.
 enum Colors {
@@ -146,10 +143,9 @@ fn of_means(path: &Path) -> Result<Vec<[f64; 3]>> {
 fn views(arguments: &Arguments, mesh: &Mesh) -> Result<(Vec<View>, Vec<String>)> {
     match &arguments.views {
         Viewpoints::Named(_) => unreachable!("these are viewpoints of pictures"),
-        Viewpoints::Sphere { cameras, size } => {
-            let ball = Ball::of(mesh).expect("a face has an area");
-            let views = around(&ball, *cameras, DISTANCE, *size);
-            Ok((views.map_err(|error| error.of_file(&arguments.surface))?, Vec::new()))
+        Viewpoints::Sphere(cameras) => {
+            let views = cameras.views(mesh).map_err(|error| error.of_file(&arguments.surface))?;
+            Ok((views, Vec::new()))
         }
         Viewpoints::File(path) => {
             let (views, warnings) = cameras(path, arguments.images.as_deref())?;

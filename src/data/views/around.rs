@@ -13,6 +13,8 @@
 //! 132, 2006.
 
 use std::f64::consts::PI;
+use std::fmt;
+use std::str::FromStr;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
@@ -23,6 +25,71 @@ use crate::optics::pinhole::Pinhole;
 
 /// The share of the shorter side of an image that the ball fills.
 const FILLED: f64 = 0.9;
+
+/// The distance of the cameras from the center of the ball, in radii.
+const DISTANCE: f64 = 4.0;
+
+/// The largest number of cameras.
+const MAX_CAMERAS: usize = 1000;
+
+/// The largest number of pixels of an image.
+const MAX_PIXELS: u64 = 1 << 26;
+
+const DEFAULT_SIZE: [u32; 2] = [640, 480];
+
+/// Cameras around any surface; as a text `N` or `N:WxH`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CamerasAround {
+    /// N, from 1 to 1000.
+    pub cameras: usize,
+    /// Width and height of their images in pixels.
+    pub size: [u32; 2],
+}
+
+impl FromStr for CamerasAround {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (cameras, size) = match text.split_once(':') {
+            None => (text, Some(DEFAULT_SIZE)),
+            Some((cameras, size)) => {
+                let numbers = size.split_once('x').and_then(|(width, height)| {
+                    Some([width.parse::<u32>().ok()?, height.parse::<u32>().ok()?])
+                });
+                let possible = |[width, height]: &[u32; 2]| {
+                    (1..=MAX_PIXELS).contains(&(u64::from(*width) * u64::from(*height)))
+                };
+                (cameras, numbers.filter(possible))
+            }
+        };
+        let cameras = cameras.parse().ok().filter(|cameras| (1..=MAX_CAMERAS).contains(cameras));
+        match (cameras, size) {
+            (Some(cameras), Some(size)) => Ok(CamerasAround { cameras, size }),
+            (None, _) => Err(format!("the number of cameras must be from 1 to {MAX_CAMERAS}")),
+            (_, None) => Err(format!(
+                "the size of the images must be WxH, such as 640x480, of 1 to {MAX_PIXELS} pixels"
+            )),
+        }
+    }
+}
+
+impl fmt::Display for CamerasAround {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let CamerasAround { cameras, size: [width, height] } = self;
+        write!(f, "{cameras}:{width}x{height}")
+    }
+}
+
+impl CamerasAround {
+    /// Their views of a mesh that has a face with an area.
+    ///
+    /// # Errors
+    /// Those of [`around`].
+    pub fn views(&self, mesh: &Mesh) -> Result<Vec<View>> {
+        let ball = Ball::of(mesh).expect("a face has an area");
+        around(&ball, self.cameras, DISTANCE, self.size)
+    }
+}
 
 /// A ball around a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

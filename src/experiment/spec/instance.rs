@@ -7,6 +7,7 @@ use super::super::choice::DataChoice;
 use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
+use super::super::photographs::{Photography, Sampling};
 use super::cell::{Cell, label_of};
 use crate::data::ModelName;
 use crate::data::projection::Projection;
@@ -25,6 +26,8 @@ pub struct InstanceCell {
     /// The mesh, named as the argument MESH, see [`Source::parse`].
     pub mesh: String,
     pub(crate) data: DataChoice,
+    /// How photographs are made and read, if the data are photographs.
+    pub(crate) photography: Photography,
     /// Standard deviation of the normal noise that is added to every entry of the data; 0 for none.
     pub noise: f64,
     /// The seed of the noise and of k-means.
@@ -91,6 +94,12 @@ pub(super) fn read_instances(
         "data",
         "model",
         "project",
+        "light",
+        "ambient",
+        "principal-error",
+        "sampling",
+        "pure",
+        "grazing",
         "truth",
         "noise",
         "seed",
@@ -135,7 +144,9 @@ fn read_cell(
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
     let regions = region_count(cell, &data, data_span)?;
     let of_costs = matches!(data, DataChoice::Costs(_));
+    let photography = read_photography(cell, &data)?;
     Ok(InstanceCell {
+        photography,
         label: label_of(label, plain_label(cell, group, mesh, &data, regions), cell, group),
         keys: cell.keys(),
         mesh: mesh.to_owned(),
@@ -166,6 +177,46 @@ fn read_projection(cell: &Cell<'_>) -> SpanResult<Option<Projection>> {
     let projection =
         text.parse().map_err(|message: String| SpanError::at(span, format!("project {message}")));
     projection.map(Some)
+}
+
+/// The keys that photographs have.
+fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photography> {
+    let keys = ["light", "ambient", "principal-error", "sampling", "pure", "grazing"];
+    if !matches!(data, DataChoice::Photographs(_))
+        && let Some((key, given)) = keys.iter().find_map(|key| Some((key, cell.get(key)?)))
+    {
+        let message = format!("{key} needs data = \"photographs:N:WxH\"");
+        return Err(SpanError::at(&given.span, message));
+    }
+    let light = match cell.text("light")? {
+        None => None,
+        Some((text, span)) => {
+            let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
+            match numbers[..] {
+                [x, y, z] if text.split(',').count() == 3 => Some([x, y, z]),
+                _ => {
+                    let message = "light must be a direction of three numbers, as in \"1,0,2\"";
+                    return Err(SpanError::at(span, message));
+                }
+            }
+        }
+    };
+    if let (None, Some(given)) = (light, cell.get("ambient")) {
+        let message = "ambient needs light: without one the colors stay as they are";
+        return Err(SpanError::at(&given.span, message));
+    }
+    let grazing = cell.number("grazing", 0.0, 0.0)?;
+    if let Some(given) = cell.get("grazing").filter(|_| grazing >= 1.0) {
+        return Err(SpanError::at(&given.span, "grazing must be a cosine, below 1"));
+    }
+    Ok(Photography {
+        light,
+        ambient: cell.number("ambient", 0.0, 0.0)?,
+        principal_error: cell.number("principal-error", 0.0, 0.0)?,
+        sampling: cell.named("sampling", Sampling::default())?,
+        pure: cell.count("pure", 1, 1..=255)? as usize,
+        grazing,
+    })
 }
 
 fn read_truth(cell: &Cell<'_>) -> SpanResult<Option<String>> {
@@ -204,7 +255,20 @@ fn plain_label(
     let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
     let lambda = text("lambda").expect("it is needed");
     let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
-    let varied = ["model", "project", "noise", "seed"].into_iter().filter(|key| group.varies(key));
+    let varied = [
+        "model",
+        "project",
+        "light",
+        "ambient",
+        "principal-error",
+        "sampling",
+        "pure",
+        "grazing",
+        "noise",
+        "seed",
+    ]
+    .into_iter()
+    .filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
     format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())
 }
