@@ -22,7 +22,6 @@ use super::pixels::Evidence;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
-use crate::optics::zbuffer::fits;
 use crate::sweep;
 
 pub use around::{Ball, CamerasAround, around};
@@ -37,6 +36,9 @@ use coverage::Seen;
 use picture::PictureFiles;
 use statistics::{Sums, ViewStatistics};
 use synthetic::Photograph;
+
+/// At most this many samples of a view are in memory.
+const MAX_SAMPLES: usize = 1 << 28;
 
 /// Data from views.
 pub struct Viewed {
@@ -177,10 +179,10 @@ fn summed(
     Ok(Viewed { means, evidence, coverage })
 }
 
-/// Checks that the z-buffer fits into memory.
+/// Checks that the z-buffer fits into memory: it has 12 bytes per sample.
 fn check_samples(picture: &Picture, s: usize) -> Result<()> {
     let Picture { width, height, .. } = *picture;
-    if fits([width, height], s) {
+    if width * height * s * s <= MAX_SAMPLES {
         return Ok(());
     }
     Err(Error::unsuitable(format!(

@@ -10,6 +10,8 @@
 //! `visibility.rs` serves pictures: eight samples at fixed offsets, in single precision. Here every sample is a
 //! quadrature point, its weights must sum to 1 in double precision, and no point may fall between two faces.
 
+use std::ops::Range;
+
 use super::edge::{Projected, edges};
 use super::pinhole::Pinhole;
 use crate::mesh::Mesh;
@@ -17,19 +19,12 @@ use crate::mesh::Mesh;
 /// No face. Face j is stored as j + 1, so that an empty image is zeroed memory as the system provides it.
 const NO_FACE: u32 = 0;
 
-/// At most this many samples of a view are in memory, 12 bytes each.
-const MAX_SAMPLES: usize = 1 << 28;
-
-/// Whether the z-buffer of an image of the given size with S x S samples in each pixel fits into memory.
-pub fn fits([width, height]: [usize; 2], s: usize) -> bool {
-    let samples = [width, height, s, s].into_iter().try_fold(1_usize, usize::checked_mul);
-    samples.is_some_and(|samples| samples <= MAX_SAMPLES)
-}
-
 /// The nearest faces. Samples are numbered row by row.
 pub struct ZBuffer<'a> {
     mesh: &'a Mesh,
     projected: Vec<Projected>,
+    /// The first row of samples, 0 for a whole image.
+    first: usize,
     /// Samples in a row, and rows.
     pub width: usize,
     pub height: usize,
@@ -43,12 +38,25 @@ pub struct ZBuffer<'a> {
 impl<'a> ZBuffer<'a> {
     /// The z-buffer of an image of the given size in pixels (width, height), with S x S samples in each.
     pub fn new(mesh: &'a Mesh, camera: &Pinhole, [width, height]: [usize; 2], s: usize) -> Self {
+        ZBuffer::of_rows(mesh, camera, width, 0..height, s)
+    }
+
+    /// The same for some rows of the pixels. Samples are numbered from their first row, and coordinates are those of the
+    /// image.
+    pub fn of_rows(
+        mesh: &'a Mesh,
+        camera: &Pinhole,
+        width: usize,
+        rows: Range<usize>,
+        s: usize,
+    ) -> Self {
         let camera = camera.scaled(s as f64);
         let projected = mesh.vertices.iter().map(|&x| camera.project(x)).collect();
-        let (width, height) = (width * s, height * s);
+        let (width, height) = (width * s, rows.len() * s);
         let mut found = ZBuffer {
             mesh,
             projected,
+            first: rows.start * s,
             width,
             height,
             nearness: vec![0.0; width * height],
@@ -108,8 +116,8 @@ impl<'a> ZBuffer<'a> {
             self.behind += 1;
             return;
         }
-        let rows = samples_between(corners.map(|p| p.y), self.height);
-        let columns = samples_between(corners.map(|p| p.x), self.width);
+        let rows = samples_between(corners.map(|p| p.y), self.first..self.first + self.height);
+        let columns = samples_between(corners.map(|p| p.x), 0..self.width);
         if rows.is_empty() || columns.is_empty() {
             return;
         }
@@ -127,7 +135,7 @@ impl<'a> ZBuffer<'a> {
                 let [a, b, c] =
                     [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)];
                 let nearness = a * w[0] + b * w[1] + c * w[2];
-                let sample = row * self.width + column;
+                let sample = (row - self.first) * self.width + column;
                 if a >= 0.0 && b >= 0.0 && c >= 0.0 && nearness > self.nearness[sample] {
                     self.nearness[sample] = nearness;
                     self.faces[sample] = j as u32 + 1;
@@ -137,10 +145,11 @@ impl<'a> ZBuffer<'a> {
     }
 }
 
-/// The integers from the smallest to the largest coordinate, within [0, length).
+/// The integers from the smallest to the largest coordinate, within a range.
 #[inline(always)]
-fn samples_between([a, b, c]: [f64; 3], length: usize) -> std::ops::Range<usize> {
-    let first = a.min(b).min(c).ceil().max(0.0) as usize;
-    let past = (a.max(b).max(c).floor() + 1.0).clamp(0.0, length as f64) as usize;
+fn samples_between([a, b, c]: [f64; 3], range: Range<usize>) -> Range<usize> {
+    let [start, end] = [range.start as f64, range.end as f64];
+    let first = a.min(b).min(c).ceil().max(start) as usize;
+    let past = (a.max(b).max(c).floor() + 1.0).clamp(start, end) as usize;
     first..past.max(first)
 }

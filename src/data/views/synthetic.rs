@@ -21,8 +21,13 @@ use super::view::View;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::optics::pinhole::Pinhole;
-use crate::optics::zbuffer::{ZBuffer, fits};
+use crate::optics::zbuffer::ZBuffer;
 use crate::sweep;
+
+/// The largest number of pixels that is read as an image of a view.
+const MAX_PIXELS: u64 = 1 << 26;
+/// About as many samples are in memory at a time.
+const SAMPLES_AT_A_TIME: usize = 1 << 22;
 
 /// The color of the surface.
 #[derive(Clone, Copy, Debug)]
@@ -110,7 +115,7 @@ impl Studio<'_> {
     ///
     /// # Errors
     /// `take` fails; or the arrays do not have an entry per vertex, a label has no color, the light or a color is not
-    /// possible, or a view has no size or too many samples.
+    /// possible, or a view has no size, no pixels or too many.
     pub fn each<T: Send>(
         &self,
         views: &[View],
@@ -167,14 +172,12 @@ impl Studio<'_> {
             return Err(Error::unsuitable(message));
         };
         let [w, h] = size;
-        let size = size.map(|n| n as usize);
-        if w == 0 || h == 0 || !fits(size, self.samples) {
-            let s = self.samples;
+        if !(1..=MAX_PIXELS).contains(&(u64::from(w) * u64::from(h))) {
             return Err(Error::unsuitable(format!(
-                "{w} x {h} pixels of {s} x {s} samples are not possible; choose another size, or fewer samples"
+                "a photograph cannot have {w} x {h} pixels, but 1 to {MAX_PIXELS}; choose another size, and scale K with it"
             )));
         }
-        Ok(size)
+        Ok(size.map(|n| n as usize))
     }
 
     fn check(&self) -> Result<()> {
@@ -238,16 +241,20 @@ pub fn rendered(
     color: impl Fn(usize, [f64; 3]) -> [f64; 3],
     background: [f64; 3],
 ) -> Photograph {
-    let zbuffer = ZBuffer::new(mesh, camera, size, s);
     let [width, height] = size;
     let mut pixels = vec![[0.0; 3]; width * height];
-    let mut shows_surface = false;
-    for row in 0..zbuffer.height {
-        for column in 0..zbuffer.width {
-            let seen = match zbuffer.face(row * zbuffer.width + column) {
+    let (mut shows_surface, mut behind) = (false, 0);
+    let rows = (SAMPLES_AT_A_TIME / (width * s * s)).max(1);
+    for (band, pixels) in pixels.chunks_mut(rows * width).enumerate() {
+        let first = band * rows;
+        let zbuffer = ZBuffer::of_rows(mesh, camera, width, first..first + pixels.len() / width, s);
+        behind = zbuffer.behind;
+        for sample in 0..zbuffer.width * zbuffer.height {
+            let (column, row) = (sample % zbuffer.width, sample / zbuffer.width);
+            let seen = match zbuffer.face(sample) {
                 Some(j) => {
                     shows_surface = true;
-                    color(j, zbuffer.on_face(j, column, row))
+                    color(j, zbuffer.on_face(j, column, first * s + row))
                 }
                 None => background,
             };
@@ -257,7 +264,7 @@ pub fn rendered(
     }
     let share = (s * s) as f64;
     pixels.iter_mut().flatten().for_each(|c| *c /= share);
-    Photograph { width, height, pixels, shows_surface, behind: zbuffer.behind }
+    Photograph { width, height, pixels, shows_surface, behind }
 }
 
 /// The corner with the largest barycentric coordinate, the first of equal ones.

@@ -25,6 +25,7 @@ fn impossible_photographs_are_refused() {
     let away = "[[view]]\nimage = \"a\"\nwidth = 64\nheight = 48\nK = [40, 0, 31.5, 0, 40, 23.5, 0, 0, 1]\n\
                 R = [1, 0, 0, 0, -1, 0, 0, 0, -1]\nt = [-0.5, 0.5, -2.0]\n";
     folder.write("away.toml", away);
+    folder.write("large.toml", away.replace("64", "7000000"));
     let line = "render square.obj --views sphere:3:40x30 --labels L.npy";
     for (options, parts) in [
         ("", ["--out DIR", ""]),
@@ -50,7 +51,7 @@ fn impossible_photographs_are_refused() {
         ("text.txt", ["text.txt", "is not a file of cameras"]),
         ("bare_par.txt", ["b.png", "does not exist"]),
         ("away.toml", ["no view shows the mesh", ""]),
-        ("sphere:1:8192x8192 --samples 16", ["8192 x 8192 pixels of 16 x 16", "not possible"]),
+        ("large.toml", ["cannot have 7000000 x 48 pixels", "choose another size"]),
     ] {
         refuse(
             &folder,

@@ -8,6 +8,7 @@ use crate::data::synthetic::waves;
 use crate::data::views::synthetic::{Light, Paint, Photograph, Studio};
 use crate::data::views::{Ball, Picture, View, ViewOptions, around, of_photographs, read, to_toml};
 use crate::mesh::Mesh;
+use crate::optics::zbuffer::ZBuffer;
 use crate::samples::{disjoint, flipped, rng, shape};
 use crate::sweep::with_threads;
 use rand::RngExt;
@@ -285,8 +286,33 @@ fn impossible_scenes_are_refused() {
     refused(Studio { background: [0.0, 1.5, 0.0], ..good }, &one, "the background 0,1.5,0");
     let sized = |size: Option<[u32; 2]>| vec![View { size, ..one[0].clone() }];
     refused(good, &sized(None), "the size of view-000.png is not known");
-    refused(good, &sized(Some([0, 8])), "0 x 8 pixels");
-    refused(good, &sized(Some([1 << 20, 1 << 20])), "1048576 x 1048576 pixels of 1 x 1 samples");
+    refused(good, &sized(Some([0, 8])), "cannot have 0 x 8 pixels");
+    refused(good, &sized(Some([1 << 20, 1 << 20])), "cannot have 1048576 x 1048576 pixels");
+}
+
+/// A photograph of more samples than are in memory at a time has the pixels of one z-buffer.
+#[test]
+fn large_photographs_are_made_in_bands() {
+    let mesh = shape("torus:30x20").scaled(3.0);
+    let (size, s) = ([1100, 500], 4);
+    let camera = &cameras(2, 4.0, size)[1];
+    let color = |x: Vector3<f64>| [x.x.abs(), x.y.abs(), x.z.abs()];
+    let found = super::rendered(&mesh, camera, s, color, [0.5; 3]);
+    let zbuffer = ZBuffer::new(&mesh, &camera.pinhole, size, s);
+    for (i, pixel) in found.pixels.iter().enumerate() {
+        let mut mean = Vector3::zeros();
+        for k in 0..s * s {
+            let (column, row) = (i % size[0] * s + k % s, i / size[0] * s + k / s);
+            mean += match zbuffer.face(row * zbuffer.width + column) {
+                None => Vector3::repeat(0.5),
+                Some(j) => {
+                    let pairs = mesh.corners(j).into_iter().zip(zbuffer.on_face(j, column, row));
+                    color(pairs.map(|(x, beta)| x.coords * beta).sum()).into()
+                }
+            } / (s * s) as f64;
+        }
+        assert!((mean - Vector3::from(*pixel)).amax() <= 1e-12, "{i}");
+    }
 }
 
 /// The weight of the pixels of a perfect photograph is where its surface is.
