@@ -1,5 +1,6 @@
 //! The program from outside: command lines, files, exit codes.
 
+mod albedo;
 mod cases;
 mod compare;
 mod evaluate;

@@ -183,7 +183,7 @@ impl Lighting {
             }
             _ => {
                 return Err(Error::unsuitable(
-                    "--light: must be a direction, three numbers that are not all 0, such as 1,0,2",
+                    "--light: must be three numbers, not all 0, such as 1,0,2",
                 ));
             }
         };

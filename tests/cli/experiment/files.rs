@@ -48,6 +48,23 @@ fn unknown_and_impossible_values_are_refused_at_their_positions() {
         &["line 9, column 8", "mean-quadric", "did you mean \"curvature:gaussian\""],
     );
     refuse("data = \"waves\"", "data = \"costs:S.npy\"", &["regions"]);
+    let waves = "data = \"waves\"";
+    let photographs = "data = \"photographs:3:40x30\"\n";
+    refuse(waves, "data = \"photographs:0\"", &["line 9, column 8", "from 1 to 1000"]);
+    refuse(waves, "data = \"photographs:3:40\"", &["line 9, column 8", "WxH"]);
+    for (key, parts) in [
+        ("light = \"0,1\"", ["line 10, column 9", "three numbers"]),
+        ("light = 1.0", ["line 10, column 9", "string"]),
+        ("ambient = 0.1", ["line 10, column 11", "ambient needs light"]),
+        ("light = \"0,1,0\"\nambient = -0.1", ["line 11, column 11", "0 or more"]),
+        ("principal-error = -1.0", ["line 10, column 19", "0 or more"]),
+        ("sampling = \"faces\"", ["line 10, column 12", "\"vertices\""]),
+        ("pure = 0", ["line 10, column 8", "from 1 to 255"]),
+        ("grazing = [0.5, 1.0]", ["line 10, column 17", "below 1"]),
+    ] {
+        refuse(waves, &format!("{photographs}{key}"), &parts);
+    }
+    refuse(waves, "data = \"waves\"\npure = 2", &["line 10, column 8", "photographs:N:WxH"]);
     refuse("noise = 0.3", "noise = -0.3", &["line 10", "0 or more"]);
     refuse("regions = 4", "regions = [4, 65]", &["line 11, column 15", "from 2 to 64"]);
     refuse("regions = 4", "regions = 2.5", &["whole number"]);

@@ -211,3 +211,59 @@ fn impossible_estimations_are_refused_at_their_positions() {
         assert!(said.contains(message), "{to}: {said}");
     }
 }
+
+/// Waves that are photographed are found again: by both models, from pixels and from vertices, in the light only by the
+/// model albedo.
+#[test]
+fn photographs_of_waves_are_segmented() {
+    let folder = Folder::new();
+    let text = r#"# Do photographs show the waves?
+
+stop = { gap = 1e-3, max-iterations = 3000 }
+
+[[instance]]
+label = "flat"
+mesh = "torus:60x40"
+data = "photographs:8:160x120"
+sampling = ["pixels", "vertices"]
+noise = 0.1
+regions = 4
+lambda = 0.0003
+
+[[instance]]
+label = "lit"
+mesh = "torus:60x40"
+data = "photographs:8:160x120"
+model = ["constant", "albedo"]
+light = "1,1,2"
+ambient = 0.3
+noise = 0.05
+regions = 4
+lambda = 0.0003
+
+[[solver]]
+label = "from"
+name = "chambolle-pock"
+every = 10
+
+[[table]]
+name = "all"
+kind = "cells"
+columns = ["mislabeled"]
+"#;
+    folder.write("views.toml", text);
+    folder.done("experiment run views.toml");
+    folder.done("experiment report results/views");
+    let path = folder.path("results/views/tables/all.csv");
+    let mut csv = csv::Reader::from_path(path).unwrap();
+    let wrong: BTreeMap<String, f64> = csv
+        .records()
+        .map(|row| row.unwrap())
+        .map(|row| (row[0].to_owned(), number(&row[2])))
+        .collect();
+    let of = |label: &str| wrong[label];
+    assert!(of("flat, sampling pixels") < 0.02, "{wrong:?}");
+    assert!(of("flat, sampling vertices") < 0.03, "{wrong:?}");
+    assert!(of("lit, model albedo") < 0.03, "{wrong:?}");
+    assert!(of("lit, model constant") > 0.2, "{wrong:?}");
+}
