@@ -10,7 +10,6 @@ use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
 use crate::mesh::geometry::{barycentric_areas, opposite_edges, vertex_normals};
-use crate::rounding::Rounding;
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
@@ -66,8 +65,8 @@ pub fn attempt(
         stop,
         coarse_to_fine: solver.coarse_to_fine,
         keep_dual: false,
-        rounding: Rounding::Argmax,
-        label_gap: None,
+        rounding: solver.rounding,
+        label_gap: solver.label_gap,
     };
     let made = || match &solver.task {
         Task::Segment(estimation) => {

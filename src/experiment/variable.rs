@@ -86,7 +86,7 @@ pub enum Quantity {
 }
 
 /// Keys that a cell may have in addition to its options.
-const KEYS: [&str; 22] = [
+const KEYS: [&str; 24] = [
     "mesh",
     "data",
     "model",
@@ -109,6 +109,8 @@ const KEYS: [&str; 22] = [
     "every",
     "init",
     "init-seed",
+    "rounding",
+    "label-gap",
 ];
 
 /// The prefix of the keys of options.

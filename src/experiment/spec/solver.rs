@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::mesh::Source;
 use crate::names::Named;
 use crate::problem::Problem;
+use crate::rounding::Rounding;
 use crate::run::{Stop, time_limit};
 use crate::solver::{Method, Options, Setup};
 
@@ -38,6 +39,10 @@ pub struct SolverCell {
     pub(crate) max_iterations: Option<u64>,
     /// Number of thresholds of two regions that are evaluated, see [`crate::level_sets`].
     pub(crate) thresholds: Option<usize>,
+    /// How U is rounded.
+    pub(crate) rounding: Rounding,
+    /// The gap of the labels at which their bound need not be raised further; `None` if it is not raised at all.
+    pub(crate) label_gap: Option<f64>,
     /// What it computes.
     pub(crate) task: Task,
 }
@@ -113,6 +118,9 @@ pub enum BaselineName {
 /// The keys of an estimation; the first makes it one.
 const ESTIMATION_KEYS: [&str; 3] = ["every", "init", "init-seed"];
 
+/// The keys of labels.
+const LABEL_KEYS: [&str; 2] = ["rounding", "label-gap"];
+
 /// The name of all external solvers.
 const EXTERNAL: &str = "external";
 
@@ -132,7 +140,7 @@ pub(super) fn read_solvers(mut section: Section<'_>, stop: &Stop) -> SpanResult<
         Some(names) => group.keys.push(("solver".into(), names)),
         None => return Err(SpanError::at(&section.span, "[[solver]] needs name")),
     }
-    for key in ESTIMATION_KEYS.into_iter().chain([
+    for key in ESTIMATION_KEYS.into_iter().chain(LABEL_KEYS).chain([
         "max-iterations",
         "thresholds",
         "command",
@@ -182,6 +190,12 @@ fn read_cell(
         let message = format!("command and limit need name = \"{EXTERNAL}\"");
         return Err(SpanError::at(&given.span, message));
     }
+    if matches!(task, Task::External(_) | Task::Baseline(_))
+        && let Some(given) = LABEL_KEYS.iter().find_map(|key| cell.get(key))
+    {
+        let message = format!("{} need a built-in solver", LABEL_KEYS.join(" and "));
+        return Err(SpanError::at(&given.span, message));
+    }
     let method = match task {
         Task::Solve | Task::Segment(_) => Some(method_named(name, span)?),
         Task::External(_) | Task::Baseline(_) => None,
@@ -213,6 +227,11 @@ fn read_cell(
             Some(_) => Some(cell.count("max-iterations", 0, 0..=u64::MAX)?),
         },
         thresholds: read_thresholds(cell, &task)?,
+        rounding: cell.named("rounding", Rounding::Argmax)?,
+        label_gap: match cell.get("label-gap") {
+            None => None,
+            Some(_) => Some(cell.number("label-gap", 0.0, 0.0)?),
+        },
         task,
     })
 }
@@ -236,7 +255,7 @@ fn read_estimation(cell: &Cell<'_>) -> SpanResult<Option<Estimation>> {
 
 /// The part after the name in the label of a solver without a given one.
 fn plain_settings(cell: &Cell<'_>, threads: Option<usize>, coarse_to_fine: bool) -> String {
-    let shown = ESTIMATION_KEYS.into_iter().chain(["max-iterations"]);
+    let shown = ESTIMATION_KEYS.into_iter().chain(LABEL_KEYS).chain(["max-iterations"]);
     let shown: Vec<&str> = shown.collect();
     let options = cell.0.iter().filter_map(|(key, value)| match key.strip_prefix("options.") {
         Some(key) => Some(format!(", {key}={}", value.value.text())),

@@ -50,6 +50,10 @@ fn unknown_and_impossible_values_are_refused_at_their_positions() {
     refuse("data = \"waves\"", "data = \"costs:S.npy\"", &["regions"]);
     let waves = "data = \"waves\"";
     let photographs = "data = \"photographs:3:40x30\"\n";
+    let solver = "name = \"chambolle-pock\"";
+    refuse(solver, &format!("{solver}\nrounding = \"best\""), &["expansion", "argmax"]);
+    refuse(solver, &format!("{solver}\nlabel-gap = -1.0"), &["label-gap", "0 or more"]);
+    refuse(solver, "name = \"kmeans\"\nlabel-gap = 0.1", &["need a built-in solver"]);
     refuse(waves, "data = \"photographs:0\"", &["line 9, column 8", "from 1 to 1000"]);
     refuse(waves, "data = \"photographs:3:40\"", &["line 9, column 8", "WxH"]);
     for (key, parts) in [
