@@ -183,8 +183,8 @@ mod tests {
         }
         let message = "wall-second".parse::<Variable>().unwrap_err();
         assert!(message.starts_with(
-            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, noise, \
-             seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
+            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, light, ambient, principal-error, sampling, pure, grazing, noise, \
+             seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, regions-used, mislabeled, \
              rand-index, variation-of-information, covering, boundary-f, binary, cut-length, threshold-labels, \
              threshold-lines, parameters, status; did you mean \"wall-seconds\"?"
