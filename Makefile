@@ -29,7 +29,7 @@ lint:
 	cargo clippy --release --locked --no-default-features --lib -- -D warnings
 
 bench:
-	cargo bench --locked
+	CARGO_INCREMENTAL=0 cargo bench --locked
 
 # The benchmarks as a page: results/bench/README.md.
 bench-report: bench
