@@ -19,10 +19,12 @@ mod face;
 mod labels;
 mod level;
 mod polylines;
+mod record;
 #[cfg(test)]
 mod tests;
 
-pub use cells::Cells;
+pub use cells::{Cells, compared_rows};
 pub use labels::cut_length;
 pub use level::{LevelLine, threshold};
 pub use polylines::{Contours, Polyline};
+pub use record::CutRecord;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nalgebra::Point3;
-use ndarray::ArrayView2;
+use ndarray::{Array2, ArrayView2, CowArray, Ix2};
 
 use crate::mesh::Mesh;
 use crate::sweep::{collect, results};
@@ -52,10 +52,8 @@ impl<'a> Cells<'a> {
         let m = u.ncols();
         assert!(u.nrows() == mesh.vertices.len() && (1..=64).contains(&m));
         assert!(threshold.is_none() || m == 2);
-        let value = |v: usize, p: usize| match threshold {
-            Some(t) if p == 1 => integer(t),
-            _ => integer(u[[v, p]]),
-        };
+        let u = compared_rows(u, threshold);
+        let value = |v: usize, p: usize| integer(u[[v, p]]);
         let largest = collect(mesh.vertices.len(), |v| {
             let (mut most, mut bits) = (i64::MIN, 0);
             for p in 0..m {
@@ -147,6 +145,16 @@ impl DividedFace {
     /// The corners of a cell in barycentric coordinates.
     pub fn polygon(&self, cell: &Cell) -> Vec<[f64; 3]> {
         cell.corners.iter().map(|&(n, _)| self.nodes[n].barycentric).collect()
+    }
+}
+
+/// The rows whose largest entries are the regions: those of U, or (u_0, t) for two regions and a threshold t.
+pub fn compared_rows(u: ArrayView2<'_, f64>, threshold: Option<f64>) -> CowArray<'_, f64, Ix2> {
+    match threshold {
+        Some(t) => {
+            Array2::from_shape_fn(u.dim(), |(v, p)| if p == 0 { u[[v, 0]] } else { t }).into()
+        }
+        None => u.into(),
     }
 }
 

@@ -8,7 +8,7 @@ use ndarray::{Array1, Array2};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::coarse::Record;
-use crate::contour::threshold;
+use crate::contour::{CutRecord, threshold};
 use crate::empty_regions;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
@@ -68,6 +68,9 @@ pub struct Summary {
     /// [`threshold`]; `None` for other numbers of regions, and in results from before it was chosen.
     #[serde(default)]
     pub cut_threshold: Option<f64>,
+    /// The cut as a curve, if it was traced, in units of the mesh before scaling.
+    #[serde(flatten)]
+    pub cut: Option<CutRecord>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
@@ -245,6 +248,7 @@ pub(crate) fn conclude<const M: usize>(
             let f = |k: usize| [problem.f[k].0[0], problem.f[k].0[1]];
             threshold(model, f, problem.lambda, |k| u[k].0[0], energy)
         }),
+        cut: None,
         lambda: problem.lambda,
         mass: request.mass.name().into(),
         area: model.area(),

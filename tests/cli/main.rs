@@ -2,6 +2,7 @@
 
 mod cases;
 mod compare;
+mod contours;
 mod evaluate;
 mod experiment;
 mod inputs;
