@@ -50,7 +50,8 @@ fn spot_is_cut_into_regions() {
     );
     assert!(printed.contains("contours") && printed.contains("spot/cut.ply: "), "{printed}");
     let answer = folder.answer("spot");
-    let (length, groups) = read_contours(&fs::read_to_string(folder.path("spot/contours.obj")).unwrap());
+    let (length, groups) =
+        read_contours(&fs::read_to_string(folder.path("spot/contours.obj")).unwrap());
     assert!(groups.iter().all(|group| group.starts_with("region-")) && groups.is_sorted());
     assert_near(answer.number("contour_length"), length);
     assert!(length < answer.number("cut_length"));
@@ -146,7 +147,8 @@ fn impossible_files_are_refused() {
         ("folder.ply", "is a folder"),
         ("missing/cut.ply", "its folder does not exist"),
     ] {
-        let line = format!("solve grid.ply --costs s.npy --lambda 0.001 --cut-mesh {file} --out out");
+        let line =
+            format!("solve grid.ply --costs s.npy --lambda 0.001 --cut-mesh {file} --out out");
         let output = folder.run(&line);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{message}");
