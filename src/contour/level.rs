@@ -5,8 +5,8 @@
 //! ```
 //!
 //! for u linear on each face: sum_j |(K U)_j| is sqrt(2) times the total variation of u, which is the integral of the lengths
-//! of the level lines. Hence E(t) <= E(U) for some t. On one of the halves of an interval, the mean of E is at most that on the whole;
-//! bisection ends at the first midpoint whose energy is at most the mean on its interval.
+//! of the level lines. Hence E(t) <= E(U) for some t. On one of the halves of an interval, the mean of E is at most
+//! that on the whole; bisection ends at the first midpoint whose energy is at most the mean on its interval.
 
 use nalgebra::Vector3;
 
@@ -15,6 +15,9 @@ use crate::sweep::sum;
 
 /// Bisections at most: then intervals are shorter than the rounding of U in [`Cells`](super::Cells).
 const BISECTIONS: u32 = 40;
+
+/// The relative rounding error of sums over the mesh.
+const ROUNDING: f64 = 1e-12;
 
 /// Where the level line {u = t} meets a face, if it does: corner i is on its side alone, and the ends of the line are
 /// x_i + alpha (x_j - x_i) for the two other corners j.
@@ -88,8 +91,8 @@ pub fn threshold(
     for _ in 0..BISECTIONS {
         let [a, b] = interval;
         let middle = 0.5 * (a + b);
-        // NaN ends it as well.
-        if !(at(middle) > mean_on_interval) {
+        let excess = at(middle) - mean_on_interval;
+        if excess <= ROUNDING * energy.abs() || excess.is_nan() {
             break;
         }
         let halves = [[a, middle], [middle, b]];
