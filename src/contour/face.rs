@@ -67,53 +67,15 @@ impl Partition {
         if signs.iter().all(|&sign| sign <= 0) {
             return;
         }
-        let mut crossings: Vec<([usize; 2], usize)> = Vec::new();
+        let mut crossings = Vec::new();
         let mut taken: Vec<(usize, usize, Side)> = Vec::new();
         let mut remaining = Vec::with_capacity(self.cells.len() + 1);
-        for mut cell in std::mem::take(&mut self.cells) {
-            let p = cell.region;
-            let wins = cell.corners.iter().any(|&(n, _)| signs[n] > 0);
-            if !wins {
-                remaining.push(cell);
-                continue;
-            }
-            let loses = cell.corners.iter().any(|&(n, _)| signs[n] < 0);
-            let (mut kept, mut given) = (Vec::new(), Vec::new());
-            let next = cell.corners.iter().cycle().skip(1);
-            for (&(n, side), &(n_next, _)) in cell.corners.iter().zip(next) {
-                let (sign, sign_next) = (signs[n], signs[n_next]);
-                if sign <= 0 && loses {
-                    let chord = sign == 0 && sign_next > 0;
-                    kept.push((n, if chord { Side::Region(q) } else { side }));
-                }
-                if sign >= 0 {
-                    let chord = sign == 0 && sign_next < 0;
-                    given.push((n, if chord { Side::Region(p) } else { side }));
-                }
-                if sign * sign_next < 0 {
-                    let key = [n.min(n_next), n.max(n_next)];
-                    let known = crossings.iter().find(|(edge, _)| *edge == key);
-                    let crossing = known.map(|&(_, node)| node).unwrap_or(self.nodes.len());
-                    if crossing == self.nodes.len() {
-                        self.nodes.push(match side {
-                            Side::Border(i) => on_border(i, difference(q, p)),
-                            Side::Region(r) => common(difference(r, p), difference(q, p)),
-                        });
-                        crossings.push((key, crossing));
-                    }
-                    let (of_kept, of_given) = match sign {
-                        1 => (side, Side::Region(p)),
-                        _ => (Side::Region(q), side),
-                    };
-                    kept.push((crossing, of_kept));
-                    given.push((crossing, of_given));
-                }
-            }
-            let after = given.iter().cycle().skip(1);
-            taken.extend(given.iter().zip(after).map(|(&(n, side), &(to, _))| (n, to, side)));
-            if loses {
-                cell.corners = kept;
-                remaining.push(cell);
+        for cell in std::mem::take(&mut self.cells) {
+            let [kept, given] = self.divide(&cell, q, &signs, &mut crossings, difference);
+            let next = given.iter().cycle().skip(1);
+            taken.extend(given.iter().zip(next).map(|(&(n, side), &(to, _))| (n, to, side)));
+            if !kept.is_empty() {
+                remaining.push(Cell { region: cell.region, corners: kept });
             }
         }
         let outline: Vec<(usize, usize, Side)> = taken
@@ -134,6 +96,50 @@ impl Partition {
         remaining.push(Cell { region: q, corners: chained(&outline) });
         remaining.iter_mut().for_each(Cell::drop_inner_nodes);
         self.cells = remaining;
+    }
+
+    /// The part of a cell that it keeps and the part that region q takes, each a polygon or empty. `crossings` has the nodes
+    /// that were added where the sign of u_q - max_p u_p changes along an edge, for the cell on the other side.
+    fn divide(
+        &mut self,
+        cell: &Cell,
+        q: usize,
+        signs: &[i128],
+        crossings: &mut Vec<([usize; 2], usize)>,
+        difference: &impl Fn(usize, usize) -> [i128; 3],
+    ) -> [Vec<(usize, Side)>; 2] {
+        let p = cell.region;
+        let gives = cell.corners.iter().any(|&(n, _)| signs[n] > 0);
+        let keeps = !gives || cell.corners.iter().any(|&(n, _)| signs[n] < 0);
+        let (mut kept, mut given) = (Vec::new(), Vec::new());
+        let next = cell.corners.iter().cycle().skip(1);
+        for (&(n, side), &(n_next, _)) in cell.corners.iter().zip(next) {
+            let (sign, sign_next) = (signs[n], signs[n_next]);
+            if sign <= 0 && keeps {
+                let is_chord = sign == 0 && sign_next > 0;
+                kept.push((n, if is_chord { Side::Region(q) } else { side }));
+            }
+            if sign >= 0 && gives {
+                let is_chord = sign == 0 && sign_next < 0;
+                given.push((n, if is_chord { Side::Region(p) } else { side }));
+            }
+            if sign * sign_next < 0 {
+                let edge = [n.min(n_next), n.max(n_next)];
+                let known = crossings.iter().find(|(other, _)| *other == edge);
+                let crossing = known.map_or(self.nodes.len(), |&(_, node)| node);
+                if crossing == self.nodes.len() {
+                    self.nodes.push(match side {
+                        Side::Border(i) => on_border(i, difference(q, p)),
+                        Side::Region(r) => common(difference(r, p), difference(q, p)),
+                    });
+                    crossings.push((edge, crossing));
+                }
+                let leaves = sign < 0;
+                kept.push((crossing, if leaves { Side::Region(q) } else { side }));
+                given.push((crossing, if leaves { side } else { Side::Region(p) }));
+            }
+        }
+        [kept, given]
     }
 
     fn drop_unused_nodes(&mut self) {
