@@ -66,7 +66,7 @@ pub struct Summary {
     pub empty_regions: Vec<usize>,
     /// The t at which the cells {u_0 >= t} and {u_0 < t} of two regions have at most the energy of `u`, see
     /// [`threshold`]; `None` for other numbers of regions, and in results from before it was chosen.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_threshold: Option<f64>,
     /// The cut as a curve, if it was traced, in units of the mesh before scaling.
     #[serde(flatten)]
