@@ -145,6 +145,26 @@ pub fn check_folder(path: &Path) -> Result<()> {
     }
 }
 
+/// Checks, before long work starts, that a file can be written at `path`. Fails if it is a folder, or if the folder above
+/// it does not exist or cannot be written.
+pub fn check_file(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(Error::malformed(path, "is a folder; name a file"));
+    }
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => {
+            if !parent.is_dir() {
+                return Err(Error::malformed(
+                    path,
+                    "cannot be written: its folder does not exist; create it first",
+                ));
+            }
+            check_writable(path, parent)
+        }
+        _ => check_writable(path, Path::new(".")),
+    }
+}
+
 /// Creates an anonymous file in an existing folder; it is removed at once.
 fn check_writable(path: &Path, existing: &Path) -> Result<()> {
     tempfile::tempfile_in(existing).map(drop).map_err(|error| {

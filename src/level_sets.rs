@@ -16,6 +16,7 @@ use nalgebra::Vector3;
 use ndarray::{Array2, ArrayView1};
 use serde::{Deserialize, Serialize};
 
+use crate::contour::LevelLine;
 use crate::costs;
 use crate::error::Result;
 use crate::field::Row;
@@ -93,24 +94,17 @@ impl Face {
         let area = 0.5 * (x[1] - x[0]).cross(&(x[2] - x[0])).norm();
         let whole = |p: usize| area * (s[0][p] + s[1][p] + s[2][p]) / 3.0;
         let above = u.map(|u| u > t);
-        let lone = match above {
-            [true, true, true] => return whole(0),
-            [false, false, false] => return whole(1),
-            // The corner on its side alone.
-            _ => (0..3).find(|&i| above[i] != above[(i + 1) % 3] && above[i] != above[(i + 2) % 3]),
+        let Some(line) = LevelLine::new(*u, t, above) else {
+            return whole(usize::from(!above[0]));
         };
-        let i = lone.expect("two corners are on the other side");
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        // The level line meets the edges at x_i + alpha (x_j - x_i).
-        let alpha = [j, k].map(|other| (u[i] - t) / (u[i] - u[other]));
-        let ends = [0, 1].map(|e| x[i] + alpha[e] * (x[[j, k][e]] - x[i]));
+        let ([i, j, k], alpha) = (line.corners, line.alpha);
         // The integral of a linear function over the triangle at corner i.
         let corner = |p: usize| {
             let at = |e: usize| s[i][p] + alpha[e] * (s[[j, k][e]][p] - s[i][p]);
             area * alpha[0] * alpha[1] * (s[i][p] + at(0) + at(1)) / 3.0
         };
         let (own, other) = if above[i] { (0, 1) } else { (1, 0) };
-        let cut = 2.0_f64.sqrt() * lambda * (ends[1] - ends[0]).norm();
+        let cut = 2.0_f64.sqrt() * lambda * line.length(*x);
         corner(own) + whole(other) - corner(other) + cut
     }
 }

@@ -31,6 +31,7 @@ pub mod certificate;
 pub mod coarse;
 pub mod colormap;
 mod constant;
+pub mod contour;
 pub mod costs;
 #[doc(hidden)]
 pub mod counted;

@@ -1,4 +1,4 @@
-//! The result folder of a run: numbers, trace, fields, the colored mesh, a picture.
+//! The result folder of a run: numbers, trace, fields, the colored mesh, the contour, a picture.
 //!
 //! Other programs read it; docs/interface.md specifies names and contents. It is written completely or not at all.
 
@@ -8,6 +8,7 @@ use std::path::Path;
 use image::RgbImage;
 use serde::Serialize;
 
+use crate::contour::{Contours, compared_rows};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::{Mesh, io};
@@ -39,7 +40,7 @@ pub struct PicturedData {
 }
 
 /// Writes the folder; `summary` becomes `summary.json`. The solution belongs to the mesh: V rows of U, F faces. A
-/// `preview.png`, `views.png` or `q.npy` of an earlier run is removed if this run does not write one.
+/// `preview.png`, `views.png`, `q.npy` or `contours.obj` of an earlier run is removed if this run does not write one.
 ///
 /// Fails if a file cannot be written or removed.
 pub fn write(
@@ -48,6 +49,7 @@ pub fn write(
     solution: &Solution,
     mesh: &Mesh,
     looks: &Looks,
+    contours: Option<&Contours>,
 ) -> Result<()> {
     file::write_folder(folder, |folder| {
         let arrays = || {
@@ -64,9 +66,13 @@ pub fn write(
         let (arrays, segmented) = sweep::join(arrays, segmented);
         arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
+        if let Some(contours) = contours {
+            file::write(&folder.join("contours.obj"), |out| contours.write(out))?;
+        }
 
         if let Some(PicturedData { colors, caption, view }) = &looks.data {
-            let u = solution.u.as_slice().expect("rows are contiguous");
+            let u = compared_rows(solution.u.view(), solution.summary.cut_threshold);
+            let u = u.as_slice().expect("rows are contiguous");
             let regions = &looks.regions;
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
             write_png(&folder.join("preview.png"), &image)?;
@@ -84,6 +90,7 @@ pub fn write(
         ("preview.png", looks.data.is_some()),
         ("views.png", looks.views.is_some()),
         ("q.npy", solution.q.is_some()),
+        ("contours.obj", contours.is_some()),
     ];
     for (name, _) in written.into_iter().filter(|(_, written)| !written) {
         let path = folder.join(name);
@@ -147,6 +154,7 @@ pub(crate) fn write_trace(path: &Path, trace: &[Sample]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contour::Cells;
     use crate::operator::Mass;
     use crate::run::Stop;
     use crate::samples::{random_rows, rng, shape};
@@ -188,7 +196,10 @@ mod tests {
         let folder = temporary.path().join("out");
         let runs = [(true, true), (true, false), (false, true), (true, true), (false, false)];
         for (keep_dual, draw) in runs {
-            write(&folder, &keep_dual, &solution(keep_dual), &mesh, &looks(draw)).unwrap();
+            let solution = solution(keep_dual);
+            let cells = Cells::new(&mesh, solution.u.view(), solution.summary.cut_threshold);
+            let contours = keep_dual.then(|| cells.contours());
+            write(&folder, &keep_dual, &solution, &mesh, &looks(draw), contours.as_ref()).unwrap();
             std::fs::write(folder.join("notes.txt"), "mine").unwrap();
             let mut names: Vec<String> = std::fs::read_dir(&folder)
                 .unwrap()
@@ -203,7 +214,7 @@ mod tests {
                 "trace.csv",
                 "u.npy",
             ];
-            expected.extend(keep_dual.then_some("q.npy"));
+            expected.extend(keep_dual.then_some(["q.npy", "contours.obj"]).into_iter().flatten());
             expected.extend(draw.then_some("preview.png"));
             expected.extend(draw.then_some("views.png"));
             expected.sort_unstable();
@@ -211,7 +222,7 @@ mod tests {
         }
         // A file that cannot be removed is an error.
         std::fs::create_dir(folder.join("q.npy")).unwrap();
-        let error = write(&folder, &0, &solution(false), &mesh, &looks(false)).unwrap_err();
+        let error = write(&folder, &0, &solution(false), &mesh, &looks(false), None).unwrap_err();
         assert!(error.to_string().contains("q.npy"), "{error}");
     }
 }

@@ -4,6 +4,7 @@
 
 mod compare;
 mod completions;
+mod cut;
 mod evaluate;
 mod experiment;
 mod inputs;

@@ -30,7 +30,7 @@ use surface::{Surface, warnings};
 use super::progress::Progress;
 use super::solving::exit;
 use super::views::ViewSummary;
-use super::{Outcome, note, one_line, print, views, warn};
+use super::{Outcome, cut, note, one_line, print, views, warn};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     sweep::with_threads(arguments.solving.threads(), || run_here(arguments))?
@@ -63,17 +63,20 @@ fn run_here(arguments: &Arguments) -> Outcome {
     found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
     found.solution.summary.warnings.extend(mapped_data(&input, &labeler));
     let views = ViewSummary::of(&found.solution, &input, &surface.scaled, &arguments.views);
+    let contours = cut::traced(surface.welded(), &mut found.solution);
     if let Some(weld) = &surface.weld {
         found.solution = found.solution.spread(&surface.mesh, weld);
     }
     let summary =
         SegmentSummary { views, ..summary(&found, &surface, &input, &labeler, arguments) };
     let looks = looks(&found, &surface, &input, arguments);
-    outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks)?;
+    let written = cut::requested(&contours, solving);
+    outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks, written)?;
+    let of_cut = cut::report(&surface.mesh, &found.solution, &contours, &looks, solving)?;
 
     surface.report(arguments);
     warn(&found.solution.summary.warnings);
-    let printed = print(&report(&found, &input, lambda, &labeler, arguments));
+    let printed = print(&report(&found, &input, lambda, &labeler, of_cut, arguments));
     exit(found.solution.summary.status, printed)
 }
 

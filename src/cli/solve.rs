@@ -12,7 +12,7 @@ use super::inputs::mesh_with_costs;
 use super::progress::Progress;
 use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, note, preview, print, table, warn, welding};
+use super::{Outcome, cut, note, preview, print, table, warn, welding};
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
 ///
@@ -133,11 +133,14 @@ fn run_here(arguments: &Arguments) -> Outcome {
             let welded = welding::costs(weld, &costs, &weights)?;
             let seeds = seeds.welded(weld)?;
             solve::solve_seeded(&weld.mesh, &welded, &seeds, &start, &request, &mut observe)?
-                .spread(&mesh, weld)
         }
         None => solve::solve_seeded(&mesh, &costs, &seeds, &start, &request, &mut observe)?,
     };
     progress.finish();
+    let contours = cut::traced(weld.as_ref().map_or(&mesh, |weld| &weld.mesh), &mut solution);
+    if let Some(weld) = &weld {
+        solution = solution.spread(&mesh, weld);
+    }
     solution.summary.warnings.extend(match arguments.weld {
         Some(_) => welding::aftermath(&mesh, weld.as_ref()),
         None => welding::seams(&mesh, "--weld"),
@@ -145,13 +148,16 @@ fn run_here(arguments: &Arguments) -> Outcome {
 
     let draw = !solving.no_preview;
     let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
-    outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks)?;
+    let written = cut::requested(&contours, solving);
+    outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks, written)?;
+    let of_cut = cut::report(&mesh, &solution, &contours, &looks, solving)?;
     if let Some(tolerance) = arguments.weld {
         note(&welding::note(weld.as_ref(), tolerance));
     }
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);
+    lines.extend(of_cut);
     lines.push(("written to", solving.out.display().to_string()));
     exit(summary.status, print(&table::pairs(&lines)))
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use meshseg::coarse::Record;
 use meshseg::empty_regions;
+use meshseg::mesh::io::check_labeled_faces;
 use meshseg::names::Named;
 use meshseg::operator::Mass;
 use meshseg::render::View;
@@ -81,6 +82,16 @@ pub struct Solving {
     #[arg(long, value_name = "GAP", allow_negative_numbers = true)]
     label_gap: Option<f64>,
 
+    /// Write contours.obj: the cut of U through the faces, where the two largest entries of u are equal, as polylines (`l`)
+    /// with their lengths, in a group for each pair of regions
+    #[arg(long)]
+    pub contours: bool,
+
+    /// Write the mesh divided along the cut of U, so that each face is in one region: a property `label` in .ply,
+    /// materials in .obj, colors in .off
+    #[arg(long, value_name = "FILE")]
+    pub cut_mesh: Option<PathBuf>,
+
     /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
     threads: Option<u16>,
@@ -153,6 +164,13 @@ impl Solving {
         };
         request.check()?;
         meshseg::file::check_folder(&self.out)?;
+        if let Some(path) = &self.cut_mesh {
+            check_labeled_faces(path)?;
+            // The folder of the results is created before.
+            if path.parent() != Some(&self.out) || self.out.is_dir() {
+                meshseg::file::check_file(path)?;
+            }
+        }
         Ok(request)
     }
 }

@@ -9,14 +9,14 @@ use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
-use crate::mesh::geometry::{barycentric_areas, opposite_edges, vertex_normals};
+use crate::mesh::geometry::{barycentric_areas, vertex_normals};
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
 use crate::solve::{Request, Solution, solve};
 use crate::solver::Method;
 use crate::start::Start;
-use crate::sweep::{self, sum};
+use crate::sweep;
 
 use super::data::{Instance, Truth, on_surface};
 use super::manifest::Scores;
@@ -162,25 +162,6 @@ fn initial_labels(mesh: &Mesh, init: Init, m: usize) -> Option<Vec<usize>> {
         Init::Stripes => labels(&|x| part(along(x), STRIPES * m) % m),
         Init::Shells => labels(&|x| part((x - center).norm() / farthest, m)),
     }
-}
-
-/// The length of the cut that the labels describe: sum_j |(K U)_j| / sqrt 2 for their one-hot rows, in units of the mesh.
-///
-/// With the edges e_i opposite to the corners, A_j grad phi_i has the length |e_i| / 2. Hence a face that separates corner i
-/// from the others contributes |e_i| / 2, the length of its middle line, and one with three labels
-/// (1/2) sqrt( (|e_0|^2 + |e_1|^2 + |e_2|^2) / 2 ).
-pub fn cut_length(mesh: &Mesh, solution: &Solution) -> f64 {
-    sum(mesh.faces.len(), |j| {
-        let [a, b, c] = mesh.faces[j].map(|v| solution.labels[v as usize]);
-        let edges = opposite_edges(mesh, j);
-        match (a == b, b == c, c == a) {
-            (true, true, _) => 0.0,
-            (_, true, _) => 0.5 * edges[0].norm(),
-            (_, _, true) => 0.5 * edges[1].norm(),
-            (true, ..) => 0.5 * edges[2].norm(),
-            _ => 0.5 * (0.5 * edges.iter().map(|e| e.norm_squared()).sum::<f64>()).sqrt(),
-        }
-    })
 }
 
 /// The agreement of a run with the right labels.

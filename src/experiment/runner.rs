@@ -17,6 +17,7 @@ use super::plan::{Plan, Planned};
 use super::results::Origin;
 use super::spec::Task;
 use super::store::{Claim, MAX_KEPT_VERTICES, Store};
+use crate::contour::cut_length;
 use crate::error::{Error, Result};
 use crate::mesh::io;
 use crate::outcome::write_trace;
@@ -265,7 +266,7 @@ impl<'a> Runner<'a> {
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
             mislabeled: scores.as_ref().map(|scores| scores.mislabeled),
             scores: scores.map(|scores| scores.others),
-            cut_length: Some(labeled::cut_length(&instance.mesh, solution)),
+            cut_length: Some(cut_length(&instance.mesh, solution.labels.view())),
             binary: Some(binary(solution)),
             parameters: parameters.clone(),
             level_sets: level_sets.clone(),

@@ -192,6 +192,7 @@ pub fn labeled(
         rounded_energy: energy,
         rounded_relative_gap: label_gap(above(energy), above(dual_bound)),
         empty_regions,
+        cut_threshold: None,
         coarse_to_fine: None,
         warnings,
         ..solved

@@ -52,7 +52,7 @@ pub struct Picture<'a> {
     pub caption: &'a str,
     /// m regions, in the order of the columns of U.
     pub regions: &'a [Region],
-    /// The field U, V x m in row order.
+    /// V x m numbers in row order, such as U, linear on each face: the region at a point is that of the largest.
     pub u: &'a [f64],
     /// From where the mesh is seen.
     pub view: View,

@@ -8,6 +8,7 @@ use ndarray::{Array1, Array2};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::coarse::Record;
+use crate::contour::{CutRecord, threshold};
 use crate::empty_regions;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
@@ -63,6 +64,13 @@ pub struct Summary {
     pub regions: usize,
     /// Regions without any label, ascending.
     pub empty_regions: Vec<usize>,
+    /// The t at which the cells {u_0 >= t} and {u_0 < t} of two regions have at most the energy of `u`, see
+    /// [`threshold`]; `None` for other numbers of regions, and in results from before it was chosen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cut_threshold: Option<f64>,
+    /// The cut as a curve, if it was traced, in units of the mesh before scaling.
+    #[serde(flatten)]
+    pub cut: Option<CutRecord>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
@@ -236,6 +244,11 @@ pub(crate) fn conclude<const M: usize>(
         faces: problem.k.faces(),
         regions: m,
         empty_regions: empty_regions::of_labels(&labels, m),
+        cut_threshold: (m == 2).then(|| {
+            let f = |k: usize| [problem.f[k].0[0], problem.f[k].0[1]];
+            threshold(model, f, problem.lambda, |k| u[k].0[0], energy)
+        }),
+        cut: None,
         lambda: problem.lambda,
         mass: request.mass.name().into(),
         area: model.area(),

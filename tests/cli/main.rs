@@ -3,6 +3,7 @@
 mod albedo;
 mod cases;
 mod compare;
+mod contours;
 mod evaluate;
 mod experiment;
 mod inputs;

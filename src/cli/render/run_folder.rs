@@ -60,6 +60,11 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
     mesh.colors = None;
     let summary = json(&folder.join("summary.json"))?;
     let regions = of_u(&folder.join("u.npy"), mesh.vertices.len())?;
+    let threshold = summary.get("cut_threshold").and_then(Value::as_f64);
+    let regions = match regions.count() {
+        2 => regions.with_threshold(threshold),
+        _ => regions,
+    };
     let lacking_data = format!(
         "{}: does not keep the data; draw the mesh that has them: meshseg render MESH --u {}",
         folder.display(),

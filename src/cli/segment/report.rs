@@ -78,6 +78,7 @@ pub fn report(
     input: &InputData,
     lambda: f64,
     labeler: &Labeler,
+    of_cut: Vec<(&'static str, String)>,
     arguments: &Arguments,
 ) -> String {
     let mut lines = summary_lines(&found.solution.summary);
@@ -105,6 +106,7 @@ pub fn report(
             counted(found.seed_vertices, "vertex with a given label", "vertices with given labels");
         lines.push(("seeds", seeds));
     }
+    lines.extend(of_cut);
     lines.push(("written to", arguments.solving.out.display().to_string()));
     let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)

@@ -38,7 +38,7 @@ use strum::EnumString;
 use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::{Mesh, Placement};
+use crate::mesh::{Material, Materials, Mesh, Placement};
 
 use self::occurrences::warn;
 use self::rules::{
@@ -139,13 +139,7 @@ pub fn holds_texture(path: &Path) -> bool {
 /// # Errors
 /// The extension is unknown, the coordinates do not fit into the format, or the file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
-    let format = Format::of_extension(path).ok_or_else(|| {
-        Error::unsuitable(format!(
-            "{}: the extension is not that of a mesh format; use one of {}",
-            path.display(),
-            Format::EXTENSIONS
-        ))
-    })?;
+    let format = writable_format(path)?;
     warn_of_losses(path, format, mesh);
     match format {
         Format::Obj => {
@@ -160,6 +154,65 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
             let origin = stl::origin(path, mesh)?;
             file::write(path, |out: &mut dyn Write| stl::write(out, mesh, origin))
         }
+    }
+}
+
+fn writable_format(path: &Path) -> Result<Format> {
+    Format::of_extension(path).ok_or_else(|| {
+        Error::unsuitable(format!(
+            "{}: the extension is not that of a mesh format; use one of {}",
+            path.display(),
+            Format::EXTENSIONS
+        ))
+    })
+}
+
+/// Whether [`write_labeled_faces`] can write a file of this name.
+///
+/// # Errors
+/// The extension is unknown, or that of a format without labels.
+pub fn check_labeled_faces(path: &Path) -> Result<()> {
+    match writable_format(path)? {
+        Format::Stl => Err(Error::unsuitable(format!(
+            "{}: STL cannot hold the labels of faces; use .ply, .obj or .off",
+            path.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Writes the positions and faces of a mesh with a label per face: PLY has a property `label` and colors of faces, OBJ
+/// materials `region-0`, `region-1`, ... in a file next to it, OFF colors of faces.
+///
+/// `labels` has one entry per face, `colors` one RGB in [0, 1] per label.
+///
+/// # Errors
+/// Those of [`check_labeled_faces`], and the file cannot be written.
+pub fn write_labeled_faces(
+    path: &Path,
+    mesh: Mesh,
+    labels: &[u8],
+    colors: &[[f64; 3]],
+) -> Result<()> {
+    check_labeled_faces(path)?;
+    let plain = Mesh::new(mesh.vertices, mesh.faces);
+    let materials = || Materials {
+        all: colors
+            .iter()
+            .enumerate()
+            .map(|(p, &color)| Material {
+                name: format!("region-{p}"),
+                color: Some(color),
+                ..Material::default()
+            })
+            .collect(),
+        of_faces: labels.iter().map(|&p| Some(u32::from(p))).collect(),
+    };
+    let face_colors = || labels.iter().map(|&p| colors[usize::from(p)]).collect();
+    match writable_format(path)? {
+        Format::Ply => ply::write_labeled_faces(path, &plain, labels, colors),
+        Format::Obj => write(path, &Mesh { materials: Some(materials()), ..plain }),
+        _ => write(path, &Mesh { face_colors: Some(face_colors()), ..plain }),
     }
 }
 

@@ -38,7 +38,11 @@ impl<'a> Stage<'a> {
 
     fn new(surface: &'a Surface<'a>, views: &[View], same: Option<&Stage>) -> Self {
         let scene = match &surface.regions {
-            Some(regions) => Scene::new(surface.mesh, regions.u(), regions.count()),
+            Some(regions) => {
+                let rows = regions.compared();
+                let rows = rows.as_slice().expect("rows are contiguous");
+                Scene::new(surface.mesh, rows, regions.count())
+            }
             None => Scene::new(surface.mesh, &vec![0.0; surface.mesh.vertices.len()], 1),
         };
         let mut stage = Stage { surface, scene, cameras: Vec::new(), normals: None };

@@ -1,9 +1,12 @@
 //! A surface with everything that its panels can show.
 
+use ndarray::{ArrayView2, CowArray, Ix2};
+
 use super::bar::Bar;
 use super::quantity::{Quantity, Values};
 use super::shown::Shown;
 use crate::colormap::{categorical, sequential};
+use crate::contour::compared_rows;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::barycentric_areas;
@@ -58,6 +61,8 @@ pub struct Regions {
     u: Vec<f64>,
     m: usize,
     has_u: bool,
+    /// Where two regions are divided, see [`with_threshold`](Self::with_threshold).
+    threshold: Option<f64>,
     /// max_p u_p at each vertex, if it is known.
     certainty: Option<Vec<f64>>,
 }
@@ -68,7 +73,7 @@ impl Regions {
         assert!(m > 0 && u.len().is_multiple_of(m));
         let largest = |row: &[f64]| row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let certainty = Some(u.chunks_exact(m).map(largest).collect());
-        Regions { u, m, has_u: true, certainty }
+        Regions { u, m, has_u: true, threshold: None, certainty }
     }
 
     /// The regions of V labels, each below m, with max_p u_p at the vertices if it is known. Panics if a label is not
@@ -78,7 +83,14 @@ impl Regions {
         for (row, &label) in u.chunks_exact_mut(m).zip(labels) {
             row[label] = 1.0;
         }
-        Regions { u, m, has_u: false, certainty }
+        Regions { u, m, has_u: false, threshold: None, certainty }
+    }
+
+    /// With a threshold t the two regions are {u_0 >= t} and {u_0 < t}. Panics if there are not two.
+    pub fn with_threshold(mut self, threshold: Option<f64>) -> Self {
+        assert!(threshold.is_none() || self.m == 2);
+        self.threshold = threshold;
+        self
     }
 
     /// m.
@@ -86,8 +98,10 @@ impl Regions {
         self.m
     }
 
-    pub(super) fn u(&self) -> &[f64] {
-        &self.u
+    /// The rows whose largest entries are the regions.
+    pub(super) fn compared(&self) -> CowArray<'_, f64, Ix2> {
+        let u = ArrayView2::from_shape((self.u.len() / self.m, self.m), &self.u);
+        compared_rows(u.expect("V rows of m"), self.threshold)
     }
 
     /// 1 - 1/m, the largest uncertainty.
@@ -98,6 +112,9 @@ impl Regions {
     /// The label of vertex k, the first of equally large ones.
     pub(super) fn label(&self, k: usize) -> usize {
         let row = &self.u[k * self.m..][..self.m];
+        if let Some(t) = self.threshold {
+            return usize::from(row[0] < t);
+        }
         (1..row.len()).fold(0, |best, p| if row[p] > row[best] { p } else { best })
     }
 

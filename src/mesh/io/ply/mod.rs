@@ -46,7 +46,7 @@ use crate::mesh::{Material, Materials, Mesh, Placement};
 use crate::sweep::join;
 
 pub use self::header::recognizes;
-pub use self::write::{write, write_labeled};
+pub use self::write::{write, write_labeled, write_labeled_faces};
 
 /// `folder` contains the images.
 pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {

@@ -14,11 +14,11 @@ use crate::sweep::collect;
 pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> {
     match &mesh.colors {
         None => {
-            header(out, mesh, "", Some(folder))?;
+            header(out, mesh, ["", ""], Some(folder))?;
             records::<24>(out, mesh.vertices.len(), |k, record| position(mesh, k, record))?;
         }
         Some(colors) => {
-            header(out, mesh, COLOR_PROPERTIES, Some(folder))?;
+            header(out, mesh, [COLOR_PROPERTIES, ""], Some(folder))?;
             records::<27>(out, mesh.vertices.len(), |k, record| {
                 position(mesh, k, record);
                 record[24..].copy_from_slice(&bytes(known(colors[k])));
@@ -42,7 +42,7 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
     assert_eq!(labels.len(), mesh.vertices.len());
     let colors: Vec<[u8; 3]> = colors.iter().copied().map(bytes).collect();
     file::write(path, |out| {
-        header(out, mesh, &format!("{COLOR_PROPERTIES}property uchar label\n"), None)?;
+        header(out, mesh, [&labeled_properties(), ""], None)?;
         records::<28>(out, mesh.vertices.len(), |k, record| {
             position(mesh, k, record);
             record[24..27].copy_from_slice(&colors[usize::from(labels[k])]);
@@ -52,6 +52,35 @@ pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]
     })
 }
 
+/// Writes a mesh without texture coordinates, with a color and a label per face as `uchar`.
+///
+/// `labels` has one entry per face, `colors` one RGB in [0, 1] per label.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_labeled_faces(
+    path: &Path,
+    mesh: &Mesh,
+    labels: &[u8],
+    colors: &[[f64; 3]],
+) -> Result<()> {
+    assert!(labels.len() == mesh.faces.len() && mesh.uv.is_none());
+    let colors: Vec<[u8; 3]> = colors.iter().copied().map(bytes).collect();
+    file::write(path, |out| {
+        header(out, mesh, ["", &labeled_properties()], None)?;
+        records::<24>(out, mesh.vertices.len(), |k, record| position(mesh, k, record))?;
+        records::<17>(out, mesh.faces.len(), |j, record| {
+            corners(mesh, j, record);
+            record[13..16].copy_from_slice(&colors[usize::from(labels[j])]);
+            record[16] = labels[j];
+        })
+    })
+}
+
+fn labeled_properties() -> String {
+    format!("{COLOR_PROPERTIES}property uchar label\n")
+}
+
 const COLOR_PROPERTIES: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
 /// The images of the mesh's materials, and the image of each material.
@@ -59,9 +88,14 @@ fn images(mesh: &Mesh) -> Option<(Vec<&Path>, Vec<Option<usize>>)> {
     mesh.materials.as_ref().map(Materials::images).filter(|(images, _)| !images.is_empty())
 }
 
-/// Writes the header; `extras` are the properties of a vertex besides its position. Without a `folder`, which image
+/// Writes the header; `extras` are properties of a vertex besides its position, and of a face. Without a `folder`, which image
 /// names are relative to, texture coordinates, images and colors of faces are omitted.
-fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str, folder: Option<&Path>) -> io::Result<()> {
+fn header(
+    out: &mut dyn Write,
+    mesh: &Mesh,
+    extras: [&str; 2],
+    folder: Option<&Path>,
+) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     let images = folder.and_then(|folder| Some((folder, images(mesh)?.0)));
     if let Some((folder, images)) = &images {
@@ -71,7 +105,7 @@ fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str, folder: Option<&Path>)
     }
     writeln!(out, "element vertex {}", mesh.vertices.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
-    write!(out, "{extras}")?;
+    write!(out, "{}", extras[0])?;
     writeln!(out, "element face {}", mesh.faces.len())?;
     writeln!(out, "property list uchar uint vertex_indices")?;
     if mesh.uv.is_some() {
@@ -83,7 +117,7 @@ fn header(out: &mut dyn Write, mesh: &Mesh, extras: &str, folder: Option<&Path>)
     if folder.is_some() && mesh.face_colors.is_some() {
         write!(out, "{COLOR_PROPERTIES}")?;
     }
-    writeln!(out, "end_header")
+    writeln!(out, "{}end_header", extras[1])
 }
 
 fn faces(out: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
