@@ -11,7 +11,7 @@ use std::path::Path;
 use meshseg::data::input::InputData;
 use meshseg::data::{LitSurface, ModelName, Observed};
 use meshseg::labeling::{Labeler, Labeling, count_regions, label};
-use meshseg::mesh::geometry::{barycentric_areas, vertex_normals};
+use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::operator::Mass;
 use meshseg::outcome;
 use meshseg::seeds::Seeds;
@@ -47,7 +47,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let input = surface.input(arguments)?;
     input.notes.iter().for_each(|line| note(&one_line(line)));
     views::note_means(&input, &labeler);
-    let normals = vertex_normals(&surface.scaled);
+    let (normals, turned) = surface.normals(&labeler);
     let lit = Some(LitSurface { normals: &normals, illumination });
     let observed = Observed { lit, ..input.observed() };
 
@@ -62,6 +62,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let lambda = found.solution.summary.lambda;
     found.solution.summary.warnings.extend(warnings(&surface, &input, arguments));
     found.solution.summary.warnings.extend(mapped_data(&input, &labeler));
+    found.solution.summary.warnings.extend(turned.into_iter().chain(found.barely_lit()));
     let views = ViewSummary::of(&found.solution, &input, &surface.scaled, &arguments.views);
     let contours = cut::traced(surface.welded(), &mut found.solution);
     if let Some(weld) = &surface.weld {

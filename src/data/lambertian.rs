@@ -54,9 +54,9 @@ pub struct Illumination {
 pub struct Albedo {
     /// rho_p: d numbers, in the units of the data; the color of the region where h = 1.
     pub albedo: Vec<f64>,
-    /// L; the same for all regions.
+    /// L; the same for all regions. 0 if the colors show no light.
     pub light: [f64; 3],
-    /// alpha; the same for all regions.
+    /// alpha; the same for all regions, 1 if L = 0.
     pub ambient: f64,
 }
 
@@ -191,6 +191,11 @@ impl DataModel for Lambertian<'_> {
     ) -> Result<Vec<Albedo>> {
         let lit = self.initial_light(weights);
         let h = self.shading(&lit);
+        if !(0..h.len()).any(|k| self.is_known(k) && h[k] > 0.0) {
+            return Err(Error::unsuitable(
+                "no light falls on vertices with known data; give another --light, or some --ambient",
+            ));
+        }
         let dark = MIN_CLUSTERED_SHADING * h.iter().copied().fold(0.0, f64::max);
         let Data { dimension: d, values } = self.means();
         let is_lit = |k: usize| self.is_known(k) && h[k] > dark;
@@ -237,18 +242,23 @@ impl DataModel for Lambertian<'_> {
     fn fit(&self, weights: Weights<'_>, mu: &mut [Albedo]) -> Result<f64> {
         let before = mu.to_vec();
         self.fit_all(weights, mu);
+        // What changes in the color of a vertex that faces the light.
         let change = |(a, b): (&Albedo, &Albedo)| {
-            let albedo = a.albedo.iter().zip(&b.albedo).map(|(a, b)| (a - b).abs());
-            // What the light changes in the color of a vertex.
-            let light = (Vector3::from(a.light) - Vector3::from(b.light)).norm();
-            let brightness = a.albedo.iter().copied().fold(0.0, f64::max);
-            albedo.fold((light + (a.ambient - b.ambient).abs()) * brightness, f64::max)
+            let [bright_a, bright_b] = [a, b].map(|mu| mu.ambient + Vector3::from(mu.light).norm());
+            let albedo = a.albedo.iter().zip(&b.albedo);
+            let color =
+                albedo.map(|(a, b)| (bright_a * a - bright_b * b).abs()).fold(0.0, f64::max);
+            let turned = (Vector3::from(a.light) - Vector3::from(b.light)).norm();
+            let brightest = b.albedo.iter().copied().fold(0.0, f64::max);
+            f64::max(color, turned * brightest)
         };
         Ok(before.iter().zip(&*mu).map(change).fold(0.0, f64::max))
     }
 
-    /// |rho_a - rho_b|.
+    /// (alpha + |L| / 2) |rho_a - rho_b|, the distance of their colors in half of the light; it does not change when L and
+    /// alpha are scaled and rho inversely.
     fn distance(a: &Albedo, b: &Albedo) -> f64 {
-        squared_distance(&a.albedo, 1.0, &b.albedo).sqrt()
+        let h = a.ambient + Vector3::from(a.light).norm() / 2.0;
+        h * squared_distance(&a.albedo, 1.0, &b.albedo).sqrt()
     }
 }

@@ -35,6 +35,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::labeling::{default_lambda, pointwise_costs};
 use crate::mesh::geometry::{barycentric_areas, vertex_normals};
+use crate::mesh::orient::orient;
 use crate::mesh::weld::{coincident, free_cuts};
 use crate::mesh::{Mesh, Shape, Source};
 use crate::npy;
@@ -272,7 +273,7 @@ fn initial_costs(
     evidence: Option<&Evidence>,
     cell: &InstanceCell,
 ) -> Result<Array2<f64>> {
-    let normals = vertex_normals(mesh);
+    let normals = normals(mesh, cell.model);
     cell.model.with(on_surface(data, evidence, &normals), InitialCosts { mesh, cell })
 }
 
@@ -443,9 +444,17 @@ fn lambda_of(
         label_gap: None,
     };
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
-    let normals = vertex_normals(mesh);
+    let normals = normals(mesh, model);
     let observed = on_surface(data, evidence, &normals);
     default_lambda(mesh, observed, model, &alternation, &request, &mut observe)
+}
+
+/// The outward normals that the model albedo needs; none for other models.
+pub fn normals(mesh: &Mesh, model: ModelName) -> Vec<Vector3<f64>> {
+    match model {
+        ModelName::Albedo => vertex_normals(&orient(mesh).mesh),
+        _ => Vec::new(),
+    }
 }
 
 /// The data for any model; the light is to be estimated.

@@ -9,7 +9,7 @@ use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
 use crate::mesh::extent::{BoundingBox, bounding_box};
-use crate::mesh::geometry::{barycentric_areas, vertex_normals};
+use crate::mesh::geometry::barycentric_areas;
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
@@ -18,7 +18,7 @@ use crate::solver::Method;
 use crate::start::Start;
 use crate::sweep;
 
-use super::data::{Instance, Truth, on_surface};
+use super::data::{Instance, Truth, normals, on_surface};
 use super::manifest::Scores;
 use super::plan::Planned;
 use super::spec::{BaselineName, Estimation, Init, InstanceCell, Task};
@@ -130,7 +130,7 @@ fn labeled(
         Alternation { regions, initial, seed, every, labels, seeds: Seeds::default() };
     let lambda = Some(request.lambda);
     let mesh = &instance.mesh;
-    let normals = vertex_normals(mesh);
+    let normals = normals(mesh, cell.model);
     let observed = on_surface(data, instance.evidence.as_ref(), &normals);
     let Labeling { solution, regions, .. } =
         label(mesh, observed, &labeler, &alternation, lambda, request, observe)?;

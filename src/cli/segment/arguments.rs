@@ -74,8 +74,8 @@ pub struct Arguments {
     #[arg(long, value_parser = named::<Model>())]
     pub model: Option<Model>,
 
-    /// Region parameters that stay as they are: FILE.npy with one row of means (medians for l1) per region, or the
-    /// summary.json of an earlier run
+    /// Region parameters that stay as they are: FILE.npy with one row of means (medians for l1) per region, or, for any
+    /// model, the summary.json of an earlier run
     #[arg(long, value_name = "FILE", conflicts_with_all = ["every", "init", "thresholds"])]
     pub means: Option<PathBuf>,
 
@@ -191,7 +191,8 @@ impl Lighting {
             let message = format!("--ambient {ambient:?}: must be a finite number, at least 0");
             return Err(Error::unsuitable(message));
         }
-        Ok(Illumination { light, ambient: self.ambient })
+        // -0 becomes 0.
+        Ok(Illumination { light, ambient: self.ambient.map(|ambient| ambient + 0.0) })
     }
 }
 

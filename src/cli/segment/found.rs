@@ -21,6 +21,21 @@ pub struct Found {
     pub counts: Vec<Count>,
 }
 
+/// Ambient light, relative to the light, above which the light makes no difference.
+const DOMINANT_AMBIENT: f64 = 20.0;
+
+impl Found {
+    /// A warning if the model albedo has a light that hardly matters.
+    pub fn barely_lit(&self) -> Option<String> {
+        let parameters = &self.regions[0].parameters;
+        let ambient = parameters.get("ambient")?.as_f64()?;
+        let no_light = parameters.get("light")?.as_array()?.iter().all(|x| x.as_f64() == Some(0.0));
+        (no_light || ambient > DOMINANT_AMBIENT).then(|| {
+            "the colors hardly depend on the light: give another --light, or leave out --model albedo".into()
+        })
+    }
+}
+
 /// One region in the summary and in the table.
 #[derive(Serialize)]
 pub struct Region {

@@ -1,10 +1,17 @@
 //! The mesh that `meshseg segment` works on, and what the file says about it.
 
 use meshseg::Result;
+use meshseg::counted::counted;
+use meshseg::data::ModelName;
 use meshseg::data::input::{self, InputData, Mapping};
+use meshseg::labeling::Labeler;
+use meshseg::mesh::geometry::vertex_normals;
+use meshseg::mesh::orient::{Oriented, orient};
 use meshseg::mesh::{Mesh, Source, Weld};
+use meshseg::names::Named;
 use meshseg::seeds::Seeds;
 use meshseg::solve::check_mesh;
+use nalgebra::Vector3;
 
 use super::arguments::Arguments;
 use crate::cli::{note, seeds, welding};
@@ -44,6 +51,22 @@ impl Surface {
         let data = arguments.data.as_ref();
         let mapping = Mapping { texel, project, fit, views: arguments.views.options(data)? };
         input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
+    }
+
+    /// The normals that the model albedo needs, of faces that are turned outwards, and a warning about these; none for
+    /// other models.
+    pub fn normals(&self, labeler: &Labeler) -> (Vec<Vector3<f64>>, Option<String>) {
+        if labeler.name() != ModelName::Albedo.name() {
+            return (Vec::new(), None);
+        }
+        let Oriented { mesh, flipped, .. } = orient(&self.scaled);
+        let turned = (flipped > 0).then(|| {
+            format!(
+                "{flipped} of {} were turned for the light, so that neighbors agree and closed surfaces face outwards",
+                counted(mesh.faces.len(), "face", "faces")
+            )
+        });
+        (vertex_normals(&mesh), turned)
     }
 
     /// The seeds of the file, on the welded mesh.

@@ -9,9 +9,9 @@
 //!
 //! While the set of lit vertices stays the same, S and T are all that the data say, so that one pass over the vertices
 //! serves any number of turns. They are summed again for the lit vertices of the light found, until these do not change.
-//! Only the products rho L and rho alpha are determined: |L| = 1, and alpha is relative to it.
+//! Only the products rho L and rho alpha are determined: |L| = 1, and alpha is relative to it; or L = 0 and alpha = 1.
 
-use nalgebra::{Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix4, SymmetricEigen, Vector3, Vector4};
 
 use super::{Albedo, Lambertian, MAX_ALBEDO};
 use crate::data::{DataModel, Weights};
@@ -24,7 +24,7 @@ const MIN_LIT_SHARE: f64 = 0.05;
 const MAX_LIT_SETS: usize = 30;
 
 /// Maximum number of turns of the albedos and the light for one set.
-const MAX_TURNS: usize = 1000;
+const MAX_TURNS: usize = 200;
 
 /// A turn that changes the light by less than this is the last.
 const SETTLED_LIGHT: f64 = 1e-9;
@@ -35,11 +35,14 @@ const MAX_INITIAL_FITS: usize = 20;
 /// A fit that lowers the costs by less than this fraction is the last of them.
 const SETTLED_COSTS: f64 = 1e-4;
 
-/// Singular values below this fraction of the largest count as 0: on a plane light and ambient light cannot be told
+/// Eigenvalues below this fraction of the largest count as 0: on a plane light and ambient light cannot be told
 /// apart, and the shortest x is chosen.
 const RANK: f64 = 1e-9;
 
-/// A light is dim, and its direction arbitrary, if it is weaker than this fraction of the ambient light.
+/// Maximum number of steps of the eigenvalues of a matrix, which need ten.
+const MAX_EIGENVALUE_STEPS: usize = 1000;
+
+/// There is no light if it is weaker than this fraction of the ambient light: its direction would be arbitrary.
 const DIM: f64 = 1e-6;
 
 /// Vertices whose sums are added before those of others, in their order.
@@ -116,8 +119,9 @@ impl Lambertian<'_> {
         }
     }
 
-    /// Sets L and alpha, as far as they are not given, to the minimizers for the albedos, which are scaled so that |L| = 1.
-    /// Returns the largest change; none, with nothing changed, if the colors show no light.
+    /// Sets L and alpha, as far as they are not given, to the minimizers for the albedos, which are scaled so that |L| = 1,
+    /// or alpha = 1 if the colors show no light. Returns the largest change; none, with nothing changed, if a given alpha
+    /// leaves no such choice, or if the numbers leave the range of double precision.
     fn fit_light(&self, moments: &[Moments], mu: &mut [Albedo]) -> Option<f64> {
         let (mut matrix, mut rhs) = (Matrix4::zeros(), Vector4::zeros());
         for (mu, Moments { squares, colors }) in mu.iter().zip(moments) {
@@ -126,13 +130,16 @@ impl Lambertian<'_> {
                 rhs += *rho * color;
             }
         }
-        let found = self.minimizer(&matrix, &rhs);
+        let found = self.minimizer(&matrix, &rhs)?;
         let strength = found.xyz().norm();
-        if !strength.is_finite() || strength <= DIM * found.w.abs() {
-            return None;
-        }
-        let ambient = self.given.ambient.unwrap_or(found.w / strength);
-        let light = found.xyz() / strength;
+        let is_lit = strength > DIM * found.w.abs();
+        let (light, ambient, strength) = match self.given.ambient {
+            _ if !(strength.is_finite() && found.w.is_finite()) => return None,
+            Some(ambient) if is_lit => (found.xyz() / strength, ambient, strength),
+            None if is_lit => (found.xyz() / strength, found.w / strength, strength),
+            None if found.w > 0.0 => (Vector3::zeros(), 1.0, found.w),
+            _ => return None,
+        };
         let change = (light.push(ambient) - x(&mu[0])).amax();
         for mu in mu {
             (mu.light, mu.ambient) = (light.into(), ambient);
@@ -142,10 +149,10 @@ impl Lambertian<'_> {
     }
 
     /// x with alpha >= 0 that solves the normal equations, with L or alpha kept if it is given.
-    fn minimizer(&self, matrix: &Matrix4<f64>, rhs: &Vector4<f64>) -> Vector4<f64> {
+    fn minimizer(&self, matrix: &Matrix4<f64>, rhs: &Vector4<f64>) -> Option<Vector4<f64>> {
         if let Some(light) = self.given.light {
             let rest = rhs.w - matrix.column(3).xyz().dot(&light);
-            return light.push((rest / matrix[(3, 3)]).max(0.0));
+            return Some(light.push((rest / matrix[(3, 3)]).max(0.0)));
         }
         let with_ambient = |ambient: f64| {
             // alpha is replaced by its value, in the scale of the rest.
@@ -160,8 +167,8 @@ impl Lambertian<'_> {
         if let Some(ambient) = self.given.ambient {
             return with_ambient(ambient);
         }
-        let x = shortest_solution(matrix, rhs);
-        if x.w < 0.0 { with_ambient(0.0) } else { x }
+        let x = shortest_solution(matrix, rhs)?;
+        if x.w < 0.0 { with_ambient(0.0) } else { Some(x) }
     }
 
     /// The albedos for the light so far; then the light and the albedos together, if that lowers the costs further.
@@ -233,9 +240,16 @@ impl Lambertian<'_> {
     }
 }
 
-/// The shortest x of least residual.
-fn shortest_solution(matrix: &Matrix4<f64>, rhs: &Vector4<f64>) -> Vector4<f64> {
-    let svd = matrix.svd(true, true);
-    let smallest = RANK * svd.singular_values.max();
-    svd.solve(rhs, smallest).expect("both factors were computed")
+/// The shortest x of least residual for a positive semidefinite matrix; `None` if its eigenvalues are not found.
+fn shortest_solution(matrix: &Matrix4<f64>, rhs: &Vector4<f64>) -> Option<Vector4<f64>> {
+    // Scaled, so that no product of entries leaves the range of double precision.
+    let scale = matrix.trace();
+    if !(scale > 0.0 && scale.is_finite()) {
+        return None;
+    }
+    let eigen = SymmetricEigen::try_new(matrix / scale, f64::EPSILON, MAX_EIGENVALUE_STEPS)?;
+    let smallest = RANK * eigen.eigenvalues.max();
+    let along = eigen.eigenvectors.tr_mul(&(rhs / scale));
+    let x = along.zip_map(&eigen.eigenvalues, |b, e| if e > smallest { b / e } else { 0.0 });
+    Some(eigen.eigenvectors * x)
 }

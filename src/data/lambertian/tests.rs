@@ -224,6 +224,50 @@ fn statistics_and_normals_restrict_by_sums() {
     assert!((fine - coarse).abs() <= 1e-13 * fine, "{fine} {coarse}");
 }
 
+/// Scaling the light, and the albedos inversely, changes neither costs nor distances.
+#[test]
+fn distances_do_not_depend_on_the_unit_of_light() {
+    let mu = albedos(Vector3::new(1.0, 2.0, 2.0), 0.3);
+    let scaled = |mu: &Albedo| Albedo {
+        albedo: mu.albedo.iter().map(|rho| rho / 8.0).collect(),
+        light: mu.light.map(|x| 8.0 * x),
+        ambient: 8.0 * mu.ambient,
+    };
+    let [a, b] = [&mu[0], &mu[1]];
+    assert_eq!(Lambertian::distance(a, b), Lambertian::distance(&scaled(a), &scaled(b)));
+}
+
+/// Colors that show no light have none, and the albedos are their means; a given ambient light far above the true one, and
+/// light that reaches no vertex, end as well.
+#[test]
+fn colors_without_shading_need_no_light() {
+    let mesh = shape("sphere:2");
+    let normals = vertex_normals(&mesh);
+    let area = barycentric_areas(&mesh);
+    let constant = Data::new(2, [0.5, 0.25].repeat(area.len())).unwrap();
+    let model = Lambertian::new(&constant, None, &normals, Illumination::default()).unwrap();
+    for mu in model.start(Initial::KMeans, 2, &area, &mut rng(1)).unwrap() {
+        assert_eq!((mu.light, mu.ambient), ([0.0; 3], 1.0));
+        assert!(squared_distance(&mu.albedo, 1.0, &[0.5, 0.25]) <= 1e-20, "{mu:?}");
+    }
+    let (data, u) = lit_bands(&mesh, &albedos(Vector3::x(), 0.3));
+    let weights = masses(&mesh, &u);
+    for ambient in [20.0, 1e3, 1e12, 1e300] {
+        let given = Illumination { light: None, ambient: Some(ambient) };
+        let model = Lambertian::new(&data, None, &normals, given).unwrap();
+        let mut mu = model.start(Initial::KMeans, 3, &area, &mut rng(1)).unwrap();
+        model.fit(Weights::of(&weights), &mut mu).unwrap();
+        assert!(
+            mu.iter().all(|mu| mu.ambient == ambient && mu.albedo.iter().all(|x| x.is_finite()))
+        );
+    }
+    let below = vec![-Vector3::z(); area.len()];
+    let given = Illumination { light: Some(Vector3::z()), ambient: Some(0.0) };
+    let model = Lambertian::new(&data, None, &below, given).unwrap();
+    let message = model.start(Initial::KMeans, 3, &area, &mut rng(1)).unwrap_err().to_string();
+    assert!(message.contains("no light falls on"), "{message}");
+}
+
 #[test]
 fn parameters_that_are_not_those_of_one_light_are_refused() {
     let mesh = bumpy(3);
