@@ -79,7 +79,7 @@ impl RegionParameters {
 /// [`lambda`]. For `observe` see [`Observer`].
 ///
 /// # Errors
-/// Those of [`segment`], [`solve`] and [`labeled`], data that the model cannot describe, and parameters that are not
+/// Those of [`segment`], [`solve_seeded`] and [`labeled`], data that the model cannot describe, and parameters that are not
 /// those of the model, or of data of another dimension.
 pub fn label(
     mesh: &Mesh,

@@ -52,7 +52,7 @@ pub fn decode_file(path: &Path, turn: Turn) -> Result<Decoded> {
 }
 
 impl Texture {
-    /// Reads a PNG or JPEG file, see [`decode_file`].
+    /// Reads a PNG or JPEG file.
     pub fn open(path: &Path, turn: Turn) -> Result<Self> {
         Texture::new(decode_file(path, turn)?, path)
     }
