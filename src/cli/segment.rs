@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
-    let request = solving.request(arguments.lambda.unwrap_or(0.0))?;
+    let request = solving.request(&arguments.mesh, arguments.lambda.unwrap_or(0.0))?;
     request.check()?;
     let labeler = arguments.labeler()?;
     let illumination = arguments.lighting.illumination(&labeler)?;

@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
-    let request = solving.request(arguments.lambda)?;
+    let request = solving.request(&arguments.mesh, arguments.lambda)?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
     let seeds = match &arguments.seeds {
         Some(path) => seeds::read(path, &mesh, costs.ncols())?,

@@ -1,6 +1,6 @@
 //! The options that `solve` and `segment` share: how to solve, when to stop, where to write.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use meshseg::coarse::Record;
@@ -127,7 +127,7 @@ impl Solving {
         self.threads.map(usize::from)
     }
 
-    pub fn request(&self, lambda: f64) -> Result<Request> {
+    pub fn request(&self, mesh: &Path, lambda: f64) -> Result<Request> {
         let not_negative = |name: &str, value: f64| {
             if value >= 0.0 && value.is_finite() {
                 Ok(value)
@@ -165,13 +165,37 @@ impl Solving {
         request.check()?;
         meshseg::file::check_folder(&self.out)?;
         if let Some(path) = &self.cut_mesh {
-            check_labeled_faces(path)?;
-            // The folder of the results is created before.
-            if path.parent() != Some(&self.out) || self.out.is_dir() {
-                meshseg::file::check_file(path)?;
-            }
+            self.check_cut_mesh(path, mesh)?;
         }
         Ok(request)
+    }
+
+    /// Checks that the cut mesh can be written, and that it replaces neither the mesh, nor its materials, nor other results.
+    fn check_cut_mesh(&self, path: &Path, mesh: &Path) -> Result<()> {
+        check_labeled_faces(path)?;
+        let in_results = path.parent() == Some(&self.out);
+        // The folder of the results is created before.
+        if !in_results || self.out.is_dir() {
+            meshseg::file::check_file(path)?;
+        }
+        let is = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        let refuse = |what: &str| {
+            let message = format!("--cut-mesh would replace {what}; choose another name");
+            Err(Error::malformed(path, message))
+        };
+        if is(path, mesh) {
+            return refuse("the mesh that is cut");
+        }
+        let of_run = ["segmented.ply", "contours.obj"].map(|name| self.out.join(name));
+        if of_run.iter().any(|file| file == path || is(file, path)) {
+            return refuse("another result");
+        }
+        let library = path.with_extension("mtl");
+        let is_obj = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("obj"));
+        if is_obj && library.exists() && !path.exists() {
+            return refuse(&format!("{}, the materials of another mesh", library.display()));
+        }
+        Ok(())
     }
 }
 

@@ -180,7 +180,8 @@ fn joined(segments: &[Segment], count: usize) -> (Vec<u32>, Vec<Polyline>) {
 impl Contours {
     /// The length of all polylines.
     pub fn length(&self) -> f64 {
-        self.polylines.iter().map(|polyline| polyline.length).sum()
+        // An empty sum is -0.
+        self.polylines.iter().fold(0.0, |sum, polyline| sum + polyline.length)
     }
 
     /// Writes OBJ: the points as `v`, and for each pair of regions a group of polylines as `l`, each with its length in a

@@ -146,7 +146,12 @@ fn impossible_files_are_refused() {
         ("cut.stl", "STL cannot hold the labels of faces"),
         ("folder.ply", "is a folder"),
         ("missing/cut.ply", "its folder does not exist"),
+        ("grid.ply", "the mesh that is cut"),
+        ("./grid.ply", "the mesh that is cut"),
+        ("out/segmented.ply", "another result"),
+        ("model.obj", "the materials of another mesh"),
     ] {
+        folder.write("model.mtl", "newmtl mine\n");
         let line =
             format!("solve grid.ply --costs s.npy --lambda 0.001 --cut-mesh {file} --out out");
         let output = folder.run(&line);

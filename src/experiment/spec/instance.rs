@@ -193,9 +193,16 @@ fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photograph
         Some((text, span)) => {
             let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
             match numbers[..] {
-                [x, y, z] if text.split(',').count() == 3 => Some([x, y, z]),
+                [x, y, z]
+                    if text.split(',').count() == 3
+                        && [x, y, z].iter().all(|x| x.is_finite())
+                        && [x, y, z] != [0.0; 3] =>
+                {
+                    Some([x, y, z])
+                }
                 _ => {
-                    let message = "light must be a direction of three numbers, as in \"1,0,2\"";
+                    let message =
+                        "light must be a direction of three numbers, not all 0, as in \"1,0,2\"";
                     return Err(SpanError::at(span, message));
                 }
             }
@@ -205,6 +212,12 @@ fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photograph
         let message = "ambient needs light: without one the colors stay as they are";
         return Err(SpanError::at(&given.span, message));
     }
+    let sampling = cell.named("sampling", Sampling::default())?;
+    if let (Sampling::Vertices, Some((key, given))) =
+        (sampling, ["pure", "grazing"].iter().find_map(|key| Some((key, cell.get(key)?))))
+    {
+        return Err(SpanError::at(&given.span, format!("{key} needs sampling = \"pixels\"")));
+    }
     let grazing = cell.number("grazing", 0.0, 0.0)?;
     if let Some(given) = cell.get("grazing").filter(|_| grazing >= 1.0) {
         return Err(SpanError::at(&given.span, "grazing must be a cosine, below 1"));
@@ -213,7 +226,7 @@ fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photograph
         light,
         ambient: cell.number("ambient", 0.0, 0.0)?,
         principal_error: cell.number("principal-error", 0.0, 0.0)?,
-        sampling: cell.named("sampling", Sampling::default())?,
+        sampling,
         pure: cell.count("pure", 1, 1..=255)? as usize,
         grazing,
     })

@@ -193,7 +193,7 @@ fn read_cell(
     if matches!(task, Task::External(_) | Task::Baseline(_))
         && let Some(given) = LABEL_KEYS.iter().find_map(|key| cell.get(key))
     {
-        let message = format!("{} need a built-in solver", LABEL_KEYS.join(" and "));
+        let message = format!("{name} rounds nothing: leave out {}", LABEL_KEYS.join(", "));
         return Err(SpanError::at(&given.span, message));
     }
     let method = match task {

@@ -53,7 +53,7 @@ fn unknown_and_impossible_values_are_refused_at_their_positions() {
     let solver = "name = \"chambolle-pock\"";
     refuse(solver, &format!("{solver}\nrounding = \"best\""), &["expansion", "argmax"]);
     refuse(solver, &format!("{solver}\nlabel-gap = -1.0"), &["label-gap", "0 or more"]);
-    refuse(solver, "name = \"kmeans\"\nlabel-gap = 0.1", &["need a built-in solver"]);
+    refuse(solver, "name = \"kmeans\"\nlabel-gap = 0.1", &["kmeans rounds nothing"]);
     refuse(waves, "data = \"photographs:0\"", &["line 9, column 8", "from 1 to 1000"]);
     refuse(waves, "data = \"photographs:3:40\"", &["line 9, column 8", "WxH"]);
     for (key, parts) in [
@@ -64,6 +64,9 @@ fn unknown_and_impossible_values_are_refused_at_their_positions() {
         ("principal-error = -1.0", ["line 10, column 19", "0 or more"]),
         ("sampling = \"faces\"", ["line 10, column 12", "\"vertices\""]),
         ("pure = 0", ["line 10, column 8", "from 1 to 255"]),
+        ("light = \"0,0,0\"", ["line 10, column 9", "not all 0"]),
+        ("light = \"nan,0,1\"", ["line 10, column 9", "three numbers"]),
+        ("sampling = \"vertices\"\npure = 2", ["line 11, column 8", "sampling = \"pixels\""]),
         ("grazing = [0.5, 1.0]", ["line 10, column 17", "below 1"]),
     ] {
         refuse(waves, &format!("{photographs}{key}"), &parts);
