@@ -11,6 +11,9 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::optics::zbuffer::ZBuffer;
 
+/// The keys of an instance whose data are photographs.
+pub const KEYS: [&str; 6] = ["light", "ambient", "principal-error", "sampling", "pure", "grazing"];
+
 /// S x S samples make a pixel of a photograph.
 const SAMPLES: usize = 4;
 

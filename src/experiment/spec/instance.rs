@@ -7,7 +7,7 @@ use super::super::choice::DataChoice;
 use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
-use super::super::photographs::{Photography, Sampling};
+use super::super::photographs::{self, Photography, Sampling};
 use super::cell::{Cell, label_of};
 use crate::data::ModelName;
 use crate::data::projection::Projection;
@@ -89,25 +89,9 @@ pub(super) fn read_instances(
 ) -> SpanResult<Vec<InstanceCell>> {
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
-    for key in [
-        "mesh",
-        "data",
-        "model",
-        "project",
-        "light",
-        "ambient",
-        "principal-error",
-        "sampling",
-        "pure",
-        "grazing",
-        "truth",
-        "noise",
-        "seed",
-        "regions",
-        "lambda",
-        "mass",
-        "normalize",
-    ] {
+    let first = ["mesh", "data", "model", "project"];
+    let last = ["truth", "noise", "seed", "regions", "lambda", "mass", "normalize"];
+    for key in first.into_iter().chain(photographs::KEYS).chain(last) {
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
             None if ["mesh", "data", "lambda"].contains(&key) => {
@@ -181,9 +165,9 @@ fn read_projection(cell: &Cell<'_>) -> SpanResult<Option<Projection>> {
 
 /// The keys that photographs have.
 fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photography> {
-    let keys = ["light", "ambient", "principal-error", "sampling", "pure", "grazing"];
     if !matches!(data, DataChoice::Photographs(_))
-        && let Some((key, given)) = keys.iter().find_map(|key| Some((key, cell.get(key)?)))
+        && let Some((key, given)) =
+            photographs::KEYS.iter().find_map(|key| Some((key, cell.get(key)?)))
     {
         let message = format!("{key} needs data = \"photographs:N:WxH\"");
         return Err(SpanError::at(&given.span, message));
@@ -268,20 +252,8 @@ fn plain_label(
     let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
     let lambda = text("lambda").expect("it is needed");
     let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
-    let varied = [
-        "model",
-        "project",
-        "light",
-        "ambient",
-        "principal-error",
-        "sampling",
-        "pure",
-        "grazing",
-        "noise",
-        "seed",
-    ]
-    .into_iter()
-    .filter(|key| group.varies(key));
+    let varied = ["model", "project"].into_iter().chain(photographs::KEYS).chain(["noise", "seed"]);
+    let varied = varied.filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
     format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())
 }
