@@ -5,7 +5,8 @@
 //! the latter. `rounding/labels.rs` has the formulas.
 
 mod bound;
-mod expansion;
+pub(crate) mod expansion;
+pub(crate) mod graph;
 mod labels;
 mod min_cut;
 mod moves;

@@ -238,6 +238,8 @@ impl<const M: usize> Run<M> {
             && change <= delta
         {
             Some(Status::Stalled)
+        } else if change.is_some() && solver.is_settled() {
+            Some(Status::Settled)
         } else {
             None
         }

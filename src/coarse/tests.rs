@@ -89,7 +89,10 @@ fn forbidden_labels_stay_forbidden() {
             assert!(solution.trace.iter().all(|sample| sample.energy.abs() < 1e3));
             let summary = solution.summary;
             assert!(summary.energy.abs() < 1e3 && summary.gap >= 0.0, "{}", method.name());
-            assert!(summary.relative_gap < 0.1, "{}: {}", method.name(), summary.relative_gap);
+            // The bound of alpha-expansion is B.
+            let has_bound = method.name() != "alpha-expansion";
+            let gap = if has_bound { 0.1 } else { 1.0 };
+            assert!(summary.relative_gap <= gap, "{}: {}", method.name(), summary.relative_gap);
         }
     }
 }

@@ -60,7 +60,7 @@ struct Band {
 }
 
 /// The vertex is no node.
-const NONE: u32 = u32::MAX;
+pub const NONE: u32 = u32::MAX;
 
 impl Band {
     fn new(labels: &Labels<'_>) -> Self {
@@ -140,38 +140,55 @@ impl Band {
             self.touched[v] > since && labels.labels[v] != p && labels.is_allowed(v, p)
         };
         let nodes: Vec<u32> = self.vertices.iter().copied().filter(may_change).collect();
-        if nodes.is_empty() {
-            return nodes;
-        }
-        for (i, &v) in nodes.iter().enumerate() {
-            self.node[v as usize] = i as u32;
-        }
-        let mut costs = Vec::with_capacity(nodes.len());
-        let mut edges = Vec::with_capacity(4 * nodes.len());
-        for (i, &v) in nodes.iter().enumerate() {
-            let (i, own) = (i as u32, labels.labels[v as usize]);
-            let mut cost = labels.cost(v as usize, p) - labels.cost(v as usize, own);
+        let costs = |v: u32, p: u8| labels.cost(v as usize, p);
+        let neighbors = |v: u32| {
             let [begin, end] = self.range[v as usize].map(|end| end as usize);
-            for &(w, weight) in &self.neighbors[begin..end] {
-                let other = labels.labels[w as usize];
-                let apart = if own != other { weight } else { 0.0 };
-                // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), the weight if one of two nodes
-                // changes, and nothing for (1, 1).
-                match self.node[w as usize] {
-                    NONE => cost += if other != p { weight } else { 0.0 } - apart,
-                    j if i < j => {
-                        cost += weight - apart;
-                        edges.push(Edge { ends: [i, j], costs: [2.0 * weight - apart, 0.0] });
-                    }
-                    _ => cost -= weight,
-                }
-            }
-            costs.push(cost);
-        }
-        let change = MinCut::new(costs, &edges).minimizer();
-        nodes.iter().for_each(|&v| self.node[v as usize] = NONE);
-        nodes.into_iter().zip(change).filter_map(|(v, change)| change.then_some(v)).collect()
+            &self.neighbors[begin..end]
+        };
+        best_expansion(nodes, &labels.labels, p, costs, neighbors, &mut self.node)
     }
+}
+
+/// The vertices among the given ones that change to label p in the best expansion of it. `node` has a place for each
+/// vertex of the mesh and holds [`NONE`] before and after.
+pub fn best_expansion<'a>(
+    nodes: Vec<u32>,
+    labels: &[u8],
+    p: u8,
+    cost: impl Fn(u32, u8) -> f64,
+    neighbors: impl Fn(u32) -> &'a [(u32, f64)],
+    node: &mut [u32],
+) -> Vec<u32> {
+    if nodes.is_empty() {
+        return nodes;
+    }
+    for (i, &v) in nodes.iter().enumerate() {
+        node[v as usize] = i as u32;
+    }
+    let mut costs = Vec::with_capacity(nodes.len());
+    let mut edges = Vec::with_capacity(4 * nodes.len());
+    for (i, &v) in nodes.iter().enumerate() {
+        let (i, own) = (i as u32, labels[v as usize]);
+        let mut change = cost(v, p) - cost(v, own);
+        for &(w, weight) in neighbors(v) {
+            let other = labels[w as usize];
+            let apart = if own != other { weight } else { 0.0 };
+            // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), the weight if one of two nodes changes,
+            // and nothing for (1, 1).
+            match node[w as usize] {
+                NONE => change += if other != p { weight } else { 0.0 } - apart,
+                j if i < j => {
+                    change += weight - apart;
+                    edges.push(Edge { ends: [i, j], costs: [2.0 * weight - apart, 0.0] });
+                }
+                _ => change -= weight,
+            }
+        }
+        costs.push(change);
+    }
+    let changes = MinCut::new(costs, &edges).minimizer();
+    nodes.iter().for_each(|&v| node[v as usize] = NONE);
+    nodes.into_iter().zip(changes).filter_map(|(v, changes)| changes.then_some(v)).collect()
 }
 
 /// Accepts the connected sets of changes that lower the energy; the vertices of these.

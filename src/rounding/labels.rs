@@ -7,13 +7,13 @@
 //! ```
 //!
 //! l_i is the length of the edge opposite to corner i. The first case is a cut of a graph whose edge between the corners i
-//! and j of a face, opposite to corner k, weighs lambda (l_i + l_j - l_k) / (2 sqrt(2)); three different labels cost 1 to
+//! and j of a face, opposite to corner k, weighs lambda (l_i + l_j - l_k) / (2 sqrt(2)) (`graph.rs`); three different labels cost 1 to
 //! 1.2247 times the cut of this graph.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::graph::{add_edges, exact, lengths};
 use crate::mesh::Mesh;
-use crate::mesh::geometry::opposite_edges;
 use crate::mesh::incidence::Incidence;
 use crate::problem::FORBIDDEN_COST;
 
@@ -62,17 +62,13 @@ impl<'a> Labels<'a> {
         self.cost(v, p) != FORBIDDEN_COST
     }
 
-    fn lengths(&self, j: u32) -> [f64; 3] {
-        opposite_edges(self.mesh, j as usize).map(|edge| edge.norm())
-    }
-
     /// lambda n_j for given labels of the corners.
     pub fn face_cost(&self, j: u32, labels: [u8; 3]) -> f64 {
         let [a, b, c] = labels;
         if a == b && b == c {
             return 0.0;
         }
-        let l = self.lengths(j);
+        let l = lengths(self.mesh, j);
         let n = if b == c {
             l[0] * FRAC_1_SQRT_2
         } else if a == c {
@@ -87,14 +83,6 @@ impl<'a> Labels<'a> {
 
     pub fn face_labels(&self, j: u32) -> [u8; 3] {
         self.face(j).map(|v| self.labels[v as usize])
-    }
-
-    /// The weights of the edges opposite to the corners of a face in the graph.
-    fn edge_weights(&self, j: u32) -> [f64; 3] {
-        let [l0, l1, l2] = self.lengths(j);
-        // Rounding may violate the triangle inequality.
-        [l1 + l2 - l0, l2 + l0 - l1, l0 + l1 - l2]
-            .map(|twice| 0.5 * FRAC_1_SQRT_2 * self.lambda * twice.max(0.0))
     }
 
     /// Whether each vertex is in a face with different labels.
@@ -113,16 +101,10 @@ impl<'a> Labels<'a> {
     pub fn add_neighbors(&self, v: usize, found: &mut Vec<(u32, f64)>) {
         let begin = found.len();
         for &j in self.faces_at(v) {
-            let (face, weights) = (self.face(j), self.edge_weights(j));
-            let corner = (0..3).find(|&i| face[i] as usize == v).expect("the face is at v");
-            // The edge to one of the other corners is opposite to the third.
-            let [i, k] = [(corner + 1) % 3, (corner + 2) % 3];
-            for (w, weight) in [(face[i], weights[k]), (face[k], weights[i])] {
-                match found[begin..].iter_mut().find(|(other, _)| *other == w) {
-                    Some((_, sum)) => *sum += weight,
-                    None => found.push((w, weight)),
-                }
-            }
+            let face = self.face(j);
+            let corner = (0..3).find(|&i| face[usize::from(i)] as usize == v);
+            let corner = corner.expect("the face is at v");
+            add_edges(self.mesh, j, corner, exact(self.mesh, j, self.lambda), begin, found);
         }
     }
 

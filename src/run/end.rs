@@ -42,6 +42,8 @@ pub enum Status {
     Converged,
     /// The change of U fell to the requested threshold; the gap tells how good U is.
     Stalled,
+    /// No further step changes U; the gap tells how good it is.
+    Settled,
     /// The iteration limit of this call was reached before the gap.
     IterationLimit,
     /// The time limit of this call was reached before the gap.
@@ -65,6 +67,9 @@ impl Status {
             Status::Converged => "converged: the certified gap is within the tolerance",
             Status::Stalled => {
                 "stopped: the change of U fell to the given threshold, which by itself certifies nothing"
+            }
+            Status::Settled => {
+                "settled: no further step of this method changes U; the gap tells how good it is"
             }
             Status::IterationLimit => "stopped at the iteration limit before the gap was reached",
             Status::TimeLimit => "stopped at the time limit before the gap was reached",

@@ -51,6 +51,11 @@ pub trait Solver<K, const M: usize> {
         self.restart(problem);
     }
 
+    /// Whether no further step changes the iterate, unless the costs change.
+    fn is_settled(&self) -> bool {
+        false
+    }
+
     /// The smoothing of the energy, if a smoothed energy is minimized instead of E.
     fn smoothing(&self) -> Option<Smoothing> {
         None

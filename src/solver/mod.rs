@@ -90,6 +90,7 @@ solvers! {
     DouglasRachford = mod douglas_rachford;
     Fista = mod fista;
     ProjectedGradient = mod projected_gradient;
+    AlphaExpansion = mod alpha_expansion;
     #[cfg(test)]
     ArrowHurwicz = mod arrow_hurwicz;
 }

@@ -28,6 +28,11 @@ pub trait Step<K, const M: usize> {
         self.restart(problem);
     }
 
+    /// See [`Solver::is_settled`].
+    fn is_settled(&self) -> bool {
+        false
+    }
+
     /// See [`Solver::smoothing`].
     fn smoothing(&self) -> Option<Smoothing> {
         None
@@ -89,6 +94,10 @@ impl<K: Operator, S: Step<K, M>, const M: usize> Solver<K, M> for OneByOne<S, M>
 
     fn follow(&mut self, problem: &Problem<K, M>) {
         self.method.follow(problem);
+    }
+
+    fn is_settled(&self) -> bool {
+        self.method.is_settled()
     }
 
     fn smoothing(&self) -> Option<Smoothing> {

@@ -79,6 +79,9 @@ fn every_solver_with_every_option() {
         "projected-gradient mass-metric=none epsilon-mode=paper",
         "projected-gradient mass-metric=consistent",
         "projected-gradient tau=1e-3",
+        "alpha-expansion",
+        "alpha-expansion weights=cotangent",
+        "alpha-expansion weights=crofton",
     ] {
         let (solver, options) = line.split_once(' ').unwrap_or((line, ""));
         let options: String =
@@ -89,8 +92,8 @@ fn every_solver_with_every_option() {
         );
         answer.assert_consistent();
         answer.assert_monotone_from(0);
-        assert!(["converged", "iteration-limit"].contains(&answer.status()), "{line}");
-        let smoothed = !["chambolle-pock", "douglas-rachford"].contains(&solver);
+        assert!(["converged", "iteration-limit", "settled"].contains(&answer.status()), "{line}");
+        let smoothed = ["fista", "projected-gradient"].contains(&solver);
         assert_eq!(answer.header.len(), if smoothed { 8 } else { 7 }, "{line}");
         if smoothed {
             assert_eq!(answer.header[7], "smoothed_energy");

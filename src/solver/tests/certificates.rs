@@ -1,6 +1,6 @@
 //! Energies and bounds bracket the known optimum at every sample, and exact methods reach the requested gap.
 
-use super::{CONSISTENT, exact, run, solver, uniform, variants, variants_of};
+use super::{EXPANSIONS, all_variants, exact, run, solver, uniform, variants_of};
 use crate::mesh::Mesh;
 use crate::run::Status;
 use crate::samples::{bumpy, disjoint, flipped, known_optimum, needles, non_manifold, shape};
@@ -23,7 +23,7 @@ fn assert_bracketed<const M: usize>(mesh: &Mesh, name: &str, m: usize, cost: f64
     let known = known_optimum::<M>(mesh, m, lambda, cost, 61);
     let slack = 1e-12 * known.problem.spread();
     let optimum = known.problem.baseline + known.energy;
-    for variant in variants().chain([CONSISTENT]) {
+    for variant in all_variants() {
         let start = uniform(mesh.vertices.len(), m);
         let mut solver = solver(variant, mesh, &known.problem, start);
         let (run, status) = run(&mut *solver, &known.problem, 0.0, iterations);
@@ -35,7 +35,11 @@ fn assert_bracketed<const M: usize>(mesh: &Mesh, name: &str, m: usize, cost: f64
             assert!(empty, "{name}, {variant:?}");
         }
         let (first, last) = (run.trace[0], run.trace[run.trace.len() - 1]);
-        assert!(last.gap < first.gap, "{name}, {variant:?}: {first:?} {last:?}");
+        // Expansions may find no better labels than those of the start.
+        assert!(
+            last.gap < first.gap || EXPANSIONS.contains(&variant),
+            "{name}, {variant:?}: {first:?} {last:?}"
+        );
     }
 }
 

@@ -1,6 +1,8 @@
 //! Properties of particular methods: feasibility, momentum, fixed points, restarts, the consistent metric.
 
-use super::{CONSISTENT, after, exact, run, solver, solver_from, uniform, variants, variants_of};
+use super::{
+    CONSISTENT, after, all_variants, exact, run, solver, solver_from, uniform, variants_of,
+};
 use crate::field::Row;
 use crate::operator::{Adjoint, Operator};
 use crate::problem::FORBIDDEN_COST;
@@ -15,7 +17,7 @@ fn iterates_are_feasible() {
     for mesh in [bumpy(8), needles(4, 1e-6), shape("sphere:2").scaled(1e4)] {
         let problem = random_problem::<7>(&mesh, 0.02 * mesh.area().sqrt(), 81);
         let start = random_labels(mesh.vertices.len(), 7, &mut rng(82));
-        for variant in variants().chain([CONSISTENT]) {
+        for variant in all_variants() {
             let mut solver = solver(variant, &mesh, &problem, start.clone());
             for steps in [1, 7, 2, 16, 3, 25] {
                 // After `go_on` returns false, one more step is made.

@@ -29,8 +29,9 @@ const OTHER_SETTINGS: [Variant; 6] = [
 
 /// Every method, in each variant that converges to a minimizer.
 fn variants() -> impl Iterator<Item = Variant> {
-    let methods = Method::all().into_iter();
-    methods.map(|method| (method.name(), &[] as &[&str])).chain(OTHER_SETTINGS)
+    let methods = Method::all().into_iter().map(|method| method.name());
+    let relaxed = methods.filter(|name| EXPANSIONS.iter().all(|(other, _)| name != other));
+    relaxed.map(|name| (name, &[] as &[&str])).chain(OTHER_SETTINGS)
 }
 
 /// The variants without smoothing, which reach E* itself.
@@ -47,8 +48,20 @@ fn variants_of(name: &str) -> impl Iterator<Item = Variant> {
     variants().filter(move |variant| variant.0 == name)
 }
 
-/// The variant that does not converge to a minimizer.
+/// A relaxation that does not converge to a minimizer.
 const CONSISTENT: Variant = ("projected-gradient", &["mass-metric=consistent"]);
+
+/// Methods without a relaxation, which end at labels.
+const EXPANSIONS: [Variant; 3] = [
+    ("alpha-expansion", &[]),
+    ("alpha-expansion", &["weights=cotangent"]),
+    ("alpha-expansion", &["weights=crofton"]),
+];
+
+/// Every variant, whether it converges to a minimizer or not.
+fn all_variants() -> impl Iterator<Item = Variant> {
+    variants().chain([CONSISTENT]).chain(EXPANSIONS)
+}
 
 fn solver<'a, K: Engines + 'a, const M: usize>(
     variant: (&str, &[&str]),
