@@ -54,6 +54,9 @@ pub enum Quantity {
     /// (R - D) / (D - B).
     #[strum(message = "certified gap of the labels")]
     RoundedGap,
+    /// (R - L*) / (L* - B), L* the best bound for labels of all runs of the instance.
+    #[strum(message = "energy of the labels above the best bound")]
+    LabelExcess,
     #[strum(message = "regions that are used")]
     RegionsUsed,
     #[strum(message = "share that is mislabeled")]
@@ -185,7 +188,7 @@ mod tests {
         assert!(message.starts_with(
             "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, light, ambient, principal-error, sampling, pure, grazing, noise, \
              seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
-             excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, regions-used, mislabeled, \
+             excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, label-excess, regions-used, mislabeled, \
              rand-index, variation-of-information, covering, boundary-f, binary, cut-length, threshold-labels, \
              threshold-lines, parameters, status; did you mean \"wall-seconds\"?"
         ));

@@ -2,6 +2,7 @@
 
 use crate::agreement::Confusion;
 use crate::level_sets::LevelSet;
+use crate::problem::label_gap;
 
 use super::super::figures::{Clock, Target};
 use super::super::manifest::Scores;
@@ -104,6 +105,13 @@ impl<'a> CellRuns<'_, 'a> {
                 self.of_all(|run| share_of_changes(run.labels.as_ref()?, reference?, own))
             }
             Quantity::RoundedGap => self.of_all(|run| Some(run.summary.rounded_relative_gap)),
+            Quantity::LabelExcess => {
+                let bound = peers.label_bound();
+                self.of_all(|run| {
+                    let baseline = run.summary.baseline;
+                    Some(label_gap(run.summary.rounded_energy - baseline, bound - baseline))
+                })
+            }
             Quantity::RegionsUsed => self
                 .of_all(|run| Some((run.summary.regions - run.summary.empty_regions.len()) as f64)),
             Quantity::Mislabeled => self.of_all(|run| run.manifest.mislabeled),

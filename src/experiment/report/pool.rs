@@ -7,6 +7,7 @@ use super::super::figures::{Clock, Target};
 use super::super::plan::run_toml;
 use super::super::results::{Done, Point};
 use super::super::spec::{InstanceCell, SolverCell, Spec};
+use crate::solve::Summary;
 
 /// All repetitions of one solver on one instance.
 pub struct Cell<'a> {
@@ -39,6 +40,21 @@ impl Peers<'_> {
                 bounds.fold(f64::NEG_INFINITY, f64::max)
             }
             false => self.energy(),
+        }
+    }
+
+    /// L*, the best bound of any solver for labels; with parameters of their own the minimum energy of labels.
+    pub fn label_bound(&self) -> f64 {
+        let summaries = self.runs.iter().map(|run| &run.summary);
+        match self.fixed_costs {
+            true => {
+                let bound = |it: &Summary| match &it.rounding {
+                    Some(rounding) => rounding.label_bound,
+                    None => it.dual_bound,
+                };
+                summaries.map(bound).fold(f64::NEG_INFINITY, f64::max)
+            }
+            false => summaries.map(|it| it.rounded_energy).fold(f64::INFINITY, f64::min),
         }
     }
 
