@@ -112,8 +112,9 @@ mod tests {
 
     #[test]
     fn a_surface_lies_on_itself_and_on_its_subdivision() {
-        // The nearest points of needles are uncertain by the rounding error divided by the square of their aspect ratio.
-        for (name, mesh) in zoo().into_iter().filter(|(name, _)| *name != "needles") {
+        // Nearest points on thin faces are uncertain by the rounding error divided by the square of their aspect ratio.
+        let thin = |name: &str| ["needles", "soup"].contains(&name);
+        for (name, mesh) in zoo().into_iter().filter(|(name, _)| !thin(name)) {
             for same in [mesh.clone(), mesh.subdivided()] {
                 let zero = between(&same, &mesh);
                 assert!(zero.largest <= 1e-15, "{name}: {zero:?}");

@@ -138,7 +138,10 @@ fn splits_leave_no_long_edge_between_two_old_vertices() {
 /// In turns with flips and smoothing, which remove what stands in the way of collapses.
 #[test]
 fn collapses_remove_short_edges() {
-    let mut mesh = irregular("torus:24x16", 9);
+    let mut mesh = shape("torus:24x16");
+    for factor in [1.0, 1.1, 1.2] {
+        mesh = split_long(&mesh, factor).mesh;
+    }
     let limit = 0.7 * median_edge_length(&mesh).unwrap();
     let short = |mesh: &Mesh| {
         let length =
@@ -151,7 +154,7 @@ fn collapses_remove_short_edges() {
         mesh = flip(&collapse_below(&mesh, limit).mesh, ANGLE).mesh;
         mesh.vertices = tangential(&mesh, 0.3).into_iter().map(Point3::from).collect();
     }
-    assert!(before > 500 && short(&mesh) * 50 < before, "{before} {}", short(&mesh));
+    assert!(before > 3000 && short(&mesh) <= 10, "{before} {}", short(&mesh));
     assert_eq!(Statistics::of(&mesh).euler_characteristic, 0);
 }
 

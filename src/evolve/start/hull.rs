@@ -61,9 +61,11 @@ pub fn hull(silhouettes: &[Silhouette], resolution: usize) -> Result<Mesh> {
     };
     let views: Vec<(&Silhouette, SignedDistance)> =
         silhouettes.iter().map(|silhouette| (silhouette, SignedDistance::of(silhouette))).collect();
-    let values = sweep::collect(grid.len(), |i| {
-        if grid.is_border(i) { -step } else { depth_inside(&views, grid.point(i)) }
-    });
+    let mut values = sweep::collect(grid.len(), |i| depth_inside(&views, grid.point(i)));
+    for axis in 0..3 {
+        values = smoothed(&grid, &values, axis);
+    }
+    (0..grid.len()).filter(|&i| grid.is_border(i)).for_each(|i| values[i] = -step);
     let mesh = large_parts(&surface(&grid, &values));
     if mesh.faces.is_empty() {
         return Err(Error::unsuitable(format!(
@@ -85,6 +87,19 @@ fn depth_inside(views: &[(&Silhouette, SignedDistance)], x: Point3<f64>) -> f64 
         smallest = smallest.min(distance.at(at.x, at.y) / pixels_per_unit);
     }
     smallest
+}
+
+/// (v_{i-1} + 2 v_i + v_{i+1}) / 4 along an axis: fins of the hull that are thinner than a step, and the steps of pixels,
+/// disappear. Values at the ends stay.
+fn smoothed(grid: &Grid, values: &[f64], axis: usize) -> Vec<f64> {
+    let stride = grid.size[..axis].iter().product::<usize>();
+    sweep::collect(grid.len(), |i| {
+        let at = grid.coordinates(i)[axis];
+        if at == 0 || at + 1 == grid.size[axis] {
+            return values[i];
+        }
+        0.25 * (values[i - stride] + 2.0 * values[i] + values[i + stride])
+    })
 }
 
 /// The mesh without the parts that have little volume, and without the vertices of these.
