@@ -127,13 +127,14 @@ fn the_hull_of_a_sphere_is_one_within_a_voxel() {
 fn the_hull_of_a_torus_has_its_hole() {
     let torus = shape("torus:80x50").scaled(2.8);
     let silhouettes = silhouettes(&torus, 24);
-    for resolution in [24, 40] {
+    // The smoothing over a step of the grid costs less on finer grids.
+    for (resolution, least) in [(24, 0.95), (40, 0.975)] {
         let found = hull(&silhouettes, resolution).unwrap();
         assert_closed(&found, 0, 1);
         let distances = between(&found, &torus);
         assert!(distances.mean <= 0.02, "{distances:?}");
         let filled = overlap(&found, &silhouettes).iou();
-        assert!(filled >= 0.96, "{resolution}: {filled}");
+        assert!(filled >= least, "{resolution}: {filled}");
     }
 }
 
