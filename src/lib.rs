@@ -39,6 +39,7 @@ pub mod data;
 pub mod empty_regions;
 pub mod error;
 pub mod evaluate;
+pub mod evolve;
 #[cfg(feature = "experiments")]
 pub mod exchange;
 #[cfg(feature = "experiments")]

@@ -23,6 +23,7 @@ mod solve;
 mod solvers;
 mod solving;
 mod table;
+mod triple;
 mod views;
 mod welding;
 
