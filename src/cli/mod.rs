@@ -52,7 +52,8 @@ Examples:
   meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
   meshseg solve mesh.ply --costs S.npy --lambda 0.01 --gap 1e-5 --out results/mesh
 
-MESH is a file (.obj, .ply, .off, .stl), builtin:spot, or a shape: torus:400x250, sphere:6, grid:100x100.";
+MESH is a file (.obj, .ply, .off, .stl), builtin:spot, or a shape: torus:400x250, sphere:6, grid:100x100,
+ellipsoid:6, peanut:6, dent:6.";
 
 #[derive(Subcommand)]
 enum Verb {

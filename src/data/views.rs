@@ -16,7 +16,7 @@ pub mod synthetic;
 mod view;
 
 use std::borrow::Borrow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Data;
 use super::pixels::Evidence;
@@ -116,6 +116,22 @@ pub fn cameras(path: &Path, images: Option<&Path>) -> Result<(Vec<View>, Vec<Str
         }
     }
     Ok((file.views, file.warnings))
+}
+
+/// The files that [`read`] reads: those of the cameras, then the image and the mask of each view.
+///
+/// # Errors
+/// Those of [`ViewFolder::open`].
+pub fn files(path: &Path, images: Option<&Path>) -> Result<Vec<PathBuf>> {
+    let folder = ViewFolder::open(path, images)?;
+    let mut files = formats::files(path);
+    files.extend(
+        folder
+            .files
+            .into_iter()
+            .flat_map(|PictureFiles { image, mask, .. }| std::iter::once(image).chain(mask)),
+    );
+    Ok(files)
 }
 
 /// Reads the views of a file and their images, and sums their pixels at the vertices of a mesh, which is in the units of

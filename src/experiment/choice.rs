@@ -38,7 +38,7 @@ impl FromStr for DataChoice {
             (_, Some(("curvature", _))) => text.parse().map(DataChoice::Source),
             _ => text.parse().map(DataChoice::Source).map_err(|_| {
                 "data must be \"waves\", \"photographs:N:WxH\" (of waves, by N cameras), \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
-                 \"texture:IMAGE\", \"image:IMAGE\", \"curvature\", \"curvature:mean-quadric\", \
+                 \"texture:IMAGE\", \"image:IMAGE\", \"views:FILE\" (images of calibrated cameras), \"curvature\", \"curvature:mean-quadric\", \
                  \"curvature:gaussian\", \"curvature:shape-index\", \"FILE.npy\" or \"costs:FILE.npy\""
                     .into()
             }),

@@ -14,7 +14,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use super::data::Instance;
+use super::instance::Instance;
 use super::plan::Planned;
 use super::spec::External;
 use crate::certificate::DUAL_STEPS;

@@ -18,7 +18,7 @@ use crate::solver::Method;
 use crate::start::Start;
 use crate::sweep;
 
-use super::data::{Instance, Truth, normals, on_surface};
+use super::instance::{Instance, Truth, normals, on_surface};
 use super::manifest::Scores;
 use super::plan::Planned;
 use super::spec::{BaselineName, Estimation, Init, InstanceCell, Task};

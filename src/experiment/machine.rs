@@ -8,7 +8,7 @@ use sysinfo::{
     CpuRefreshKind, MemoryRefreshKind, ProcessRefreshKind, ProcessesToUpdate, RefreshKind, System,
 };
 
-use super::data::hex;
+use super::folders::hex;
 
 /// The program as it was built.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

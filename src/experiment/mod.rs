@@ -5,12 +5,13 @@
 //! reads results from disk.
 
 mod choice;
-mod data;
 mod document;
 mod emit;
 mod external;
 mod figures;
+mod folders;
 mod grid;
+mod instance;
 mod labeled;
 mod machine;
 mod manifest;
@@ -26,8 +27,8 @@ mod store;
 mod variable;
 
 pub use crate::format_error::FormatError;
-pub use data::Folders;
 pub use emit::{Cluster, Command, emit};
+pub use folders::Folders;
 pub use machine::{Machine, Program};
 pub use manifest::Manifest;
 pub use nearest::did_you_mean;

@@ -6,7 +6,7 @@
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
-use super::data::{Folders, InstanceError, hex};
+use super::folders::{Folders, InstanceError, hex};
 use super::grid::Keys;
 use super::spec::{InstanceCell, SolverCell, Spec};
 use crate::error::Result;

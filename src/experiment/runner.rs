@@ -8,8 +8,9 @@ use std::time::{Instant, SystemTime};
 
 use ndarray::Array1;
 
-use super::data::{Folders, Instance};
 use super::external::Attempt;
+use super::folders::Folders;
+use super::instance::Instance;
 use super::labeled::{self, Made};
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;

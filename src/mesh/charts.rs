@@ -3,7 +3,7 @@
 //! | shape | u | v |
 //! |---|---|---|
 //! | torus | angle / 2 pi around the axis | 1/2 + angle / 2 pi around the tube: the outer equator has v = 1/2 |
-//! | sphere | 1/2 + longitude / 2 pi | 1/2 + latitude / pi |
+//! | sphere, ellipsoid, peanut, dent | 1/2 + longitude / 2 pi | 1/2 + latitude / pi |
 //! | grid | i / max(nx, ny) | j / max(nx, ny): squares stay squares |
 //!
 //! Coordinates belong to corners of faces, so those of a face at a seam continue beyond 1 instead of running back.
@@ -38,7 +38,7 @@ impl Shape {
                 let n = nx.max(ny);
                 corners_of_cell(face).map(|[di, dj]| [ratio(i + di, n), ratio(j + dj, n)])
             }
-            Shape::Sphere { .. } => {
+            Shape::Sphere { .. } | Shape::Star { .. } => {
                 let corners = mesh.corners(face).map(|x| [x.x, x.y, x.z]);
                 let turns = around(corners.map(|[x, y, _]| [x, y]));
                 std::array::from_fn(|i| [turns[i], latitude(corners[i])])
@@ -73,9 +73,11 @@ pub fn latitude([x, y, z]: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
-    fn shapes() -> [Shape; 5] {
-        ["torus:12x8", "torus:5x7", "sphere:3", "grid:6x4", "grid:2x5"].map(|s| s.parse().unwrap())
+    fn shapes() -> [Shape; 6] {
+        ["torus:12x8", "torus:5x7", "sphere:3", "peanut:3", "grid:6x4", "grid:2x5"]
+            .map(|s| s.parse().unwrap())
     }
 
     /// No face runs back over the image at a seam, and corners at one vertex differ by whole tiles.
@@ -124,9 +126,15 @@ mod tests {
                             let distance = 1.0 + 0.4 * cos_v;
                             [distance * cos_u * c, distance * sin_u * c, 0.4 * sin_v * c]
                         }
-                        Shape::Sphere { .. } => {
+                        Shape::Sphere { .. } | Shape::Star { .. } => {
                             let (sin_v, cos_v) = (PI * (v - 0.5)).sin_cos();
-                            [-cos_v * cos_u, -cos_v * sin_u, sin_v]
+                            let d = Vector3::new(-cos_v * cos_u, -cos_v * sin_u, sin_v);
+                            let kind = if let Shape::Star { kind, .. } = shape {
+                                Some(kind)
+                            } else {
+                                None
+                            };
+                            kind.map_or(d.into(), |kind| kind.point(d).into())
                         }
                         Shape::Grid { nx, ny } => {
                             let c = f64::from(nx.max(ny)) / f64::from(nx);

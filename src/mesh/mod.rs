@@ -7,6 +7,7 @@ pub mod charts;
 pub mod coarsen;
 pub mod curvature;
 pub(crate) mod disjoint_sets;
+pub mod distance;
 pub(crate) mod extent;
 pub mod geometry;
 pub(crate) mod incidence;
@@ -15,13 +16,15 @@ mod materials;
 mod normalize;
 pub mod order;
 pub mod orient;
-
 mod resolution;
 pub mod shapes;
+pub(crate) mod sides;
 mod source;
 mod statistics;
 mod subdivide;
 mod texels;
+pub(crate) mod tree;
+mod triangle;
 pub mod weld;
 
 use std::borrow::Cow;

@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 use nalgebra::Matrix3;
 
 use super::Mesh;
+use super::sides::{self, Side, sides};
 
 /// A consistently oriented mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,33 +43,11 @@ const NEGLIGIBLE_VOLUME: f64 = 1e-9;
 
 const NO_FACE: u32 = u32::MAX;
 
-/// A face at an edge.
-#[derive(Clone, Copy)]
-struct Side {
-    /// The ends, the smaller first.
-    edge: [u32; 2],
-    /// 3 j + i for the side of face j that begins at its corner i.
-    corner: u32,
-    /// Whether the face traverses the edge from the smaller to the larger end.
-    ascends: bool,
-}
-
-impl Side {
-    fn face(&self) -> usize {
-        self.corner as usize / 3
-    }
-
-    /// The direction in which the face traverses the edge, with its sign.
-    fn direction(&self, signs: &[i8]) -> i32 {
-        i32::from(signs[self.face()]) * if self.ascends { 1 } else { -1 }
-    }
-}
-
 /// In O(F log F) time.
 pub fn orient(mesh: &Mesh) -> Oriented {
     let mut mesh = Mesh::new(mesh.vertices.clone(), once(&mesh.faces));
     let sides = sides(&mesh.faces);
-    let edges = || sides.chunk_by(|a, b| a.edge == b.edge);
+    let edges = || sides::edges(&sides);
 
     // Across each side: the other face, and whether it must be flipped relative to this one.
     let mut across = vec![(NO_FACE, false); 3 * mesh.faces.len()];
@@ -85,7 +64,7 @@ pub fn orient(mesh: &Mesh) -> Oriented {
         *sign *= if turn[patch as usize] { -1 } else { 1 };
     }
     let inconsistent =
-        |edge: &&[Side]| edge.iter().map(|side| side.direction(&signs)).sum::<i32>().abs() > 1;
+        |edge: &&[Side]| edge.iter().map(|side| direction(side, &signs)).sum::<i32>().abs() > 1;
     let inconsistent_edges = edges().filter(inconsistent).count();
     for (face, &sign) in mesh.faces.iter_mut().zip(&signs) {
         if sign < 0 {
@@ -114,21 +93,9 @@ fn once(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     kept.into_iter().map(|j| faces[j as usize]).collect()
 }
 
-/// All sides, grouped by edge, in the order of their faces.
-fn sides(faces: &[[u32; 3]]) -> Vec<Side> {
-    let mut sides = Vec::with_capacity(3 * faces.len());
-    for (j, &face) in (0..).zip(faces) {
-        for i in 0..3 {
-            let (a, b) = (face[i], face[(i + 1) % 3]);
-            sides.push(Side {
-                edge: [a.min(b), a.max(b)],
-                corner: 3 * j + i as u32,
-                ascends: a < b,
-            });
-        }
-    }
-    sides.sort_unstable_by_key(|side| (side.edge, side.corner));
-    sides
+/// The direction in which the face traverses the edge, with its sign.
+fn direction(side: &Side, signs: &[i8]) -> i32 {
+    i32::from(signs[side.face()]) * if side.ascends { 1 } else { -1 }
 }
 
 /// Signs that agree with those of the neighbors as far as possible, the patch of each face, and the number of patches.
@@ -169,7 +136,7 @@ fn patches_to_flip<'a>(
     let mut closed = vec![true; count];
     for edge in edges {
         let mut directions: Vec<(u32, i32)> =
-            edge.iter().map(|side| (patches[side.face()], side.direction(signs))).collect();
+            edge.iter().map(|side| (patches[side.face()], direction(side, signs))).collect();
         directions.sort_unstable();
         for patch in directions.chunk_by(|a, b| a.0 == b.0) {
             closed[patch[0].0 as usize] &=

@@ -1,10 +1,13 @@
-//! Generated surfaces with known geometry: torus, sphere, grid.
+//! Generated surfaces with known geometry: torus, sphere, grid, and closed surfaces around the origin.
 //!
 //! | shape | V | F | Euler characteristic | area | Gaussian curvature |
 //! |---|---|---|---|---|---|
 //! | `torus:NUxNV` | nu nv | 2 nu nv | 0 | 1, exactly that of the mesh | cos v / (r (R + r cos v)) before scaling |
 //! | `sphere:LEVEL` | 10 4^level + 2 | 20 4^level | 2 | 4 pi - O(4^-level) | 1 |
+//! | `ellipsoid:LEVEL`, `peanut:LEVEL`, `dent:LEVEL` | as a sphere | as a sphere | 2 | see `shapes/star.rs` | |
 //! | `grid:NXxNY` | (nx + 1)(ny + 1) | 2 nx ny | 1 | ny / nx | 0 |
+
+mod star;
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -14,6 +17,8 @@ use nalgebra::Point3;
 
 use super::Mesh;
 use crate::error::{Error, Result};
+
+pub use star::Star;
 
 /// Shapes with more faces than this are refused.
 pub const MAX_FACES: u64 = 50_000_000;
@@ -42,6 +47,15 @@ pub enum Shape {
         /// How often the icosahedron is subdivided, 0 to 10.
         level: u32,
     },
+    /// The same sphere with its vertices moved along their directions.
+    ///
+    /// Normals point outwards.
+    Star {
+        /// The surface.
+        kind: Star,
+        /// How often the icosahedron is subdivided, 0 to 10.
+        level: u32,
+    },
     /// nx x ny square cells of side 1/nx on [0, 1] x [0, ny/nx] in the plane z = 0, each cut along its diagonal
     /// from the lower left; vertex (i, j) has index j (nx + 1) + i.
     ///
@@ -56,13 +70,19 @@ pub enum Shape {
 
 impl Shape {
     /// The forms that [`Shape::from_str`] takes.
-    pub const SYNTAX: &str = "torus:400x250, sphere:6 or grid:100x100";
+    pub const SYNTAX: &str =
+        "torus:400x250, sphere:6, ellipsoid:6, peanut:6, dent:6 or grid:100x100";
 
     /// The mesh of the shape, without colors and texture coordinates.
     pub fn mesh(self) -> Mesh {
         match self {
             Shape::Torus { nu, nv } => torus(nu, nv),
             Shape::Sphere { level } => sphere(level),
+            Shape::Star { kind, level } => {
+                let mut mesh = sphere(level);
+                mesh.vertices.iter_mut().for_each(|x| *x = kind.point(x.coords));
+                mesh
+            }
             Shape::Grid { nx, ny } => grid(nx, ny),
         }
     }
@@ -73,7 +93,7 @@ impl Shape {
             Shape::Torus { nu: a, nv: b } | Shape::Grid { nx: a, ny: b } => {
                 u64::from(a).saturating_mul(b.into()).saturating_mul(2)
             }
-            Shape::Sphere { level } => 20 << (2 * level),
+            Shape::Sphere { level } | Shape::Star { level, .. } => 20 << (2 * level),
         }
     }
 }
@@ -83,6 +103,7 @@ impl fmt::Display for Shape {
         match self {
             Shape::Torus { nu, nv } => write!(f, "torus:{nu}x{nv}"),
             Shape::Sphere { level } => write!(f, "sphere:{level}"),
+            Shape::Star { kind, level } => write!(f, "{}:{level}", <&str>::from(kind)),
             Shape::Grid { nx, ny } => write!(f, "grid:{nx}x{ny}"),
         }
     }
@@ -105,14 +126,16 @@ impl FromStr for Shape {
                 Some(_) => return refuse("a torus needs at least 3x3 vertices".into()),
                 None => return refuse("write a torus as torus:400x250".into()),
             },
-            "sphere" => match number(size) {
-                Some(level @ ..=MAX_SPHERE_LEVEL) => Shape::Sphere { level },
+            "sphere" | "ellipsoid" | "peanut" | "dent" => match number(size) {
+                Some(level @ ..=MAX_SPHERE_LEVEL) => {
+                    name.parse().map_or(Shape::Sphere { level }, |kind| Shape::Star { kind, level })
+                }
                 Some(_) => {
                     return refuse(format!(
-                        "the level of a sphere must be 0 to {MAX_SPHERE_LEVEL}"
+                        "the level of a {name} must be 0 to {MAX_SPHERE_LEVEL}"
                     ));
                 }
-                None => return refuse("write a sphere with its level as sphere:6".into()),
+                None => return refuse(format!("write a {name} with its level as {name}:6")),
             },
             "grid" => match pair() {
                 Some((nx @ 1.., ny @ 1..)) => Shape::Grid { nx, ny },
@@ -291,7 +314,16 @@ mod tests {
 
     #[test]
     fn text_round_trips() {
-        for text in ["torus:400x250", "sphere:0", "sphere:10", "grid:1x7", "grid:5000x5000"] {
+        for text in [
+            "torus:400x250",
+            "sphere:0",
+            "sphere:10",
+            "ellipsoid:3",
+            "peanut:0",
+            "dent:10",
+            "grid:1x7",
+            "grid:5000x5000",
+        ] {
             let shape: Shape = text.parse().unwrap();
             assert_eq!(shape.to_string(), text);
         }
@@ -314,6 +346,8 @@ mod tests {
             "grid:0x3",
             "grid:3x0",
             "grid:5001x5000",
+            "peanut:11",
+            "dent",
             "cube:3",
             "cube\n:3",
             "Torus:4x4",

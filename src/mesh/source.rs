@@ -24,8 +24,8 @@ pub enum Source {
 }
 
 impl Source {
-    /// The name of an existing file denotes that file; otherwise `builtin:NAME`, `torus:...`, `sphere:...` and
-    /// `grid:...` are examples and shapes, any other `WORD:...` without a dot or a slash is refused, and everything
+    /// The name of an existing file denotes that file; otherwise `builtin:NAME`, `torus:...`, `sphere:...` and the other
+    /// names of [`Shape::SYNTAX`] are examples and shapes, any other `WORD:...` without a dot or a slash is refused, and everything
     /// else is a path.
     ///
     /// # Errors
@@ -42,9 +42,10 @@ impl Source {
                 "builtin:{}: is not an example; use builtin:spot",
                 name.escape_debug()
             ))),
-            Some((name @ ("torus" | "sphere" | "grid"), size)) => {
-                Ok(Source::Shape(format!("{name}:{size}").parse()?))
-            }
+            Some((
+                name @ ("torus" | "sphere" | "ellipsoid" | "peanut" | "dent" | "grid"),
+                size,
+            )) => Ok(Source::Shape(format!("{name}:{size}").parse()?)),
             // A single letter may be a drive name.
             Some((word, rest))
                 if word.len() > 1

@@ -16,6 +16,15 @@ use nalgebra::center;
 
 use super::{Materials, Mesh};
 
+/// A mesh with some of its edges divided.
+pub(crate) struct Divided {
+    pub mesh: Mesh,
+    /// For each face the one that it is a part of.
+    pub whole: Vec<u32>,
+    /// The ends of the edge of each new vertex.
+    pub ends: Vec<[u32; 2]>,
+}
+
 impl Mesh {
     /// The mesh with every face divided into four at the midpoints of its edges.
     ///
@@ -25,17 +34,18 @@ impl Mesh {
     ///
     /// Panics if more than 2^32 - 1 vertices would be needed.
     pub fn subdivided(&self) -> Self {
-        self.divided(|_, _| true, |_| [1.0; 3]).0
+        self.divided(|_, _| true, |_| [1.0; 3]).mesh
     }
 
-    /// The mesh with the edges ab divided for which `divides(a, b)`, which must not depend on their order, and for each
-    /// face the one that it is a part of. `lengths(j)` are the lengths of the edges 12, 23, 31 of face j.
-    pub(super) fn divided(
+    /// The mesh with the edges ab divided for which `divides(a, b)`, which must not depend on their order. `lengths(j)`
+    /// are the lengths of the edges 12, 23, 31 of face j.
+    pub(crate) fn divided(
         &self,
         divides: impl Fn(u32, u32) -> bool,
         lengths: impl Fn(usize) -> [f64; 3],
-    ) -> (Self, Vec<u32>) {
+    ) -> Divided {
         let mut vertices = self.vertices.clone();
+        let mut ends = Vec::new();
         let mut colors = self.colors.clone();
         let mut midpoint_of = HashMap::with_capacity(3 * self.faces.len() / 2);
         let mut faces = Vec::with_capacity(4 * self.faces.len());
@@ -47,6 +57,7 @@ impl Mesh {
                     let k = u32::try_from(vertices.len()).expect("at most 2^32 - 1 vertices");
                     let (a, b) = (a as usize, b as usize);
                     vertices.push(center(&vertices[a], &vertices[b]));
+                    ends.push([a as u32, b as u32]);
                     if let Some(colors) = &mut colors {
                         colors.push(middle(colors[a], colors[b]));
                     }
@@ -77,7 +88,8 @@ impl Mesh {
             all: materials.all.clone(),
             of_faces: of_parts(&materials.of_faces, &whole),
         });
-        (Mesh { vertices, faces, colors, face_colors, uv, materials }, whole)
+        let mesh = Mesh { vertices, faces, colors, face_colors, uv, materials };
+        Divided { mesh, whole, ends }
     }
 }
 

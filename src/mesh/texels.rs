@@ -13,6 +13,7 @@ use std::collections::HashSet;
 
 use super::Mesh;
 use super::shapes::MAX_FACES;
+use super::subdivide::Divided;
 use super::weld::Weld;
 
 /// The area of an equilateral face with edges of length 1: no face without longer edges is larger.
@@ -76,7 +77,8 @@ impl Mesh {
             if mesh.faces.iter().map(parts).sum::<usize>() as u64 > MAX_FACES {
                 return Err(TooFine { possible: (SLACK * most).ceil() });
             }
-            let (finer, whole) = mesh.divided(divides, |j| mesh.texels(&density, j).lengths());
+            let Divided { mesh: finer, whole, .. } =
+                mesh.divided(divides, |j| mesh.texels(&density, j).lengths());
             density = whole.iter().map(|&j| density[j as usize]).collect();
             mesh = finer;
         }

@@ -95,7 +95,7 @@ fn imports_are_followed_to_the_files_that_define_the_items() {
     // Re-exported by `solve`, by `data`, by the root.
     assert!(has("segment.rs", "request.rs"));
     assert!(
-        has("experiment/data.rs", "data/constant.rs") && !has("segment.rs", "data/constant.rs")
+        has("experiment/instance.rs", "data/constant.rs") && !has("segment.rs", "data/constant.rs")
     );
     assert!(has("solver/chambolle_pock/rows.rs", "solver/interface.rs"));
     // Without a `use`; a macro; from a parent.

@@ -14,7 +14,7 @@ mod openmvs;
 #[cfg(feature = "experiments")]
 mod own;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::view::View;
 use crate::error::{Error, Result};
@@ -49,10 +49,10 @@ fn read_any(path: &Path) -> Result<ViewFile> {
         let (views, warnings) = openmvs::read(path, &bytes)?;
         return Ok(ViewFile { format: "OpenMVS", views, warnings });
     }
-    let file_name = path.file_name().and_then(|name| name.to_str());
-    if let (Some("cameras.txt" | "images.txt"), Some(folder)) = (file_name, path.parent()) {
+    if let Some(folder) = colmap_folder(path) {
         return colmap(folder);
     }
+    let file_name = path.file_name().and_then(|name| name.to_str());
     let unknown = || {
         Err(Error::malformed(
             path,
@@ -78,6 +78,22 @@ fn read_any(path: &Path) -> Result<ViewFile> {
             warnings: Vec::new(),
         }),
         Err(_) => unknown(),
+    }
+}
+
+/// The folder of a COLMAP model that a path names by one of its files.
+fn colmap_folder(path: &Path) -> Option<&Path> {
+    match path.file_name()?.to_str()? {
+        "cameras.txt" | "images.txt" => path.parent(),
+        _ => None,
+    }
+}
+
+/// The files that [`read`] reads.
+pub fn files(path: &Path) -> Vec<PathBuf> {
+    match if path.is_dir() { Some(path) } else { colmap_folder(path) } {
+        Some(folder) => ["cameras.txt", "images.txt"].map(|name| folder.join(name)).into(),
+        None => vec![path.to_owned()],
     }
 }
 

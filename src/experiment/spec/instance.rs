@@ -10,6 +10,7 @@ use super::super::nearest::did_you_mean;
 use super::super::photographs::{self, Photography, Sampling};
 use super::cell::{Cell, label_of};
 use crate::data::ModelName;
+use crate::data::input::DataSource;
 use crate::data::projection::Projection;
 use crate::mesh::curvature::CurvatureKind;
 use crate::mesh::{Normalize, Source};
@@ -26,8 +27,10 @@ pub struct InstanceCell {
     /// The mesh, named as the argument MESH, see [`Source::parse`].
     pub mesh: String,
     pub(crate) data: DataChoice,
-    /// How photographs are made and read, if the data are photographs.
+    /// How photographs are made and read, if the data are photographs; which pixels count, if they are views.
     pub(crate) photography: Photography,
+    /// The folder of the images of views.
+    pub(crate) images: Option<String>,
     /// Standard deviation of the normal noise that is added to every entry of the data; 0 for none.
     pub noise: f64,
     /// The seed of the noise and of k-means.
@@ -91,7 +94,7 @@ pub(super) fn read_instances(
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     let first = ["mesh", "data", "model", "project"];
     let last = ["truth", "noise", "seed", "regions", "lambda", "mass", "normalize"];
-    for key in first.into_iter().chain(photographs::KEYS).chain(last) {
+    for key in first.into_iter().chain(["images"]).chain(photographs::KEYS).chain(last) {
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
             None if ["mesh", "data", "lambda"].contains(&key) => {
@@ -128,9 +131,10 @@ fn read_cell(
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
     let regions = region_count(cell, &data, data_span)?;
     let of_costs = matches!(data, DataChoice::Costs(_));
-    let photography = read_photography(cell, &data)?;
+    check_keys(cell, &data)?;
     Ok(InstanceCell {
-        photography,
+        photography: read_photography(cell)?,
+        images: cell.text("images")?.map(|(folder, _)| folder.to_owned()),
         label: label_of(label, plain_label(cell, group, mesh, &data, regions), cell, group),
         keys: cell.keys(),
         mesh: mesh.to_owned(),
@@ -163,15 +167,39 @@ fn read_projection(cell: &Cell<'_>) -> SpanResult<Option<Projection>> {
     projection.map(Some)
 }
 
-/// The keys that photographs have.
-fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photography> {
-    if !matches!(data, DataChoice::Photographs(_))
-        && let Some((key, given)) =
-            photographs::KEYS.iter().find_map(|key| Some((key, cell.get(key)?)))
-    {
-        let message = format!("{key} needs data = \"photographs:N:WxH\"");
-        return Err(SpanError::at(&given.span, message));
+/// The keys of photographs that views have too.
+const OF_BOTH: [&str; 2] = ["pure", "grazing"];
+
+/// Refuses keys that do not apply to the data.
+fn check_keys(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<()> {
+    let is_views = matches!(data, DataChoice::Source(DataSource::Views(_)));
+    let is_photographs = matches!(data, DataChoice::Photographs(_));
+    for key in photographs::KEYS.into_iter().chain(["images"]) {
+        let Some(given) = cell.get(key) else { continue };
+        let (applies, needed) = if key == "images" {
+            (is_views, "\"views:FILE\"")
+        } else if OF_BOTH.contains(&key) {
+            (is_views || is_photographs, "\"photographs:N:WxH\" or \"views:FILE\"")
+        } else {
+            (is_photographs, "\"photographs:N:WxH\"")
+        };
+        if !applies {
+            return Err(SpanError::at(&given.span, format!("{key} needs data = {needed}")));
+        }
     }
+    let refused = [
+        ("noise", "the images of views have noise of their own: leave noise out"),
+        ("mass", "views are integrated over their pixels: leave mass out"),
+        ("project", "views are projected by their cameras: leave project out"),
+    ];
+    match refused.into_iter().find_map(|(key, message)| Some((cell.get(key)?, message))) {
+        Some((given, message)) if is_views => Err(SpanError::at(&given.span, message)),
+        _ => Ok(()),
+    }
+}
+
+/// The keys that photographs have.
+fn read_photography(cell: &Cell<'_>) -> SpanResult<Photography> {
     let light = match cell.text("light")? {
         None => None,
         Some((text, span)) => {
@@ -198,7 +226,7 @@ fn read_photography(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Photograph
     }
     let sampling = cell.named("sampling", Sampling::default())?;
     if let (Sampling::Vertices, Some((key, given))) =
-        (sampling, ["pure", "grazing"].iter().find_map(|key| Some((key, cell.get(key)?))))
+        (sampling, OF_BOTH.iter().find_map(|key| Some((key, cell.get(key)?))))
     {
         return Err(SpanError::at(&given.span, format!("{key} needs sampling = \"pixels\"")));
     }
@@ -252,7 +280,8 @@ fn plain_label(
     let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
     let lambda = text("lambda").expect("it is needed");
     let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
-    let varied = ["model", "project"].into_iter().chain(photographs::KEYS).chain(["noise", "seed"]);
+    let varied = ["model", "project", "images"].into_iter();
+    let varied = varied.chain(photographs::KEYS).chain(["noise", "seed"]);
     let varied = varied.filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
     format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())

@@ -72,6 +72,20 @@ fn unknown_and_impossible_values_are_refused_at_their_positions() {
         refuse(waves, &format!("{photographs}{key}"), &parts);
     }
     refuse(waves, "data = \"waves\"\npure = 2", &["line 10, column 8", "photographs:N:WxH"]);
+    let views = "data = \"views:v.toml\"";
+    refuse(&format!("{waves}\nnoise = 0.3"), views, &["v.toml"]);
+    refuse(waves, views, &["line 10, column 9", "noise of their own"]);
+    for (key, parts) in [
+        ("light = \"0,1,0\"", ["line 10, column 9", "photographs:N:WxH"]),
+        ("sampling = \"vertices\"", ["line 10, column 12", "photographs:N:WxH"]),
+        ("mass = \"consistent\"", ["line 10, column 8", "leave mass out"]),
+        ("project = \"xy\"", ["line 10, column 11", "leave project out"]),
+        ("images = 3", ["line 10, column 10", "string"]),
+        ("grazing = 1.5", ["line 10, column 11", "below 1"]),
+    ] {
+        refuse(&format!("{waves}\nnoise = 0.3"), &format!("{views}\n{key}"), &parts);
+    }
+    refuse(waves, "data = \"waves\"\nimages = \"d\"", &["line 10, column 10", "views:FILE"]);
     refuse("noise = 0.3", "noise = -0.3", &["line 10", "0 or more"]);
     refuse("regions = 4", "regions = [4, 65]", &["line 11, column 15", "from 2 to 64"]);
     refuse("regions = 4", "regions = 2.5", &["whole number"]);

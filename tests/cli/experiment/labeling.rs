@@ -267,3 +267,47 @@ columns = ["mislabeled"]
     assert!(of("lit, model albedo") < 0.03, "{wrong:?}");
     assert!(of("lit, model constant") > 0.2, "{wrong:?}");
 }
+
+/// Data of views are those of `segment`, and a run belongs to the content of every image.
+#[test]
+fn views_are_those_of_segment() {
+    let folder = Folder::new();
+    let truth = Array1::from_shape_fn(1000, |k| i32::from(k >= 500));
+    write_npy(folder.path("L.npy"), &truth).unwrap();
+    let line = "render torus:40x25 --labels L.npy --views sphere:8:80x60 --noise 0.1 --out";
+    folder.done(&format!("{line} p"));
+    std::fs::create_dir(folder.path("cameras")).unwrap();
+    std::fs::rename(folder.path("p/views.toml"), folder.path("cameras/v.toml")).unwrap();
+    let file = "stop = { gap = 1e-4 }\n[[instance]]\nmesh = \"torus:40x25\"\ndata = \"views:cameras/v.toml\"\n\
+                images = \"p\"\npure = 2\ntruth = \"L.npy\"\nregions = 2\nlambda = 0.02\nnormalize = \"area\"\n\
+                [[solver]]\nname = \"chambolle-pock\"\nevery = 10\n[[table]]\nname = \"all\"\nkind = \"cells\"\n\
+                columns = [\"mislabeled\"]\n";
+    folder.write("e.toml", file);
+    folder.done("experiment run e.toml");
+    folder.done(
+        "segment torus:40x25 --data views:cameras/v.toml --images p --pure 2 --regions 2 --lambda 0.02 \
+         --rounding argmax --no-preview --out s",
+    );
+    let labels = glob(&folder, "results/e/runs", "labels.npy");
+    let [of_run] = &labels[..] else { panic!("{labels:?}") };
+    let of_run: Array1<u8> = read_npy(of_run).unwrap();
+    let of_segment = folder.answer("s").labels;
+    assert!(of_run.iter().zip(&of_segment).all(|(&a, &b)| i32::from(a) == b));
+    folder.done("experiment report results/e");
+    let mislabeled = number(&rows(&folder, "e").into_values().next().unwrap()[0]);
+    assert!(mislabeled < 0.01, "{mislabeled}");
+
+    // Nothing is left to run, until one pixel of one image differs.
+    let again = folder.done("experiment run e.toml");
+    assert_eq!(glob(&folder, "results/e/runs", "labels.npy").len(), 1, "{again}");
+    let path = folder.path("p/view-005.png");
+    let mut image = image::open(&path).unwrap().into_rgb8();
+    image.put_pixel(0, 0, image::Rgb([1, 2, 3]));
+    image.save(&path).unwrap();
+    folder.done("experiment run e.toml");
+    assert_eq!(glob(&folder, "results/e/runs", "labels.npy").len(), 2);
+
+    std::fs::remove_file(&path).unwrap();
+    let said = stderr(&folder.run("experiment run e.toml"));
+    assert!(said.contains("view-005.png") && said.contains("does not exist"), "{said}");
+}

@@ -4,20 +4,19 @@
 //! constant data the means of area-weighted k-means. Hence every solver of fixed costs gets the same convex problem.
 
 use std::ops::ControlFlow;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::Vector3;
 use ndarray::{Array2, Ix1};
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
-use sha2::{Digest, Sha256};
 use tracing::subscriber::{self, NoSubscriber};
 
 use super::choice::DataChoice;
+use super::folders::{Folders, InstanceError};
 use super::photographs::Photographed;
-use super::spec::{External, InstanceCell, LambdaChoice};
+use super::spec::{InstanceCell, LambdaChoice};
 use crate::colormap::categorical;
 use crate::costs;
 use crate::data::constant::Mean;
@@ -48,129 +47,7 @@ use crate::segment::Alternation;
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
 
-/// The folders in which files are looked up.
-pub struct Folders {
-    /// The folder of the experiment file, to which paths are relative.
-    pub folder: PathBuf,
-    /// The folder that `data:` stands for.
-    pub data: Option<PathBuf>,
-}
-
-/// Why an instance cannot be made.
-pub enum InstanceError {
-    /// It needs the folder of data that may not be redistributed, but `--data-dir` was not given.
-    DataFolder,
-    Error(Error),
-}
-
-impl From<InstanceError> for Error {
-    fn from(missing: InstanceError) -> Self {
-        match missing {
-            InstanceError::DataFolder => Error::unsuitable(
-                "the instance needs the data folder: give --data-dir or set MESHSEG_DATA",
-            ),
-            InstanceError::Error(error) => error,
-        }
-    }
-}
-
-impl From<Error> for InstanceError {
-    fn from(error: Error) -> Self {
-        InstanceError::Error(error)
-    }
-}
-
 impl Folders {
-    fn path(&self, name: &str) -> std::result::Result<PathBuf, InstanceError> {
-        match (name.strip_prefix("data:"), &self.data) {
-            (Some(name), Some(data)) => Ok(data.join(name)),
-            (Some(_), None) => Err(InstanceError::DataFolder),
-            (None, _) => Ok(self.folder.join(name)),
-        }
-    }
-
-    fn mesh(&self, name: &str) -> std::result::Result<Source, InstanceError> {
-        let path = self.path(name)?;
-        Ok(if path.exists() || name.starts_with("data:") {
-            Source::File(path)
-        } else {
-            match Source::parse(name)? {
-                Source::File(_) => Source::File(path),
-                other => other,
-            }
-        })
-    }
-
-    fn data(&self, choice: &DataChoice) -> std::result::Result<DataChoice, InstanceError> {
-        let at = |path: &Path| self.path(&path.to_string_lossy());
-        Ok(match choice {
-            DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
-            DataChoice::Source(DataSource::Texture(Some(path))) => {
-                DataChoice::Source(DataSource::Texture(Some(at(path)?)))
-            }
-            DataChoice::Source(DataSource::Image(path)) => {
-                DataChoice::Source(DataSource::Image(at(path)?))
-            }
-            DataChoice::Source(DataSource::File(path)) => {
-                DataChoice::Source(DataSource::File(at(path)?))
-            }
-            DataChoice::Source(DataSource::Views(_)) => {
-                let message = "experiments do not read views; use `meshseg segment`";
-                return Err(Error::unsuitable(message).into());
-            }
-            other => other.clone(),
-        })
-    }
-
-    /// A hash of the files that an instance is made from; generated meshes and data are identified by their names.
-    ///
-    /// # Errors
-    /// A file is missing or cannot be read.
-    pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, InstanceError> {
-        let mut hash = Sha256::new();
-        let source = self.mesh(&cell.mesh)?;
-        if let Source::File(path) = &source {
-            hash.update(file::read(path)?);
-        }
-        match &self.data(&cell.data)? {
-            DataChoice::Costs(path) | DataChoice::Source(DataSource::File(path)) => {
-                hash.update(file::read(path)?);
-            }
-            DataChoice::Own => paint(&mut hash, &source, None, cell)?,
-            DataChoice::Source(choice) => paint(&mut hash, &source, Some(choice), cell)?,
-            DataChoice::Waves | DataChoice::Photographs(_) => {}
-        }
-        if let Some(name) = &cell.truth {
-            hash.update(file::read(&self.path(name)?)?);
-        }
-        Ok(hex(&hash.finalize()))
-    }
-
-    /// A hash of the files among the words of a command; files that these use in turn are not included.
-    ///
-    /// # Errors
-    /// A file cannot be read.
-    pub fn command(&self, external: &External) -> Result<String> {
-        let mut hash = Sha256::new();
-        for word in external.command.split_whitespace() {
-            let path = self.folder.join(word);
-            if path.is_file() {
-                hash.update(file::read(&path)?);
-            }
-        }
-        Ok(hex(&hash.finalize()))
-    }
-
-    /// The span in the experiment file that is to blame if an instance cannot be made: its mesh, if that alone fails,
-    /// otherwise its data.
-    pub fn blame<'a>(&self, cell: &'a InstanceCell) -> &'a Range<usize> {
-        let mesh = || -> std::result::Result<(), InstanceError> {
-            let mesh = self.mesh(&cell.mesh)?.mesh()?;
-            Ok(check_mesh(&mesh)?)
-        };
-        if mesh().is_err() { &cell.mesh_span } else { &cell.data_span }
-    }
-
     /// Makes the instance.
     ///
     /// # Errors
@@ -182,8 +59,10 @@ impl Folders {
             DataChoice::Waves => costs_of_waves(&mesh, cell)?,
             DataChoice::Photographs(cameras) => costs_of_photographs(&mesh, *cameras, cell)?,
             DataChoice::Costs(path) => given_costs(&mesh, path)?,
-            DataChoice::Own => costs_of_data(&source, &mesh, None, cell)?,
-            DataChoice::Source(choice) => costs_of_data(&source, &mesh, Some(choice), cell)?,
+            DataChoice::Own => costs_of_data(&source, &mesh, None, &self.mapping(cell)?, cell)?,
+            DataChoice::Source(choice) => {
+                costs_of_data(&source, &mesh, Some(choice), &self.mapping(cell)?, cell)?
+            }
         };
         if let Some(name) = &cell.truth {
             truth = Some(Truth::read(&self.path(name)?, &mesh)?);
@@ -312,24 +191,29 @@ fn costs_of_data(
     source: &Source,
     mesh: &Mesh,
     choice: Option<&DataSource>,
+    mapping: &Mapping,
     cell: &InstanceCell,
 ) -> Result<Costed> {
-    let input = input::read(source, mesh, None, choice, &mapping(cell))?;
+    let input = match choice {
+        // Cameras are in the units of the file; warnings about that were reported.
+        Some(DataSource::Views(_)) => {
+            let mesh = subscriber::with_default(NoSubscriber::default(), || source.mesh())?;
+            input::read(source, &mesh, None, choice, mapping)?
+        }
+        _ => input::read(source, mesh, None, choice, mapping)?,
+    };
     input.warnings.iter().for_each(|warning| tracing::warn!("{source}: {warning}"));
     let mut data = input.data;
     let mut rng = Pcg64::seed_from_u64(cell.seed);
     let noise = Normal::new(0.0, cell.noise).expect("a finite standard deviation");
     data.values.iter_mut().for_each(|value| *value += noise.sample(&mut rng));
-    let costs = initial_costs(mesh, &data, None, cell)?;
+    let evidence = input.evidence;
+    let costs = initial_costs(mesh, &data, evidence.as_ref(), cell)?;
     let looks = match cell.noise > 0.0 && data.dimension == 3 {
         true => (0..data.len()).map(|k| color(data.at(k))).collect(),
         false => input.colors,
     };
-    Ok(Costed { data: Some(data), evidence: None, costs, looks, truth: None })
-}
-
-fn mapping(cell: &InstanceCell) -> Mapping {
-    Mapping { project: cell.project, ..Mapping::default() }
+    Ok(Costed { data: Some(data), evidence, costs, looks, truth: None })
 }
 
 /// Labelings that are right.
@@ -360,44 +244,6 @@ impl Truth {
         }
         Ok(Truth { labelings, in_order: false })
     }
-}
-
-/// Hashes the inputs that color a mesh but are not in its file: its materials from libraries, and images. A mesh that
-/// cannot be read is an error only when the instance is made.
-fn paint(
-    hash: &mut Sha256,
-    source: &Source,
-    choice: Option<&DataSource>,
-    cell: &InstanceCell,
-) -> Result<()> {
-    let given = match choice {
-        Some(DataSource::Curvature(_)) => return Ok(()),
-        Some(DataSource::Texture(given)) => given.is_some(),
-        Some(DataSource::Image(_)) => true,
-        _ => false,
-    };
-    if !given && !matches!(source, Source::File(_)) {
-        return Ok(());
-    }
-    // Warnings are reported when the instance is made, which reads the mesh again.
-    let mesh = subscriber::with_default(NoSubscriber::default(), || source.mesh());
-    let Ok(mesh) = mesh else { return Ok(()) };
-    for material in mesh.materials.iter().flat_map(|materials| &materials.all) {
-        let color = material.color.map(|color| color.map(f64::to_bits));
-        hash.update(format!("{color:?} {:?}", material.placement.bits()));
-    }
-    for path in input::image_files(source, &mesh, choice, &mapping(cell)) {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let bytes = match (file::read(&path), choice) {
-            (Ok(bytes), _) => bytes,
-            // Images that the mesh names may be missing.
-            (Err(_), None) => Vec::new(),
-            (Err(error), Some(_)) => return Err(error),
-        };
-        hash.update(format!("{name} {} ", bytes.len()));
-        hash.update(bytes);
-    }
-    Ok(())
 }
 
 /// The color of unknown vertices.
@@ -469,8 +315,4 @@ pub fn on_surface<'a>(
 
 fn color(values: &[f64]) -> [f64; 3] {
     [0, 1, 2].map(|i| values[i].clamp(0.0, 1.0))
-}
-
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
