@@ -14,15 +14,18 @@ use crate::optics::zbuffer::{Run, ZBuffer};
 pub fn sum(scene: &Scene, image: &Image, zbuffer: &ZBuffer, s: usize) -> f64 {
     let pixel_of = pixel_of_columns(image, s);
     let mut sum = 0.0;
-    zbuffer.runs(|Run { face, row, columns }| {
-        let samples = Samples::new(scene, zbuffer, face, row, columns.start);
-        let pixels = &image.pixels[row / s * image.width..][..image.width];
-        for (i, &pixel) in pixel_of[columns].iter().enumerate() {
-            let (color, excess) = excess(&pixels[pixel as usize]);
-            let (look, s) = samples.at(i);
-            sum += excess + cost_beyond_image(color, look, s);
-        }
-    });
+    zbuffer.runs(
+        #[inline(always)]
+        |Run { face, row, columns }: Run| {
+            let samples = Samples::new(scene, zbuffer, face, row, columns.start);
+            let pixels = &image.pixels[row / s * image.width..][..image.width];
+            for (i, &pixel) in (0_i32..).zip(&pixel_of[columns]) {
+                let (color, excess) = excess(&pixels[pixel as usize]);
+                let (look, s) = samples.at(i);
+                sum += excess + cost_beyond_image(color, look, s);
+            }
+        },
+    );
     sum
 }
 
@@ -66,8 +69,8 @@ impl Samples {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize) -> ([f64; 4], f64) {
-        let x = i as f64;
+    fn at(&self, i: i32) -> ([f64; 4], f64) {
+        let x = f64::from(i);
         let z = 1.0 / (self.nearness[0] + x * self.nearness[1]);
         let value = |[start, step]: [f64; 2]| (start + x * step) * z;
         (self.looks.map(value), self.shading.map_or(1.0, value))

@@ -9,6 +9,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::silhouette::Silhouette;
 use crate::data::views::{Picture, View};
 use crate::mesh::Mesh;
 use crate::optics::pinhole::Pinhole;
@@ -66,8 +67,24 @@ pub struct Image {
 }
 
 impl Shot {
+    /// Width and height of the image in pixels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.picture.width, self.picture.height]
+    }
+
+    /// The pixels that show the surface, for a test of I and b; those that the mask leaves out do not.
+    pub fn silhouette(&self, shows: impl Fn([f64; 3], [f64; 3]) -> bool) -> Silhouette {
+        let [width, height] = self.size();
+        let inside = |pixel: usize| {
+            let [color, background] = self.colors(pixel);
+            !self.picture.is_masked(pixel) && shows(color, background)
+        };
+        let inside = (0..width * height).map(inside).collect();
+        Silhouette { camera: self.view.camera, size: self.size(), inside }
+    }
+
     /// I and b of a pixel.
-    pub(super) fn colors(&self, pixel: usize) -> [[f64; 3]; 2] {
+    fn colors(&self, pixel: usize) -> [[f64; 3]; 2] {
         let outside = self.picture.is_masked(pixel);
         let background = match &self.background {
             Background::Mask => return [[if outside { 0.0 } else { 1.0 }; 3], [0.0; 3]],

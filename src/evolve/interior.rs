@@ -39,53 +39,57 @@ pub fn add_gradient(
     let ray_step = scaled.ray([1.0, 0.0]) - scaled.ray([0.0, 0.0]);
     let mut by_shading = vec![0.0; scene.shading.map_or(0, <[f64]>::len)];
     let mut covered = 0.0;
-    zbuffer.runs(|Run { face, row, columns }| {
-        let corners = scene.mesh.faces[face].map(|k| k as usize);
-        let slopes = Slopes::new(scene, seen, corners);
-        let planes = zbuffer.planes(face).along(columns.start, row);
-        let pixels = &image.pixels[row / s * image.width..][..image.width];
-        let looks = corners.map(|k| scene.looks[k]);
-        let shading = scene.shading.map(|shading| corners.map(|k| shading[k]));
-        let first_ray = scaled.ray([columns.start as f64, row as f64]);
-        // Sums of beta_a q, of beta_a (q.d)/(N.d), and of beta_a e_s.
-        let mut along = [Vector3::zeros(); 3];
-        let mut across = [0.0; 3];
-        let mut lit = [0.0; 3];
-        for (i, &pixel) in pixel_of[columns].iter().enumerate() {
-            let x = i as f64;
-            let over_z = planes.map(|[start, step]| start + x * step);
-            let z = 1.0 / (over_z[0] + over_z[1] + over_z[2]);
-            let beta = over_z.map(|value| value * z);
-            let mean =
-                |values: [f64; 3]| beta[0] * values[0] + beta[1] * values[1] + beta[2] * values[2];
-            let look = [0, 1, 2, 3].map(|c| mean([looks[0][c], looks[1][c], looks[2][c]]));
-            let (color, excess) = excess(&pixels[pixel as usize]);
-            let s = shading.map_or(1.0, mean);
-            covered += excess + cost_beyond_image(color, look, s);
-            let factor = -2.0 * s;
-            let mut q = slopes.of_colors * Vector3::from(color.map(|c| factor * c));
-            q += s * s * slopes.of_squares;
+    zbuffer.runs(
+        #[inline(always)]
+        |Run { face, row, columns }: Run| {
+            let corners = scene.mesh.faces[face].map(|k| k as usize);
+            let slopes = Slopes::new(scene, seen, corners);
+            let planes = zbuffer.planes(face).along(columns.start, row);
+            let pixels = &image.pixels[row / s * image.width..][..image.width];
+            let looks = corners.map(|k| scene.looks[k]);
+            let shading = scene.shading.map(|shading| corners.map(|k| shading[k]));
+            let first_ray = scaled.ray([columns.start as f64, row as f64]);
+            // Sums of beta_a q, of beta_a (q.d)/(N.d), and of beta_a e_s.
+            let mut along = [Vector3::zeros(); 3];
+            let mut across = [0.0; 3];
+            let mut lit = [0.0; 3];
+            for (i, &pixel) in (0_i32..).zip(&pixel_of[columns]) {
+                let x = f64::from(i);
+                let over_z = planes.map(|[start, step]| start + x * step);
+                let z = 1.0 / (over_z[0] + over_z[1] + over_z[2]);
+                let beta = over_z.map(|value| value * z);
+                let mean = |values: [f64; 3]| {
+                    beta[0] * values[0] + beta[1] * values[1] + beta[2] * values[2]
+                };
+                let look = [0, 1, 2, 3].map(|c| mean([looks[0][c], looks[1][c], looks[2][c]]));
+                let (color, excess) = excess(&pixels[pixel as usize]);
+                let s = shading.map_or(1.0, mean);
+                covered += excess + cost_beyond_image(color, look, s);
+                let factor = -2.0 * s;
+                let mut q = slopes.of_colors * Vector3::from(color.map(|c| factor * c));
+                q += s * s * slopes.of_squares;
+                if shading.is_some() {
+                    let [r, g, b, w] = look;
+                    let by_s = 2.0 * (s * w - (color[0] * r + color[1] * g + color[2] * b));
+                    q += by_s * slopes.of_shading;
+                    (0..3).for_each(|a| lit[a] += beta[a] * by_s);
+                }
+                let d = first_ray + x * ray_step;
+                // N.d = N.x / z on the face.
+                let ratio = q.dot(&d) * z * slopes.inverse_offset;
+                for a in 0..3 {
+                    along[a] += beta[a] * q;
+                    across[a] += beta[a] * ratio;
+                }
+            }
+            for (a, k) in corners.into_iter().enumerate() {
+                gradient[k] += across[a] * slopes.normal - along[a];
+            }
             if shading.is_some() {
-                let [r, g, b, w] = look;
-                let by_s = 2.0 * (s * w - (color[0] * r + color[1] * g + color[2] * b));
-                q += by_s * slopes.of_shading;
-                (0..3).for_each(|a| lit[a] += beta[a] * by_s);
+                corners.into_iter().zip(lit).for_each(|(k, lit)| by_shading[k] += lit);
             }
-            let d = first_ray + x * ray_step;
-            // N.d = N.x / z on the face.
-            let ratio = q.dot(&d) * z * slopes.inverse_offset;
-            for a in 0..3 {
-                along[a] += beta[a] * q;
-                across[a] += beta[a] * ratio;
-            }
-        }
-        for (a, k) in corners.into_iter().enumerate() {
-            gradient[k] += across[a] * slopes.normal - along[a];
-        }
-        if shading.is_some() {
-            corners.into_iter().zip(lit).for_each(|(k, lit)| by_shading[k] += lit);
-        }
-    });
+        },
+    );
     Interior { covered, by_shading }
 }
 

@@ -94,38 +94,41 @@ fn of_view(
     let pixel_of = pixel_of_columns(image, samples);
     let share = image.omega / (samples * samples) as f64;
     let mut sums = vec![Sums::default(); mesh.vertices.len()];
-    zbuffer.runs(|Run { face, row, columns }| {
-        let corners = mesh.faces[face].map(|k| k as usize);
-        let planes = zbuffer.planes(face).along(columns.start, row);
-        let pixels = &image.pixels[row / samples * image.width..][..image.width];
-        let shading = shading.map(|shading| corners.map(|k| shading[k]));
-        let mut of_face = [Sums::default(); 3];
-        for (i, &pixel) in pixel_of[columns].iter().enumerate() {
-            let over_z = planes.map(|[start, step]| start + i as f64 * step);
-            let z = share / (over_z[0] + over_z[1] + over_z[2]);
-            let pixel = &pixels[pixel as usize];
-            let (color, excess) = excess(pixel);
-            let q = excess + f64::from(pixel.beyond);
-            let s = shading.map_or(1.0, |shading| {
-                let weighted: f64 = over_z.iter().zip(shading).map(|(l, s)| l * s).sum();
-                weighted * z / share
-            });
-            let lit = color.map(|c| s * c);
-            let distance = |mu: &[f64; 3]| squared_distance(color, mu.map(|mu| s * mu));
-            let nearer = mu.iter().any(|mu| distance(mu) < f64::from(pixel.beyond));
-            for (sums, l) in of_face.iter_mut().zip(over_z) {
-                let phi = l * z;
-                let (ss, c) = (phi * s * s, lit.map(|c| phi * c));
-                sums.w += phi;
-                sums.q += phi * q;
-                sums.all.add(ss, c);
-                if nearer {
-                    sums.nearer.add(ss, c);
+    zbuffer.runs(
+        #[inline(always)]
+        |Run { face, row, columns }| {
+            let corners = mesh.faces[face].map(|k| k as usize);
+            let planes = zbuffer.planes(face).along(columns.start, row);
+            let pixels = &image.pixels[row / samples * image.width..][..image.width];
+            let shading = shading.map(|shading| corners.map(|k| shading[k]));
+            let mut of_face = [Sums::default(); 3];
+            for (i, &pixel) in (0_i32..).zip(&pixel_of[columns]) {
+                let over_z = planes.map(|[start, step]| start + f64::from(i) * step);
+                let z = share / (over_z[0] + over_z[1] + over_z[2]);
+                let pixel = &pixels[pixel as usize];
+                let (color, excess) = excess(pixel);
+                let q = excess + f64::from(pixel.beyond);
+                let s = shading.map_or(1.0, |shading| {
+                    let weighted: f64 = over_z.iter().zip(shading).map(|(l, s)| l * s).sum();
+                    weighted * z / share
+                });
+                let lit = color.map(|c| s * c);
+                let distance = |mu: &[f64; 3]| squared_distance(color, mu.map(|mu| s * mu));
+                let nearer = mu.iter().any(|mu| distance(mu) < f64::from(pixel.beyond));
+                for (sums, l) in of_face.iter_mut().zip(over_z) {
+                    let phi = l * z;
+                    let (ss, c) = (phi * s * s, lit.map(|c| phi * c));
+                    sums.w += phi;
+                    sums.q += phi * q;
+                    sums.all.add(ss, c);
+                    if nearer {
+                        sums.nearer.add(ss, c);
+                    }
                 }
             }
-        }
-        corners.into_iter().zip(&of_face).for_each(|(k, of_face)| sums[k].add(of_face));
-    });
+            corners.into_iter().zip(&of_face).for_each(|(k, of_face)| sums[k].add(of_face));
+        },
+    );
     sums
 }
 

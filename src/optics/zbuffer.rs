@@ -15,6 +15,7 @@ use std::ops::Range;
 use super::edge::{Edge, Projected, edges};
 use super::pinhole::Pinhole;
 use crate::mesh::Mesh;
+use crate::sweep::vectorized;
 
 /// No face. Face j is stored as j + 1, so that an empty image is zeroed memory as the system provides it.
 const NO_FACE: u32 = 0;
@@ -63,9 +64,10 @@ impl<'a> ZBuffer<'a> {
             faces: vec![NO_FACE; width * height],
             behind: 0,
         };
-        for j in 0..mesh.faces.len() {
-            found.rasterize(j);
-        }
+        vectorized(
+            #[inline(always)]
+            || (0..mesh.faces.len()).for_each(|j| found.rasterize(j)),
+        );
         found
     }
 
@@ -125,22 +127,32 @@ impl<'a> ZBuffer<'a> {
     /// Calls `visit` for the samples that see a face, in runs of columns of a row with the same face.
     #[inline(always)]
     pub fn runs(&self, mut visit: impl FnMut(Run)) {
-        for (row, faces) in self.faces.chunks(self.width).enumerate() {
-            let mut from = 0;
-            while from < faces.len() {
-                let face = faces[from];
-                let length = faces[from..].iter().take_while(|&&other| other == face).count();
-                let to = from + length;
-                if face != NO_FACE {
-                    let row = self.first + row;
-                    visit(Run { face: face as usize - 1, row, columns: from..to });
-                }
-                from = to;
-            }
-        }
+        vectorized(
+            #[inline(always)]
+            || {
+                self.faces.chunks(self.width).enumerate().for_each(
+                    #[inline(always)]
+                    |(row, faces): (usize, &[u32])| {
+                        let mut from = 0;
+                        while from < faces.len() {
+                            let face = faces[from];
+                            let length =
+                                faces[from..].iter().take_while(|&&other| other == face).count();
+                            let to = from + length;
+                            if face != NO_FACE {
+                                let row = self.first + row;
+                                visit(Run { face: face as usize - 1, row, columns: from..to });
+                            }
+                            from = to;
+                        }
+                    },
+                )
+            },
+        );
     }
 
     /// A sample on an edge belongs to both faces, and the first of equal depths wins.
+    #[inline(always)]
     fn rasterize(&mut self, j: usize) {
         let corners = self.corners(j);
         if !corners.iter().all(|corner| corner.w > 0.0) {
@@ -161,16 +173,20 @@ impl<'a> ZBuffer<'a> {
         for row in rows {
             let y = row as f64;
             let level = [a.row_term(y), b.row_term(y), c.row_term(y)];
-            for column in samples_inside([&a, &b, &c], level, columns.clone()) {
-                let x = column as f64;
+            let columns = samples_inside([&a, &b, &c], level, columns.clone());
+            let from = (row - self.first) * self.width + columns.start;
+            let samples = from..from + columns.len();
+            let nearness = self.nearness[samples.clone()].iter_mut();
+            let first = columns.start as i32;
+            for ((nearest, face), i) in nearness.zip(&mut self.faces[samples]).zip(0_i32..) {
+                let x = f64::from(first + i);
                 let [a, b, c] =
                     [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)];
                 let nearness = a * w[0] + b * w[1] + c * w[2];
-                let sample = (row - self.first) * self.width + column;
-                if a >= 0.0 && b >= 0.0 && c >= 0.0 && nearness > self.nearness[sample] {
-                    self.nearness[sample] = nearness;
-                    self.faces[sample] = j as u32 + 1;
-                }
+                // Without a branch, so that it is compiled to vector instructions.
+                let seen = (a >= 0.0) & (b >= 0.0) & (c >= 0.0) & (nearness > *nearest);
+                *nearest = if seen { nearness } else { *nearest };
+                *face = if seen { j as u32 + 1 } else { *face };
             }
         }
     }
@@ -188,7 +204,8 @@ fn samples_inside(edges: [&Edge; 3], level: [f64; 3], columns: Range<usize>) -> 
             low = low.max(edge.crossing(level) - 1.0);
         }
     }
-    low as usize..high as usize
+    let low = (low as usize).min(columns.end);
+    low..(high as usize).clamp(low, columns.end)
 }
 
 /// Neighboring samples of a row that see the same face.
