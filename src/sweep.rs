@@ -284,7 +284,7 @@ pub fn all(n: usize, holds: impl Fn(usize) -> bool + Sync) -> bool {
 /// Runs `work`, as far as it is inlined, with AVX2 if the machine has it. Rows of four or eight numbers gain nothing
 /// from longer vectors, and each instruction set costs compile time: unit tests have only one.
 #[inline(always)]
-fn vectorized<T>(work: impl FnOnce() -> T) -> T {
+pub(crate) fn vectorized<T>(work: impl FnOnce() -> T) -> T {
     #[cfg(all(target_arch = "x86_64", not(test)))]
     if let Some(avx2) = pulp::x86::V3::try_new() {
         return avx2.vectorize(work);

@@ -9,7 +9,7 @@ use meshseg::{Result, costs, npy, regions, sweep};
 use ndarray::Array2;
 
 /// Reads the mesh of the argument MESH; at least one of its faces must have an area.
-fn mesh_with_area(path: &Path) -> Result<Mesh> {
+pub fn mesh_with_area(path: &Path) -> Result<Mesh> {
     let mesh = source(path)?;
     check_mesh(&mesh).map_err(|error| error.of_file(path))?;
     Ok(mesh)

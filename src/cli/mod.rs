@@ -16,6 +16,7 @@ mod output;
 mod preview;
 mod problem;
 mod progress;
+mod reconstruct;
 mod render;
 mod seeds;
 mod segment;
@@ -23,6 +24,7 @@ mod solve;
 mod solvers;
 mod solving;
 mod table;
+mod triple;
 mod views;
 mod welding;
 
@@ -61,6 +63,7 @@ enum Verb {
     Evaluate(evaluate::Arguments),
     Compare(compare::Arguments),
     Render(render::Arguments),
+    Reconstruct(reconstruct::Arguments),
     Operators(operators::Arguments),
     #[command(subcommand)]
     Mesh(mesh::Verb),
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Render(arguments) => render::run(&arguments),
+        Verb::Reconstruct(arguments) => reconstruct::run(&arguments),
         Verb::Operators(arguments) => operators::run(&arguments),
         Verb::Mesh(verb) => mesh::run(&verb),
         Verb::Problem(verb) => problem::run(&verb),

@@ -52,20 +52,35 @@ impl Progress {
     /// The observer for [`meshseg::run::Run::advance`].
     pub fn observe(&mut self, sample: Option<&Sample>) -> ControlFlow<()> {
         if let Some(sample) = sample {
-            let interval = if self.line.is_some() { UPDATE_INTERVAL } else { LINE_INTERVAL };
-            if self.shown.elapsed() >= interval {
-                self.shown = Instant::now();
-                let message = self.message(sample);
-                match &self.line {
-                    Some(line) => {
-                        line.set_message(message);
-                        line.tick();
-                    }
-                    None => note(&message),
-                }
-            }
+            let message = self.is_due().then(|| self.message(sample));
+            self.update(message);
         }
         if interrupt::requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Shows a message now and then; it is made of the seconds so far.
+    pub fn show(&mut self, message: impl FnOnce(f64) -> String) {
+        let elapsed = self.begin.elapsed().as_secs_f64();
+        let message = self.is_due().then(|| message(elapsed));
+        self.update(message);
+    }
+
+    /// Whether the line is to be updated.
+    fn is_due(&self) -> bool {
+        let interval = if self.line.is_some() { UPDATE_INTERVAL } else { LINE_INTERVAL };
+        self.shown.elapsed() >= interval
+    }
+
+    fn update(&mut self, message: Option<String>) {
+        let Some(message) = message else { return };
+        self.shown = Instant::now();
+        match &self.line {
+            Some(line) => {
+                line.set_message(message);
+                line.tick();
+            }
+            None => note(&message),
+        }
     }
 
     /// Clears the line.

@@ -15,6 +15,7 @@ mod statistics;
 pub mod synthetic;
 mod view;
 
+use std::borrow::Borrow;
 use std::path::{Path, PathBuf};
 
 use super::Data;
@@ -89,6 +90,14 @@ impl ViewFolder {
     pub fn picture(&self, i: usize) -> Result<Picture> {
         Picture::read(&self.files[i], &self.views[i])
     }
+
+    /// What is behind the surface in view i, whose image is given, if the file of the views names it.
+    ///
+    /// # Errors
+    /// A file that cannot be decoded, or is of another size than the image.
+    pub fn background(&self, i: usize, image: &Picture) -> Result<Option<Picture>> {
+        Picture::read_background(&self.files[i], image)
+    }
 }
 
 /// The cameras of a file, all with the sizes of their images: those in the file, or else those of the images, which are
@@ -120,7 +129,7 @@ pub fn files(path: &Path, images: Option<&Path>) -> Result<Vec<PathBuf>> {
         folder
             .files
             .into_iter()
-            .flat_map(|PictureFiles { image, mask }| std::iter::once(image).chain(mask)),
+            .flat_map(|PictureFiles { image, mask, .. }| std::iter::once(image).chain(mask)),
     );
     Ok(files)
 }
@@ -143,6 +152,27 @@ pub fn read(path: &Path, mesh: &Mesh, options: &ViewOptions) -> Result<Viewed> {
         summed(mesh, views, picture, options, format).map_err(|error| error.of_file(path))?;
     viewed.coverage.warnings.splice(0..0, warnings.iter().cloned());
     Ok(viewed)
+}
+
+/// The same for pictures in memory, one per view.
+///
+/// # Errors
+/// Views that see nothing of the mesh.
+///
+/// # Panics
+/// The numbers of views and pictures differ.
+pub fn of_pictures(
+    views: &[View],
+    pictures: &[&Picture],
+    mesh: &Mesh,
+    options: &ViewOptions,
+) -> Result<Viewed> {
+    assert_eq!(views.len(), pictures.len());
+    let picture = |i: usize| {
+        check_samples(pictures[i], options.samples)?;
+        Ok(pictures[i])
+    };
+    summed(mesh, views, picture, options, "pictures")
 }
 
 /// The same for photographs in memory, one per view, as they are stored in 8 bits.
@@ -169,10 +199,10 @@ pub fn of_photographs(
 }
 
 /// The sums over the pictures of views.
-fn summed(
+fn summed<P: Borrow<Picture>>(
     mesh: &Mesh,
     views: &[View],
-    picture: impl Fn(usize) -> Result<Picture> + Sync,
+    picture: impl Fn(usize) -> Result<P> + Sync,
     options: &ViewOptions,
     format: &'static str,
 ) -> Result<Viewed> {
@@ -182,7 +212,7 @@ fn summed(
     // A few views at a time are in memory. They are added in their order, whatever the number of threads.
     for group in views.chunks(2 * sweep::threads()) {
         let statistics = sweep::results(group.to_vec(), |(i, view)| -> Result<_> {
-            Ok(statistics::of_view(&mesh, &view.camera, &picture(i)?, options))
+            Ok(statistics::of_view(&mesh, &view.camera, picture(i)?.borrow(), options))
         });
         for ((_, view), statistics) in group.iter().zip(statistics) {
             total.add(view, &statistics?, options.weights);

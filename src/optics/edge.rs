@@ -43,6 +43,12 @@ impl Edge {
         row_term - self.dy * (x - self.start.x)
     }
 
+    /// Where the line crosses the scanline with that constant part, up to rounding; infinite or NaN if it is parallel.
+    #[inline(always)]
+    pub fn crossing(&self, row_term: f64) -> f64 {
+        self.start.x + row_term / self.dy
+    }
+
     /// The same line, positive inside a face of this signed area.
     #[inline(always)]
     pub fn oriented(self, area: f64) -> Self {

@@ -110,6 +110,20 @@ impl Pinhole {
         }
     }
 
+    /// d(w) = K^-1 (w, 1), the ray of a point of the image in the axes of the camera; its z is 1.
+    #[inline(always)]
+    pub(crate) fn ray(&self, [x, y]: [f64; 2]) -> Vector3<f64> {
+        let k = &self.k;
+        let down = (y - k[(1, 2)]) / k[(1, 1)];
+        Vector3::new((x - k[(0, 2)] - k[(0, 1)] * down) / k[(0, 0)], down, 1.0)
+    }
+
+    /// R^T v, a direction in the axes of the camera seen in those of the scene.
+    #[inline(always)]
+    pub(crate) fn to_scene(&self, v: Vector3<f64>) -> Vector3<f64> {
+        self.r.tr_mul(&v)
+    }
+
     /// The center of the camera, C = -R^T t.
     pub fn center(&self) -> Point3<f64> {
         Point3::from(-(self.r.transpose() * self.t))
@@ -120,6 +134,16 @@ impl Pinhole {
     pub(crate) fn moved(&self, c: f64, m: Matrix3<f64>, b: Vector3<f64>) -> Self {
         let r = self.r * m.transpose();
         Pinhole { r, t: c * self.t - r * b, ..*self }
+    }
+
+    /// The camera of the images reflected from left to right, whose K has a negative determinant; no file has such.
+    #[cfg(test)]
+    pub(crate) fn mirrored(&self, width: usize) -> Self {
+        let mut k = self.k;
+        k[(0, 0)] *= -1.0;
+        k[(0, 1)] *= -1.0;
+        k[(0, 2)] = width as f64 - 1.0 - k[(0, 2)];
+        Pinhole { k, ..*self }
     }
 
     /// det K, the number of pixels in a unit of the normalized image plane z = 1.
@@ -150,6 +174,8 @@ mod tests {
             assert!((found.y - at.y / at.z).abs() <= 1e-10);
             assert!((found.w - 1.0 / at.z).abs() <= 1e-12);
             assert!(camera.to_camera(camera.center()).norm() <= 1e-12);
+            let ray = camera.ray([found.x, found.y]) - (r * x + t) * found.w;
+            assert!(ray.norm() <= 1e-12);
         }
     }
 

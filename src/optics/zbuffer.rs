@@ -12,9 +12,10 @@
 
 use std::ops::Range;
 
-use super::edge::{Projected, edges};
+use super::edge::{Edge, Projected, edges};
 use super::pinhole::Pinhole;
 use crate::mesh::Mesh;
+use crate::sweep::vectorized;
 
 /// No face. Face j is stored as j + 1, so that an empty image is zeroed memory as the system provides it.
 const NO_FACE: u32 = 0;
@@ -63,9 +64,10 @@ impl<'a> ZBuffer<'a> {
             faces: vec![NO_FACE; width * height],
             behind: 0,
         };
-        for j in 0..mesh.faces.len() {
-            found.rasterize(j);
-        }
+        vectorized(
+            #[inline(always)]
+            || (0..mesh.faces.len()).for_each(|j| found.rasterize(j)),
+        );
         found
     }
 
@@ -109,7 +111,48 @@ impl<'a> ZBuffer<'a> {
         (weights.map(|weight| weight / sum), area)
     }
 
+    /// beta_a / z on face j, linear in the image.
+    #[inline(always)]
+    pub fn planes(&self, j: usize) -> Planes {
+        let corners = self.corners(j);
+        let (edges, area) = edges(&corners);
+        let Projected { x, y, .. } = corners[0];
+        let plane = |a: usize| {
+            let w = corners[a].w / area;
+            [edges[a].at(x, y) * w, -edges[a].dy * w, edges[a].dx * w]
+        };
+        Planes { origin: [x, y], planes: [plane(0), plane(1), plane(2)] }
+    }
+
+    /// Calls `visit` for the samples that see a face, in runs of columns of a row with the same face.
+    #[inline(always)]
+    pub fn runs(&self, mut visit: impl FnMut(Run)) {
+        vectorized(
+            #[inline(always)]
+            || {
+                self.faces.chunks(self.width).enumerate().for_each(
+                    #[inline(always)]
+                    |(row, faces): (usize, &[u32])| {
+                        let mut from = 0;
+                        while from < faces.len() {
+                            let face = faces[from];
+                            let length =
+                                faces[from..].iter().take_while(|&&other| other == face).count();
+                            let to = from + length;
+                            if face != NO_FACE {
+                                let row = self.first + row;
+                                visit(Run { face: face as usize - 1, row, columns: from..to });
+                            }
+                            from = to;
+                        }
+                    },
+                )
+            },
+        );
+    }
+
     /// A sample on an edge belongs to both faces, and the first of equal depths wins.
+    #[inline(always)]
     fn rasterize(&mut self, j: usize) {
         let corners = self.corners(j);
         if !corners.iter().all(|corner| corner.w > 0.0) {
@@ -130,18 +173,62 @@ impl<'a> ZBuffer<'a> {
         for row in rows {
             let y = row as f64;
             let level = [a.row_term(y), b.row_term(y), c.row_term(y)];
-            for column in columns.clone() {
-                let x = column as f64;
+            let columns = samples_inside([&a, &b, &c], level, columns.clone());
+            let from = (row - self.first) * self.width + columns.start;
+            let samples = from..from + columns.len();
+            let nearness = self.nearness[samples.clone()].iter_mut();
+            let first = columns.start as i32;
+            for ((nearest, face), i) in nearness.zip(&mut self.faces[samples]).zip(0_i32..) {
+                let x = f64::from(first + i);
                 let [a, b, c] =
                     [a.on_row(level[0], x), b.on_row(level[1], x), c.on_row(level[2], x)];
                 let nearness = a * w[0] + b * w[1] + c * w[2];
-                let sample = (row - self.first) * self.width + column;
-                if a >= 0.0 && b >= 0.0 && c >= 0.0 && nearness > self.nearness[sample] {
-                    self.nearness[sample] = nearness;
-                    self.faces[sample] = j as u32 + 1;
-                }
+                // Without a branch, so that it is compiled to vector instructions.
+                let seen = (a >= 0.0) & (b >= 0.0) & (c >= 0.0) & (nearness > *nearest);
+                *nearest = if seen { nearness } else { *nearest };
+                *face = if seen { j as u32 + 1 } else { *face };
             }
         }
+    }
+}
+
+/// The samples of a row that can be on the inner sides of three lines, and at most one more at each end; rounding decides
+/// about those at the lines.
+#[inline(always)]
+fn samples_inside(edges: [&Edge; 3], level: [f64; 3], columns: Range<usize>) -> Range<usize> {
+    let (mut low, mut high) = (columns.start as f64, columns.end as f64);
+    for (edge, level) in edges.into_iter().zip(level) {
+        if edge.dy > 0.0 {
+            high = high.min(edge.crossing(level) + 2.0);
+        } else if edge.dy < 0.0 {
+            low = low.max(edge.crossing(level) - 1.0);
+        }
+    }
+    let low = (low as usize).min(columns.end);
+    low..(high as usize).clamp(low, columns.end)
+}
+
+/// Neighboring samples of a row that see the same face.
+pub struct Run {
+    pub face: usize,
+    pub row: usize,
+    pub columns: Range<usize>,
+}
+
+/// Three functions of the image that are linear: their values at an origin and their changes per column and per row. Their
+/// sum is 1/z.
+#[derive(Clone, Copy)]
+pub struct Planes {
+    origin: [f64; 2],
+    planes: [[f64; 3]; 3],
+}
+
+impl Planes {
+    /// The values at a sample, and their changes per column.
+    #[inline(always)]
+    pub fn along(&self, column: usize, row: usize) -> [[f64; 2]; 3] {
+        let (x, y) = (column as f64 - self.origin[0], row as f64 - self.origin[1]);
+        self.planes.map(|[value, dx, dy]| [value + dx * x + dy * y, dx])
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The region at a pixel is the argmax of the interpolated U at its center, where a z-buffer finds the nearest face. The
 //! cut is drawn in the pixels that show another region than one of their four neighbors does, so that it is two pixels
-//! wide. Pixels that show no surface have no region: silhouettes stay as they are.
+//! wide. Pixels that show no surface have no region: silhouettes stay as they are, or are drawn as well.
 
 use image::{Rgb, RgbImage};
 
@@ -27,13 +27,19 @@ const GAP: usize = 6;
 pub struct RegionsInViews<'a> {
     mesh: &'a Mesh,
     field: LabelField<'a>,
+    silhouettes: bool,
 }
 
 impl<'a> RegionsInViews<'a> {
     /// Those of U, V x m in row order, on a mesh in the units of the cameras. Panics if U is not of V rows.
     pub fn new(mesh: &'a Mesh, u: &'a [f64], m: usize) -> Self {
         assert!(m > 0 && u.len() == mesh.vertices.len() * m);
-        RegionsInViews { mesh, field: LabelField::new(mesh, u, m) }
+        RegionsInViews { mesh, field: LabelField::new(mesh, u, m), silhouettes: false }
+    }
+
+    /// The same with the silhouettes of the surface, in white on black.
+    pub fn with_silhouettes(self) -> Self {
+        RegionsInViews { silhouettes: true, ..self }
     }
 
     /// A photograph with the cut in red, in its full size.
@@ -66,10 +72,17 @@ impl<'a> RegionsInViews<'a> {
         };
         let regions: Vec<u32> = (0..width * height).map(region).collect();
         let mut mark = |a: usize, b: usize| {
-            if regions[a] != regions[b] && regions[a] != NO_REGION && regions[b] != NO_REGION {
+            let color = |pixel: usize| match [regions[a], regions[b]].contains(&NO_REGION) {
+                false => RED.map(byte),
+                // Seen on every ground.
+                true if regions[pixel] == NO_REGION => [0; 3],
+                true => [255; 3],
+            };
+            let silhouette = [regions[a], regions[b]].contains(&NO_REGION);
+            if regions[a] != regions[b] && (self.silhouettes || !silhouette) {
                 for pixel in [a, b] {
                     let (x, y) = ((pixel % width) as u32, (pixel / width) as u32);
-                    image.put_pixel(x, y, Rgb(RED.map(byte)));
+                    image.put_pixel(x, y, Rgb(color(pixel)));
                 }
             }
         };

@@ -13,7 +13,7 @@ use meshseg::render::panels::{PageWidth, Shown};
 use super::viewpoints::Viewpoints;
 use crate::cli::named;
 
-pub use synthetic::{SyntheticArguments, Triple};
+pub use synthetic::SyntheticArguments;
 
 /// Draw a mesh, or the result of a run, as a picture for print or as a page in 3-D; make photographs of a mesh.
 ///

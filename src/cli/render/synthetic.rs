@@ -11,10 +11,11 @@ use meshseg::mesh::{Mesh, Source};
 use meshseg::solve::check_mesh;
 use meshseg::{Error, Result, file, outcome, regions};
 
-use super::arguments::{Arguments, Triple};
+use super::arguments::Arguments;
 use super::data::Data;
 use super::input::labels;
 use super::viewpoints::Viewpoints;
+use crate::cli::triple::Triple;
 use crate::cli::{Outcome, means, note, one_line, print, table, warn};
 
 /// The color of the surface.
@@ -149,8 +150,12 @@ fn views(arguments: &Arguments, mesh: &Mesh) -> Result<(Vec<View>, Vec<String>)>
         }
         Viewpoints::File(path) => {
             let (views, warnings) = cameras(path, arguments.images.as_deref())?;
-            let renamed =
-                |(i, view)| View { image: format!("view-{i:03}.png"), mask: None, ..view };
+            let renamed = |(i, view)| View {
+                image: format!("view-{i:03}.png"),
+                mask: None,
+                background: None,
+                ..view
+            };
             Ok((views.into_iter().enumerate().map(renamed).collect(), warnings))
         }
     }

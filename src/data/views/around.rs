@@ -140,7 +140,13 @@ pub fn around(ball: &Ball, n: usize, distance: f64, size: [u32; 2]) -> Result<Ve
         let r = Matrix3::from_rows(&[right.transpose(), down.transpose(), forward.transpose()]);
         let center = ball.center.coords - distance * ball.radius * forward;
         let camera = Pinhole::new(k, r, -(r * center))?;
-        Ok(View { image: format!("view-{i:03}.png"), mask: None, size: Some(size), camera })
+        Ok(View {
+            image: format!("view-{i:03}.png"),
+            mask: None,
+            background: None,
+            size: Some(size),
+            camera,
+        })
     };
     (0..n).map(view).collect()
 }

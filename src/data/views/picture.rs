@@ -10,11 +10,12 @@ use crate::data::texture::{Decoded, Texels, Turn, decode_file};
 use crate::error::{Error, Result};
 use crate::file;
 
-/// The files of the image and of the mask of a view.
+/// The files of the image, of the mask and of the background of a view.
 #[derive(Clone, Debug)]
 pub struct PictureFiles {
     pub image: PathBuf,
     pub mask: Option<PathBuf>,
+    pub background: Option<PathBuf>,
 }
 
 /// The files of all views: next to the file of the views, whose path is given, or in the folder `images`, where only
@@ -37,9 +38,15 @@ pub fn locate(file: &Path, views: &ViewFile, images: Option<&Path>) -> Result<Ve
     let files: Vec<PictureFiles> = views
         .views
         .iter()
-        .map(|view| PictureFiles { image: find(&view.image), mask: view.mask.as_deref().map(find) })
+        .map(|view| PictureFiles {
+            image: find(&view.image),
+            mask: view.mask.as_deref().map(find),
+            background: view.background.as_deref().map(find),
+        })
         .collect();
-    let all = files.iter().flat_map(|files| std::iter::once(&files.image).chain(&files.mask));
+    let all = files.iter().flat_map(|files| {
+        std::iter::once(&files.image).chain(&files.mask).chain(&files.background)
+    });
     let missing: Vec<&PathBuf> = all.filter(|path| !path.exists()).collect();
     match missing[..] {
         [] => Ok(files),
@@ -120,6 +127,24 @@ impl Picture {
         Ok(Picture { width, height, texels, mask })
     }
 
+    /// Reads the picture of what is behind the surface in a view, of the size of its image, if it has one.
+    ///
+    /// # Errors
+    /// A file that cannot be decoded, or is of another size.
+    pub fn read_background(files: &PictureFiles, image: &Picture) -> Result<Option<Self>> {
+        let Some(path) = &files.background else { return Ok(None) };
+        let ([w, h], texels) = decoded(path)?;
+        let [width, height] = [w as usize, h as usize];
+        if [width, height] != [image.width, image.height] {
+            let message = format!(
+                "the background has {w} x {h} pixels, but its image {} x {}",
+                image.width, image.height
+            );
+            return Err(Error::malformed(path, message));
+        }
+        Ok(Some(Picture { width, height, texels, mask: None }))
+    }
+
     /// A picture of 8-bit pixels, row by row, without a mask.
     pub fn of_bytes(width: usize, height: usize, bytes: Vec<[u8; 3]>) -> Self {
         Picture { width, height, texels: Texels::Eight(bytes), mask: None }
@@ -139,6 +164,11 @@ impl Picture {
     #[inline(always)]
     pub fn color(&self, pixel: usize) -> [f64; 3] {
         color(&self.texels, pixel)
+    }
+
+    /// Whether there is a mask.
+    pub fn has_mask(&self) -> bool {
+        self.mask.is_some()
     }
 
     /// Whether the mask leaves the pixel out.

@@ -14,6 +14,8 @@ pub struct View {
     pub image: String,
     /// The file of an image that is bright where the pixels count.
     pub mask: Option<String>,
+    /// The file of an image of what is behind the surface.
+    pub background: Option<String>,
     /// Width and height of the image in pixels, if the file has them.
     pub size: Option<[u32; 2]>,
     /// From the units of the mesh to pixels.

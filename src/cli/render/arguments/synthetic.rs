@@ -1,9 +1,10 @@
 //! The options of synthetic photographs.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use meshseg::{Error, Result};
+
+use crate::cli::triple::Triple;
 
 /// The options of synthetic photographs.
 #[derive(clap::Args)]
@@ -43,21 +44,6 @@ pub struct SyntheticArguments {
     /// A pixel is the mean of S x S samples [default: 4]
     #[arg(long, value_name = "S", value_parser = clap::value_parser!(u8).range(1..=16), allow_negative_numbers = true)]
     pub samples: Option<u8>,
-}
-
-/// Three numbers, separated by commas.
-#[derive(Clone, Copy)]
-pub struct Triple(pub [f64; 3]);
-
-impl FromStr for Triple {
-    type Err = &'static str;
-
-    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
-        let numbers = text.split(',').map(|number| number.trim().parse().ok());
-        let numbers: Option<Vec<f64>> = numbers.collect();
-        let triple = numbers.and_then(|numbers| numbers.try_into().ok());
-        triple.map(Triple).ok_or("must be three numbers, separated by commas")
-    }
 }
 
 impl SyntheticArguments {

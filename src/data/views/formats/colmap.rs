@@ -65,7 +65,13 @@ pub fn read(folder: &Path) -> Result<Vec<View>> {
         let r = q.to_rotation_matrix();
         let rows = std::array::from_fn(|i| r[(i / 3, i % 3)]);
         let camera = camera(path, name, k, rows, t)?;
-        views.push(View { image: name.to_owned(), mask: None, size: Some(size), camera });
+        views.push(View {
+            image: name.to_owned(),
+            mask: None,
+            background: None,
+            size: Some(size),
+            camera,
+        });
         lines.next();
     }
     Ok(views)

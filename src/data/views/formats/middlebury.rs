@@ -29,7 +29,13 @@ pub fn read(path: &Path, text: &str, count: usize) -> Result<Vec<View>> {
             ));
         };
         let camera = camera(path, image, k, r, t)?;
-        views.push(View { image: image.to_owned(), mask: None, size: None, camera });
+        views.push(View {
+            image: image.to_owned(),
+            mask: None,
+            background: None,
+            size: None,
+            camera,
+        });
     }
     if views.len() != count {
         return Err(Error::malformed(

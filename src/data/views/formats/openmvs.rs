@@ -77,7 +77,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<(Vec<View>, Vec<String>)> {
         let t = -(r * center);
         let rows: [f64; 9] = std::array::from_fn(|i| r[(i / 3, i % 3)]);
         let camera = camera(path, &name, k, rows, t.into())?;
-        views.push(View { image: name, mask, size: Some(size), camera });
+        views.push(View { image: name, mask, background: None, size: Some(size), camera });
     }
     let warning = (without_pose > 0).then(|| {
         format!(

@@ -4,6 +4,7 @@
 //! [[view]]
 //! image = "a.png"                # relative to this file
 //! mask = "a_mask.png"            # optional: bright where the pixels count
+//! background = "a_empty.png"     # optional: what is behind the surface, for reconstructions
 //! width = 640                    # optional, checked against the image
 //! height = 480
 //! K = [525.0, 0.0, 319.5, 0.0, 525.0, 239.5, 0.0, 0.0, 1.0]
@@ -33,6 +34,8 @@ struct Entry {
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    background: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     width: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     height: Option<u32>,
@@ -51,7 +54,7 @@ pub fn read(path: &Path, text: &str) -> Result<Vec<View>> {
         Error::malformed_line(path, line, error.message().replace('\n', " "))
     })?;
     let view = |entry: Entry| {
-        let Entry { image, mask, width, height, k, r, t } = entry;
+        let Entry { image, mask, background, width, height, k, r, t } = entry;
         let camera = camera(path, &image, k, r, t)?;
         let size = match (width, height) {
             (Some(width), Some(height)) => Some([width, height]),
@@ -61,7 +64,7 @@ pub fn read(path: &Path, text: &str) -> Result<Vec<View>> {
                 return Err(Error::malformed(path, message));
             }
         };
-        Ok(View { image, mask, size, camera })
+        Ok(View { image, mask, background, size, camera })
     };
     document.view.into_iter().map(view).collect()
 }
@@ -69,10 +72,10 @@ pub fn read(path: &Path, text: &str) -> Result<Vec<View>> {
 /// The text of a file of these views.
 pub fn write(views: &[View]) -> String {
     let entry = |view: &View| {
-        let View { image, mask, size, camera } = view.clone();
+        let View { image, mask, background, size, camera } = view.clone();
         let ([width, height], (k, r, t)) =
             (size.map_or([None; 2], |n| n.map(Some)), camera.numbers());
-        Entry { image, mask, width, height, k, r, t }
+        Entry { image, mask, background, width, height, k, r, t }
     };
     let document = Document { view: views.iter().map(entry).collect() };
     toml::to_string(&document).expect("names and numbers can be written")

@@ -170,6 +170,7 @@ fn written_views_are_read_again() {
     let view = |(i, image): (usize, &str)| View {
         image: image.into(),
         mask: (i == 0).then(|| "mask \u{e9}.png".into()),
+        background: (i == 2).then(|| "behind.png".into()),
         size: (i < 2).then_some([640, 481]),
         camera: pinhole(&poses[i]),
     };

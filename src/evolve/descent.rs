@@ -1,0 +1,220 @@
+//! The descent of a surface at one resolution of its mesh and of the images.
+//!
+//! ```text
+//! repeat: every few steps: statistics, U by the solver from the last U and q, mu
+//!   g = gradient;  d = -(I + beta Lu)^-1 g                            metric.rs
+//!   E(X + alpha d) <= E(X) + c1 alpha <g, d>,  alpha halved until then
+//!   X <- X + alpha d;  X += a part of the tangential part of (neighbor mean - X)      smoothing.rs
+//! ```
+//!
+//! The first alpha moves no vertex by more than a given length; later ones start from 1.5 times the last, with the same
+//! limit. After three failed searches in a row, with a new U between, the level ends.
+//!
+//! Reference: L. Armijo, *Minimization of functions having Lipschitz continuous first partial derivatives*, Pacific J.
+//! Math. 16, 1966.
+
+use std::ops::ControlFlow;
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::edges::{Edges, Neighbors};
+use super::energy::{Energy, Sampling, Slope, Terms, Weights};
+use super::images::Image;
+use super::metric::Metric;
+use super::smoothing;
+use super::surface::{Evidence, Surface};
+use crate::error::Result;
+use crate::mesh::Mesh;
+use crate::run::Stop;
+
+/// c1.
+const SUFFICIENT_DECREASE: f64 = 1e-4;
+
+/// A search fails after this many halvings.
+const MAX_HALVINGS: u32 = 8;
+
+/// How much longer than the last a step may begin.
+const GROWTH: f64 = 1.5;
+
+/// The level ends after this many failed searches in a row.
+const MAX_FAILURES: u32 = 3;
+
+/// Gap and iterations of U during the descent.
+const GAP: f64 = 1e-2;
+const MAX_ITERATIONS: u64 = 100;
+
+/// How a surface descends.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// The largest number of steps.
+    pub steps: usize,
+    /// Steps between new labels.
+    pub every: usize,
+    /// beta of the metric.
+    pub beta: f64,
+    /// The part of the tangential differences that is added after each step.
+    pub smoothing: f64,
+    /// The largest motion of a vertex in a step.
+    pub max_move: f64,
+    /// What the terms weigh.
+    pub weights: Weights,
+    /// How finely images are sampled.
+    pub sampling: Sampling,
+}
+
+/// One step, as in `trace.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// Counted over all levels.
+    pub step: usize,
+    /// From 0.
+    pub level: usize,
+    /// E before the step.
+    pub energy: f64,
+    /// Its terms.
+    #[serde(flatten)]
+    pub terms: Terms,
+    /// The largest motion of a vertex, in units of the mesh; 0 if the search failed.
+    #[serde(rename = "move")]
+    pub motion: f64,
+    /// How often alpha was halved.
+    pub halvings: u32,
+    /// The length of the visible contours in all images, in pixels.
+    pub contour_pixels: f64,
+}
+
+/// How a level ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// No step lowers the energy any further.
+    Settled,
+    /// The number of steps is reached.
+    StepLimit,
+    /// The observer ended it.
+    Interrupted,
+}
+
+/// Called after each step with the surface; may end the descent.
+pub type Observer<'a> = &'a mut dyn FnMut(&Step, &Surface) -> ControlFlow<()>;
+
+/// Descends from a surface. Steps are numbered from `first` on.
+///
+/// # Errors
+/// Costs of labels beyond double precision.
+pub fn descend(
+    surface: &mut Surface,
+    images: &[Image],
+    settings: &Settings,
+    (level, first): (usize, usize),
+    observe: Observer<'_>,
+) -> Result<End> {
+    let Settings { weights, sampling, .. } = *settings;
+    let edges = Edges::of(&surface.mesh);
+    let neighbors = Neighbors::along(&edges, surface.mesh.vertices.len());
+    let metric = Metric::new(&surface.mesh, settings.beta);
+    let stop =
+        Stop { relative_gap: Some(GAP), iterations: Some(MAX_ITERATIONS), ..Stop::default() };
+    let mut energy: Option<Energy> = None;
+    let (mut last, mut failures) = (None, 0);
+    for step in 0..settings.steps {
+        if step % settings.every == 0 || energy.is_none() {
+            let sums = surface.statistics(images, sampling.samples);
+            let Weights { sigma, lambda, .. } = weights;
+            let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
+            surface.segment(&sums, sigma, lambda, Evidence::Nearer, &stop, &mut go_on)?;
+            let Surface { mesh, coloring, light, .. } = &*surface;
+            let topology = (&edges, &neighbors);
+            energy = Some(Energy::new(images, sampling, weights, mesh, topology, coloring, *light));
+        }
+        let Some(current) = &energy else { unreachable!("it has just been made") };
+        let Slope { terms, gradient, contour_pixels } = current.slope(&surface.mesh);
+        let direction = metric.descend(&gradient.iter().map(|&g| g.into()).collect::<Vec<_>>());
+        let search = Search { energy: current, mesh: &surface.mesh, before: terms.sum() };
+        let direction: Vec<Vector3<f64>> = direction.into_iter().map(Vector3::from).collect();
+        let found = search.along(&direction, &gradient, last, settings.max_move);
+        let (motion, halvings) =
+            found.as_ref().map_or((0.0, MAX_HALVINGS), |found| (found.motion, found.halvings));
+        let record = Step {
+            step: first + step,
+            level,
+            energy: terms.sum(),
+            terms,
+            motion,
+            halvings,
+            contour_pixels,
+        };
+        match found {
+            Some(Found { mesh, alpha, .. }) => {
+                surface.mesh = mesh;
+                if settings.smoothing > 0.0 {
+                    surface.mesh.vertices =
+                        smoothing::tangential(&surface.mesh, settings.smoothing)
+                            .into_iter()
+                            .map(Into::into)
+                            .collect();
+                }
+                (last, failures) = (Some(alpha), 0);
+            }
+            None => {
+                failures += 1;
+                energy = None;
+            }
+        }
+        if observe(&record, surface).is_break() {
+            return Ok(End::Interrupted);
+        }
+        if failures == MAX_FAILURES {
+            return Ok(End::Settled);
+        }
+    }
+    Ok(End::StepLimit)
+}
+
+/// A search along a direction.
+struct Search<'a> {
+    energy: &'a Energy<'a>,
+    mesh: &'a Mesh,
+    /// E here.
+    before: f64,
+}
+
+/// A step that lowers the energy enough.
+struct Found {
+    mesh: Mesh,
+    alpha: f64,
+    /// The largest motion of a vertex.
+    motion: f64,
+    halvings: u32,
+}
+
+impl Search<'_> {
+    /// `last` is the alpha of the last step.
+    fn along(
+        &self,
+        direction: &[Vector3<f64>],
+        gradient: &[Vector3<f64>],
+        last: Option<f64>,
+        max_move: f64,
+    ) -> Option<Found> {
+        let slope: f64 = gradient.iter().zip(direction).map(|(g, d)| g.dot(d)).sum();
+        let longest = direction.iter().map(Vector3::norm).fold(0.0, f64::max);
+        if !(slope < 0.0 && longest > 0.0) {
+            return None;
+        }
+        let limit = max_move / longest;
+        let mut alpha = last.map_or(limit, |last| limit.min(GROWTH * last));
+        let mut mesh = self.mesh.clone();
+        for halvings in 0..MAX_HALVINGS {
+            for ((x, from), d) in mesh.vertices.iter_mut().zip(&self.mesh.vertices).zip(direction) {
+                *x = from + alpha * d;
+            }
+            let after = self.energy.terms(&mesh).sum();
+            if after <= self.before + SUFFICIENT_DECREASE * alpha * slope {
+                return Some(Found { mesh, alpha, motion: alpha * longest, halvings });
+            }
+            alpha *= 0.5;
+        }
+        None
+    }
+}

@@ -1,0 +1,83 @@
+//! What a reconstruction is asked for.
+
+use super::energy::Sampling;
+use super::lit::Light;
+use crate::error::{Error, Result};
+
+/// The request to [`reconstruct`](super::reconstruct).
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// m; 1 for silhouettes.
+    pub regions: usize,
+    /// Levels of mesh and images, at least 1.
+    pub levels: usize,
+    /// The largest number of steps on each level.
+    pub steps: usize,
+    /// lambda, for a surface of area 1, as for segmentations.
+    pub lambda: f64,
+    /// beta of the metric, twice as much on the first level.
+    pub beta: f64,
+    /// Between levels the edges longer than this many times the median are divided and edges flipped, if it is given; else
+    /// every face is divided into four.
+    pub split: Option<f64>,
+    /// The light, if the regions have albedos.
+    pub light: Option<Light>,
+    /// Of the clusters of colors.
+    pub seed: u64,
+    /// How finely images are sampled.
+    pub sampling: Sampling,
+    /// kappa, the weight of the area, relative to the costs of squared colors.
+    pub kappa: f64,
+    /// eta, the weight of the roughness.
+    pub eta: f64,
+    /// The part of the tangential differences that smooths the mesh after each step.
+    pub smoothing: f64,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        Plan {
+            regions: 2,
+            levels: 3,
+            steps: 60,
+            lambda: 0.002,
+            beta: 5.0,
+            split: None,
+            light: None,
+            seed: 0,
+            sampling: Sampling::default(),
+            kappa: 0.0,
+            eta: 0.0,
+            smoothing: 0.1,
+        }
+    }
+}
+
+impl Plan {
+    /// Fails if a number is out of its range.
+    pub fn check(&self) -> Result<()> {
+        let fail = |message: String| Err(Error::unsuitable(message));
+        if !(1..=64).contains(&self.regions) {
+            return fail(format!("{} regions: must be from 1 to 64", self.regions));
+        }
+        if self.levels == 0 || self.steps == 0 {
+            return fail("a reconstruction needs a level and a step".into());
+        }
+        for (name, value) in [
+            ("lambda", self.lambda),
+            ("the metric", self.beta),
+            ("kappa", self.kappa),
+            ("eta", self.eta),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return fail(format!("{name} is {value:?}: must be a finite number, 0 or more"));
+            }
+        }
+        match self.split {
+            Some(split) if !(split >= 1.0 && split.is_finite()) => {
+                fail(format!("the split is {split:?}: must be a finite number, 1 or more"))
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! Tests of the energy and of its gradient: finite differences, areas of polygons, invariances.
+
+mod contours;
+mod differences;
+mod invariances;
+mod scenes;
