@@ -8,7 +8,7 @@
 //! ```
 //!
 //! The first alpha moves no vertex by more than a given length; later ones start from 1.5 times the last, with the same
-//! limit. After three failed searches in a row, with a new U between, the level ends.
+//! limit. A failed search is repeated with a new U and twice as many samples a row; after three more in a row the level ends.
 //!
 //! Reference: L. Armijo, *Minimization of functions having Lipschitz continuous first partial derivatives*, Pacific J.
 //! Math. 16, 1966.
@@ -37,6 +37,10 @@ const MAX_HALVINGS: u32 = 8;
 /// How much longer than the last a step may begin.
 const GROWTH: f64 = 1.5;
 
+/// After a failed search pixels are sampled twice as finely, up to this many samples a row: near the minimum the sampled
+/// energy is a step function, whose steps hide its slope.
+const MAX_SAMPLES: usize = 4;
+
 /// The level ends after this many failed searches in a row.
 const MAX_FAILURES: u32 = 3;
 
@@ -53,6 +57,9 @@ pub struct Settings {
     pub every: usize,
     /// beta of the metric.
     pub beta: f64,
+    /// Whether the colors of the regions are fitted with new labels. Far from the true surface, where a region would mix the
+    /// colors of its neighbors, they are not.
+    pub fits_colors: bool,
     /// The part of the tangential differences that is added after each step.
     pub smoothing: f64,
     /// The largest motion of a vertex in a step.
@@ -109,7 +116,7 @@ pub fn descend(
     (level, first): (usize, usize),
     observe: Observer<'_>,
 ) -> Result<End> {
-    let Settings { weights, sampling, .. } = *settings;
+    let Settings { weights, mut sampling, .. } = *settings;
     let edges = Edges::of(&surface.mesh);
     let neighbors = Neighbors::along(&edges, surface.mesh.vertices.len());
     let metric = Metric::new(&surface.mesh, settings.beta);
@@ -122,7 +129,8 @@ pub fn descend(
             let sums = surface.statistics(images, sampling.samples);
             let Weights { sigma, lambda, .. } = weights;
             let mut go_on = |_: Option<&_>| ControlFlow::Continue(());
-            surface.segment(&sums, sigma, lambda, Evidence::Nearer, &stop, &mut go_on)?;
+            let evidence = settings.fits_colors.then_some(Evidence::Nearer);
+            surface.segment(&sums, sigma, lambda, evidence, &stop, &mut go_on)?;
             let Surface { mesh, coloring, light, .. } = &*surface;
             let topology = (&edges, &neighbors);
             energy = Some(Energy::new(images, sampling, weights, mesh, topology, coloring, *light));
@@ -155,6 +163,10 @@ pub fn descend(
                             .collect();
                 }
                 (last, failures) = (Some(alpha), 0);
+            }
+            None if 2 * sampling.samples <= MAX_SAMPLES => {
+                sampling.samples *= 2;
+                energy = None;
             }
             None => {
                 failures += 1;

@@ -194,7 +194,7 @@ impl<'a> Energy<'a> {
         by_shading.iter_mut().for_each(|x| *x *= share);
         let contour_pixels =
             contour::add_gradient(scene, self.edges, image, &seen, contour, &mut gradient);
-        gradient.iter_mut().for_each(|g| *g = image.camera.to_scene(*g));
+        gradient.iter_mut().for_each(|g| *g = image.camera.scene_direction(*g));
         View { covered: share * covered, gradient, by_shading, contour_pixels }
     }
 

@@ -41,7 +41,7 @@ impl Surface {
         statistics(images, &self.mesh, shading.as_deref(), samples, &self.coloring.mu)
     }
 
-    /// Improves U for given mu, then mu for this U.
+    /// Improves U for given mu, then fits mu to this U by the given pixels, if there are any.
     ///
     /// # Errors
     /// Costs beyond double precision.
@@ -50,7 +50,7 @@ impl Surface {
         sums: &[Sums],
         sigma: f64,
         lambda: f64,
-        evidence: Evidence,
+        evidence: Option<Evidence>,
         stop: &Stop,
         observe: Observer<'_>,
     ) -> Result<()> {
@@ -66,7 +66,7 @@ impl Surface {
             labels::improve(&usable, &f, m, lambda, &mut labels, stop, observe)?;
             (self.coloring.u, self.q) = (labels.u, labels.q);
         }
-        if self.fits_colors {
+        if let Some(evidence) = evidence.filter(|_| self.fits_colors) {
             fit(&mut self.coloring, sums, |sums| -> &Moments {
                 match evidence {
                     Evidence::All => &sums.all,

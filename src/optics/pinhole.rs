@@ -120,7 +120,7 @@ impl Pinhole {
 
     /// R^T v, a direction in the axes of the camera seen in those of the scene.
     #[inline(always)]
-    pub(crate) fn to_scene(&self, v: Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn scene_direction(&self, v: Vector3<f64>) -> Vector3<f64> {
         self.r.tr_mul(&v)
     }
 

@@ -13,6 +13,7 @@ mod mixture;
 mod operators;
 mod photographs;
 mod readme;
+mod reconstruct;
 mod reference;
 mod refusals;
 mod render;

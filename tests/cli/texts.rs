@@ -37,6 +37,10 @@ fn every_verb_has_help_with_examples() {
         ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
         ("compare", "meshseg compare results/horses horses.mat --mesh grid:480x320"),
         ("render", "meshseg render results/spot --show labels,u:0,uncertainty --views front,back"),
+        (
+            "reconstruct",
+            "meshseg reconstruct --views photographs/views.toml --regions 4 --out results/spot",
+        ),
         ("operators", "meshseg operators bunny.ply --out results/bunny"),
         ("mesh", "Inspect, generate and convert meshes"),
         ("mesh info", "Print counts, topology and defects of a mesh"),
