@@ -1,16 +1,18 @@
-//! `meshseg mesh info|generate|convert`.
+//! `meshseg mesh info|distance|generate|convert`.
 
 use std::path::{Path, PathBuf};
 
 use meshseg::counted::counted;
 use meshseg::data::input::density;
+use meshseg::mesh::distance::{Distances, between};
 use meshseg::mesh::shapes::MAX_FACES;
 use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, TooFine, io};
+use meshseg::solve::check_mesh;
 use meshseg::{Error, Result};
 
 use super::{Outcome, note, print, print_json, table, warn, welding};
 
-/// Inspect, generate and convert meshes.
+/// Inspect, compare, generate and convert meshes.
 #[derive(clap::Subcommand)]
 pub enum Verb {
     /// Print counts, topology and defects of a mesh
@@ -21,7 +23,18 @@ pub enum Verb {
         #[arg(long)]
         json: bool,
     },
-    /// Write a shape: torus:NUxNV (area 1), sphere:LEVEL, grid:NXxNY (cells); .ply and .obj with texture coordinates
+    /// Print how far apart two surfaces are
+    Distance {
+        /// Mesh file, builtin:spot, or a shape such as peanut:5
+        mesh: PathBuf,
+        /// The surface to compare with, such as the truth; distances are relative to the diagonal of its bounding box
+        truth: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a shape: torus:NUxNV (area 1), sphere:LEVEL, ellipsoid:LEVEL, peanut:LEVEL, dent:LEVEL, grid:NXxNY (cells);
+    /// .ply and .obj with texture coordinates
     Generate {
         /// For example torus:400x250, sphere:6, grid:100x100
         shape: String,
@@ -54,6 +67,7 @@ pub enum Verb {
 pub fn run(verb: &Verb) -> Outcome {
     match verb {
         Verb::Info { mesh, json } => info(mesh, *json),
+        Verb::Distance { mesh, truth, json } => distance(mesh, truth, *json),
         Verb::Generate { shape, out } => {
             let shape: Shape = shape.parse()?;
             write(out, &if io::holds_texture(out) { shape.textured() } else { shape.mesh() })
@@ -145,6 +159,28 @@ fn info(path: &Path, json: bool) -> Outcome {
     } else {
         print(&table::pairs(&lines(&statistics)))?;
     }
+    Ok(())
+}
+
+fn distance(mesh: &Path, truth: &Path, json: bool) -> Outcome {
+    let read = |path: &Path| -> Result<Mesh> {
+        let mesh = Source::parse(path)?.mesh()?;
+        check_mesh(&mesh).map_err(|error| error.of_file(path))?;
+        Ok(mesh)
+    };
+    let distances = between(&read(mesh)?, &read(truth)?);
+    if json {
+        print_json(&distances)?;
+        return Ok(());
+    }
+    let Distances { mean, back, percentile_95, largest } = distances;
+    let percent = |share: f64| format!("{:.4} %", 100.0 * share);
+    print(&table::pairs(&[
+        ("mean distance to the truth", percent(mean)),
+        ("mean distance back", percent(back)),
+        ("95 % of the area are within", percent(percentile_95)),
+        ("largest distance", percent(largest)),
+    ]))?;
     Ok(())
 }
 

@@ -1,10 +1,10 @@
-//! `mesh info`, `generate` and `convert`.
+//! `mesh info`, `distance`, `generate` and `convert`.
 
 use meshseg::Mesh;
 use meshseg::mesh::io;
 use serde_json::Value;
 
-use crate::support::{Folder, SQUARE_OBJ};
+use crate::support::{Folder, SQUARE_OBJ, stderr};
 
 /// A square with a repeated face, a face without area, a vertex in no face and a flipped neighbor.
 const DAMAGED: &str = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 1 1 0 0 0 1\nv 0 1 0 0 0 1\nv 9 9 9 0 0 0\nf 1 2 3\n\
@@ -31,6 +31,30 @@ fn info_as_json() {
     assert_eq!(json["degenerate_faces"], 1);
     assert_eq!(json["bounding_box"]["max"], serde_json::json!([9.0, 9.0, 9.0]));
     insta::assert_snapshot!("info_json", text);
+}
+
+/// Two spheres of radius 1 and 1.1; the second has a diagonal of 2.2 sqrt 3.
+#[test]
+fn distances_are_relative_to_the_second_surface() {
+    let folder = Folder::new();
+    folder.done("mesh generate sphere:5 --out small.ply");
+    let mut large = read(&folder, "small.ply");
+    large.vertices.iter_mut().for_each(|x| *x *= 1.1);
+    io::write(&folder.path("large.ply"), &large).unwrap();
+    let text = folder.done("mesh distance small.ply large.ply --json");
+    let json: Value = serde_json::from_str(&text).unwrap();
+    for key in ["mean", "back", "percentile_95", "largest"] {
+        let found = json[key].as_f64().unwrap() * 2.2 * 3.0_f64.sqrt();
+        assert!((found - 0.1).abs() < 1e-3, "{key}: {text}");
+    }
+    let text = folder.done("mesh distance small.ply large.ply");
+    assert_eq!(text.lines().count(), 4);
+    assert!(text.starts_with("mean distance to the truth   2.6"), "{text}");
+    folder.write("flat.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n");
+    let output = folder.run("mesh distance small.ply flat.obj");
+    let said = stderr(&output);
+    assert!(said.contains("flat.obj") && said.contains("no face with an area"), "{said}");
+    assert_eq!(output.status.code(), Some(1));
 }
 
 fn read(folder: &Folder, name: &str) -> Mesh {

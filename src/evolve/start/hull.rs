@@ -5,7 +5,9 @@
 //! ```
 //!
 //! The hull is v > 0, and near its surface v is about the distance to it, so that the surface between the points of a
-//! grid is found by interpolation. Its genus is that of the scene if the silhouettes show every hole.
+//! grid is found by interpolation. Before that, v becomes (2 S - S^2) v with means S over neighboring points: the steps of
+//! pixels and fins that are thinner than a step of the grid disappear, and the rest changes in fourth order. The genus is
+//! that of the scene if the silhouettes show every hole.
 //!
 //! Reference: A. Laurentini, *The visual hull concept for silhouette-based image understanding*, IEEE PAMI 16(2), 1994.
 
@@ -62,9 +64,11 @@ pub fn hull(silhouettes: &[Silhouette], resolution: usize) -> Result<Mesh> {
     let views: Vec<(&Silhouette, SignedDistance)> =
         silhouettes.iter().map(|silhouette| (silhouette, SignedDistance::of(silhouette))).collect();
     let mut values = sweep::collect(grid.len(), |i| depth_inside(&views, grid.point(i)));
-    for axis in 0..3 {
-        values = smoothed(&grid, &values, axis);
-    }
+    let once = smoothed(&grid, &values);
+    let twice = smoothed(&grid, &once);
+    sweep::sweep((&mut values[..], &once[..], &twice[..]), |_, (v, once, twice)| {
+        *v = 2.0 * once - twice;
+    });
     (0..grid.len()).filter(|&i| grid.is_border(i)).for_each(|i| values[i] = -step);
     let mesh = large_parts(&surface(&grid, &values));
     if mesh.faces.is_empty() {
@@ -89,16 +93,17 @@ fn depth_inside(views: &[(&Silhouette, SignedDistance)], x: Point3<f64>) -> f64 
     smallest
 }
 
-/// (v_{i-1} + 2 v_i + v_{i+1}) / 4 along an axis: fins of the hull that are thinner than a step, and the steps of pixels,
-/// disappear. Values at the ends stay.
-fn smoothed(grid: &Grid, values: &[f64], axis: usize) -> Vec<f64> {
-    let stride = grid.size[..axis].iter().product::<usize>();
-    sweep::collect(grid.len(), |i| {
-        let at = grid.coordinates(i)[axis];
-        if at == 0 || at + 1 == grid.size[axis] {
-            return values[i];
-        }
-        0.25 * (values[i - stride] + 2.0 * values[i] + values[i + stride])
+/// S v, the means (v_{i-1} + 2 v_i + v_{i+1}) / 4 along all axes. Values at the ends of an axis stay.
+fn smoothed(grid: &Grid, values: &[f64]) -> Vec<f64> {
+    (0..3).fold(values.to_vec(), |values, axis| {
+        let stride = grid.size[..axis].iter().product::<usize>();
+        sweep::collect(grid.len(), |i| {
+            let at = grid.coordinates(i)[axis];
+            if at == 0 || at + 1 == grid.size[axis] {
+                return values[i];
+            }
+            0.25 * (values[i - stride] + 2.0 * values[i] + values[i + stride])
+        })
     })
 }
 
