@@ -34,6 +34,7 @@ fn main() -> meshseg::Result<()> {
     };
     let request = Request {
         lambda: 1e-3,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         stop: Stop { relative_gap: Some(1e-3), ..Stop::default() },

@@ -24,6 +24,7 @@ fn main() -> meshseg::Result<()> {
     let request = Request {
         // The weight of the boundary length relative to the integrated costs.
         lambda: 0.1,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         // Iterates in single precision need half the memory; certificates use double precision.
         method: chambolle_pock::Settings { precision: Precision::Single, ..Default::default() }

@@ -150,6 +150,7 @@ fn main() -> meshseg::Result<()> {
     };
     let request = Request {
         lambda: 0.05,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         stop: Stop { relative_gap: Some(1e-3), iterations: Some(5000), ..Stop::default() },

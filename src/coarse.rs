@@ -15,6 +15,7 @@ use crate::mesh::Mesh;
 use crate::mesh::coarsen::Coarsening;
 use crate::operator::Stencil;
 use crate::problem::{Problem, relative_gap};
+use crate::relaxation::Relaxation;
 use crate::request::{Observer, Request};
 use crate::run::{Run, Status, Stop};
 use crate::solver::{Iterate, Method, Setup};
@@ -115,7 +116,7 @@ impl<'a> Hierarchy<'a> {
     /// Returns the last result, prolonged to the finest mesh; `None` if there are no levels or `solve` returns `None`.
     pub(crate) fn climb<const M: usize>(
         &self,
-        lambda: f64,
+        (lambda, relaxation): (f64, Relaxation),
         mut solve: impl FnMut(usize, Option<Pair<M>>) -> Result<Option<Pair<M>>>,
     ) -> Result<Option<Pair<M>>> {
         let mut pair = None;
@@ -124,7 +125,7 @@ impl<'a> Hierarchy<'a> {
             let fine = if l == 0 { self.finest } else { &self.levels[l - 1].mesh };
             pair = Some(Pair {
                 u: prolong(&level.parents, &u),
-                q: prolong_dual(level, fine, &q, lambda),
+                q: prolong_dual(level, fine, &q, (lambda, relaxation)),
             });
         }
         Ok(pair)
@@ -174,10 +175,12 @@ pub(crate) fn start<const M: usize>(
         costs.push(restrict(level, costs.last().unwrap_or(&problem.f)));
     }
     let mut levels = Vec::new();
-    let pair = hierarchy.climb(request.lambda, |l, pair| {
+    let weight = (request.lambda, request.relaxation);
+    let pair = hierarchy.climb(weight, |l, pair| {
         let mesh = &hierarchy.levels[l].mesh;
         let f = std::mem::take(&mut costs[l]);
-        let problem = Problem::new(Stencil::new(mesh), f, request.lambda);
+        let problem =
+            Problem::new(Stencil::new(mesh), f, request.lambda).in_relaxation(request.relaxation);
         let (start, dual_start) = match pair {
             Some(Pair { mut u, q }) => {
                 remove_forbidden(&mut u, &problem.f);
@@ -222,7 +225,8 @@ pub(crate) fn separating_lambda<const M: usize>(
         f = restrict(level, &f);
     }
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
-    let mut coarse = Problem::new(Stencil::new(mesh), f, problem.lambda);
+    let mut coarse =
+        Problem::new(Stencil::new(mesh), f, problem.lambda).in_relaxation(problem.relaxation);
     for i in 1..=MAX_TRIALS {
         coarse.lambda = problem.lambda * 0.5_f64.powi(i);
         let start = cheapest_labels(&coarse.f);

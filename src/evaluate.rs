@@ -15,6 +15,7 @@ use crate::names::Named;
 use crate::operator::{Mass, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem, Smoothing, label_gap, relative_gap, rounded};
 use crate::regions::{self, with_regions};
+use crate::relaxation::Relaxation;
 use crate::run::Certificate;
 use crate::solve::{Observer, check_range, integrate, model_mesh};
 use crate::start::Start;
@@ -33,6 +34,8 @@ pub struct Evaluation {
     pub regions: usize,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The relaxation: `frobenius`, `separate` or `envelope`.
+    pub relaxation: &'static str,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
     pub mass: &'static str,
     /// Sum of A_j over the faces with an area, in squared units of the mesh.
@@ -41,7 +44,7 @@ pub struct Evaluation {
     pub energy: f64,
     /// sum_k <u_k, f_k>.
     pub data_term: f64,
-    /// sum_j |(K U)_j|, in units of length.
+    /// sum_j |(K U)_j|, in the norm of the relaxation, in units of length.
     pub total_variation: f64,
     /// E_eps(U), if an eps was given.
     pub smoothed_energy: Option<f64>,
@@ -78,6 +81,8 @@ pub struct Evaluation {
 pub struct Question<'a> {
     /// Weight of the total variation, in units of cost times length; not negative.
     pub lambda: f64,
+    /// The relaxation.
+    pub relaxation: Relaxation,
     /// The quadrature of the data term.
     pub mass: Mass,
     /// The smoothing of E_eps, if that is wanted.
@@ -164,11 +169,11 @@ fn evaluate_compiled<const M: usize>(
     question: Question<'_>,
     observe: Observer<'_>,
 ) -> Result<Evaluation> {
-    let Question { lambda, mass, smoothing, dual_steps, .. } = question;
+    let Question { lambda, relaxation, mass, smoothing, dual_steps, .. } = question;
     let m = s.ncols();
     let f = integrate(&mass.on(model), m, &regions::rows::<M>(s.view()));
     let minima: Vec<f64> = f.iter().map(|f| f.min()).collect();
-    let problem = Problem::new(Stencil::new(model), f, lambda);
+    let problem = Problem::new(Stencil::new(model), f, lambda).in_relaxation(relaxation);
     check_range(&problem)?;
     let given: Vec<Row<M>> = regions::rows(u.view());
     let u = without_forbidden(&problem, m, &given)?;
@@ -256,6 +261,7 @@ impl<const M: usize> Scored<'_, M> {
             faces: model.faces.len(),
             regions: m,
             lambda,
+            relaxation: problem.relaxation.name(),
             mass: mass.name(),
             area: model.area(),
             energy: offset + energy,

@@ -121,6 +121,7 @@ mod tests {
     fn request(mass: Mass) -> Request {
         Request {
             lambda: 0.3,
+            relaxation: Default::default(),
             mass,
             method: Method::default(),
             stop: Stop::default(),

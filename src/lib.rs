@@ -65,6 +65,7 @@ pub mod outcome;
 pub mod problem;
 pub mod prox;
 pub mod regions;
+pub mod relaxation;
 #[cfg(feature = "experiments")]
 pub mod render;
 pub mod request;

@@ -170,6 +170,7 @@ mod tests {
         let solution = |keep_dual: bool| {
             let request = Request {
                 lambda: 0.02,
+                relaxation: Default::default(),
                 mass: Mass::Barycentric,
                 method: crate::solver::Method::default(),
                 stop: Stop { iterations: Some(3), ..Stop::default() },

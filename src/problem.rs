@@ -6,7 +6,8 @@
 //! E_eps(U) = sum_k <u_k, f_k> + lambda sum_j sqrt( |(K U)_j|^2 + eps_j^2 )
 //! ```
 //!
-//! D(q) <= E* <= E(U) for every feasible pair. Delaunoy et al., ICCV 2009, equations (7) and (9).
+//! D(q) <= E* <= E(U) for every feasible pair. Delaunoy et al., ICCV 2009, equations (7) and (9). This is for the norm of all
+//! regions together; `relaxation.rs` has the sets of q_j, and the energies, of all relaxations.
 //!
 //! No labels have an energy below B = sum_k min_p f_kp, and a constant added to all costs of a vertex changes only B. A
 //! problem therefore stores f_k - min_p f_kp and B separately: its energies and bounds are E - B and D - B,
@@ -17,6 +18,7 @@ use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
+use crate::relaxation::{DualSet, Relaxation, with_set};
 use crate::sweep::{collect, sum, sum_blocks, sweep};
 
 /// The cost of forbidden labels and of padding regions, which only fill up a row to its compiled length. It stands for
@@ -34,12 +36,14 @@ pub struct Problem<K, const M: usize> {
     pub baseline: f64,
     /// Weight of the total variation, in units of cost times length; not negative.
     pub lambda: f64,
+    /// The set in which each q_j lives, and with it the energy of a face.
+    pub relaxation: Relaxation,
     /// The sum of the lengths of all columns K_jk; lambda times this bounds the sum of all |(K^T q)_k|.
     total_column_length: f64,
 }
 
 impl<K: Operator, const M: usize> Problem<K, M> {
-    /// The problem with integrated costs f. Panics if the sizes do not fit or lambda is negative or not finite.
+    /// The problem with integrated costs f, in the relaxation of the paper. Panics if the sizes do not fit or lambda is negative or not finite.
     pub fn new(k: K, f: Vec<Row<M>>, lambda: f64) -> Self {
         assert!(lambda >= 0.0 && lambda.is_finite());
         let total_column_length = sum(
@@ -47,9 +51,16 @@ impl<K: Operator, const M: usize> Problem<K, M> {
             #[inline(always)]
             |j| k.face(j).columns.iter().map(|[x, y]| x.abs() + y.abs()).sum(),
         );
-        let mut problem = Problem { k, f: Vec::new(), baseline: 0.0, lambda, total_column_length };
+        let relaxation = Relaxation::Frobenius;
+        let mut problem =
+            Problem { k, f: Vec::new(), baseline: 0.0, lambda, relaxation, total_column_length };
         problem.set_costs(f);
         problem
+    }
+
+    /// The same problem in another relaxation.
+    pub fn in_relaxation(self, relaxation: Relaxation) -> Self {
+        Problem { relaxation, ..self }
     }
 
     /// Replaces the integrated costs f, and the baseline by their B. Panics unless there are V rows.
@@ -82,13 +93,13 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         )
     }
 
-    /// sum_j |(K U)_j|, in units of length.
+    /// sum_j |(K U)_j|, in units of length, in the norm of the relaxation.
     pub fn total_variation(&self, u: &[Row<M>]) -> f64 {
-        sum_blocks(
+        with_set!(self.relaxation, Set => sum_blocks(
             self.k.faces(),
             #[inline(always)]
-            |first, norms| self.k.norms(u, first, norms),
-        )
+            |first, norms| self.k.norms::<Set, M>(u, first, norms),
+        ))
     }
 
     /// E(U) - B.
@@ -98,15 +109,46 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// E_eps(U) - B.
     pub fn smoothed_energy(&self, u: &[Row<M>], smoothing: Smoothing) -> f64 {
-        let variation = sum(
+        let variation = with_set!(self.relaxation, Set => sum(
             self.k.faces(),
             #[inline(always)]
-            |j| smoothing.norm(self.k.at(u, j), self.k.area(j)),
-        );
+            |j| Set::smoothed(self.k.at(u, j), smoothing.radius(self.k.area(j))),
+        ));
         self.data_term(u) + self.lambda * variation
     }
 
-    /// D(q) - B, a lower bound on every E(U) - B if |q_j| <= lambda for all j.
+    /// Writes the gradient of the smoothed total variation at U, q_j = lambda (K U)_j / sqrt( |(K U)_j|^2 + eps_j^2 ) for the
+    /// norm of all regions together. It is feasible, so a smoothed method has a certificate: dE_eps/dU = f + K^T q, and D(q)
+    /// bounds every energy.
+    pub fn smoothed_dual(&self, u: &[Row<M>], smoothing: Smoothing, q: &mut [Tangent<M>]) {
+        let Problem { k, lambda, .. } = self;
+        with_set!(self.relaxation, Set => sweep(
+            q,
+            #[inline(always)]
+            |j, q| *q = Set::smoothed_dual(k.at(u, j), smoothing.radius(k.area(j)), *lambda),
+        ));
+    }
+
+    /// Makes a field of any origin feasible. For the relaxations in which only the differences q_ja - q_jb count, infeasible
+    /// ones are first centered, over the regions that are allowed anywhere.
+    pub fn make_feasible(&self, q: &mut [Tangent<M>]) {
+        let lambda = self.lambda;
+        let center = self.relaxation != Relaxation::Frobenius;
+        let exists: [bool; M] =
+            std::array::from_fn(|p| center && self.f.iter().any(|f| f.0[p] != FORBIDDEN_COST));
+        let count = exists.iter().filter(|exists| **exists).count() as f64;
+        with_set!(self.relaxation, Set => sweep(q, |_, q| {
+            if center && Set::gauge(*q) > lambda * (1.0 + 1e-12) {
+                for row in &mut q.0 {
+                    let sum: f64 = (0..M).filter(|&p| exists[p]).map(|p| row.0[p]).sum();
+                    *row = Row::from_fn(|p| if exists[p] { row.0[p] - sum / count } else { 0.0 });
+                }
+            }
+            *q = Set::project(*q, lambda);
+        }));
+    }
+
+    /// D(q) - B, a lower bound on every E(U) - B if each q_j is in the set of the relaxation.
     pub fn dual_bound(&self, q: &[Tangent<M>]) -> f64 {
         let kt = self.k.adjoint();
         sum(
@@ -210,19 +252,6 @@ impl Smoothing {
             SmoothingMode::Paper => 0.5 * self.epsilon.sqrt(),
             SmoothingMode::Intrinsic => area * self.epsilon.sqrt(),
         }
-    }
-
-    /// sqrt( |(K U)_j|^2 + eps_j^2 ).
-    #[inline(always)]
-    pub fn norm<const M: usize>(self, ku: Tangent<M>, area: f64) -> f64 {
-        (ku.norm_squared() + self.radius(area).powi(2)).sqrt()
-    }
-
-    /// The gradient of lambda times that norm with respect to (K U)_j. It lies in the ball |q_j| <= lambda, so a
-    /// smoothed method has a certificate: dE_eps/dU = f + K^T q, and D(q) bounds every energy.
-    #[inline(always)]
-    pub fn dual<const M: usize>(self, ku: Tangent<M>, area: f64, lambda: f64) -> Tangent<M> {
-        ku * (lambda / self.norm(ku, area))
     }
 }
 

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::error::{Error, Result};
 use crate::operator::Mass;
+use crate::relaxation::Relaxation;
 use crate::rounding::Rounding;
 use crate::run::{Sample, Stop};
 use crate::solver::Method;
@@ -13,6 +14,8 @@ use crate::solver::Method;
 pub struct Request {
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The relaxation of the labels.
+    pub relaxation: Relaxation,
     /// The quadrature of the data term.
     pub mass: Mass,
     /// The solver, with its settings.

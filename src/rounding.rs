@@ -20,7 +20,7 @@ use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, rounded};
 use crate::sweep::collect;
 use bound::LabelBound;
-use labels::Labels;
+use labels::{Cuts, Labels};
 
 /// How U is rounded to labels.
 #[derive(
@@ -71,7 +71,7 @@ pub fn round<const M: usize>(
         return unchanged(argmax);
     }
     let costs = Row::peel_slice(&problem.f).as_flattened();
-    let mut state = Labels::new(mesh, costs, m, problem.lambda, argmax.clone());
+    let mut state = Labels::new(mesh, costs, m, cuts(problem), argmax.clone());
     match rounding {
         Rounding::Expansion if m == 2 => expansion::minimize_two(&mut state),
         Rounding::Expansion => {
@@ -90,6 +90,10 @@ pub fn round<const M: usize>(
         return unchanged(argmax);
     }
     Rounded { labels, energy, argmax_energy, is_optimal }
+}
+
+fn cuts<K, const M: usize>(problem: &Problem<K, M>) -> Cuts {
+    Cuts { lambda: problem.lambda, relaxation: problem.relaxation }
 }
 
 /// After this many ascents, and whenever their number has doubled, decoded labels are expanded. The bound is evaluated, and
@@ -122,7 +126,7 @@ pub fn tighten<const M: usize>(
 ) -> Tightened {
     let costs = Row::peel_slice(&problem.f).as_flattened();
     let Tightened { mut rounded, mut bound, mut ascents } = start;
-    let mut state = Labels::new(mesh, costs, m, problem.lambda, rounded.labels.clone());
+    let mut state = Labels::new(mesh, costs, m, cuts(problem), rounded.labels.clone());
     let mut field = LabelBound::new(&state, reparametrization(problem, m, q));
     let (mut next, mut next_expansion) = (1, FIRST_EXPANSION);
     let mut last = (0, f64::INFINITY);

@@ -1,6 +1,8 @@
 //! Meshes, random fields and problems of known optimum that the tests of several modules share.
 
-use nalgebra::{DMatrix, Point3, Rotation3, Vector3};
+use std::f64::consts::SQRT_2;
+
+use nalgebra::{DMatrix, Point3, Rotation2, Rotation3, Vector2, Vector3};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -12,7 +14,7 @@ use crate::mesh::{Mesh, Shape};
 use crate::operator::mass::Quadrature;
 use crate::operator::{Adjoint, Mass, Operator, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
-use crate::prox::project_ball;
+use crate::relaxation::{DualSet, Relaxation, Separate, with_set};
 
 pub fn rng(seed: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed)
@@ -144,8 +146,18 @@ pub fn random_tangents<const M: usize>(n: usize, rng: &mut Pcg64) -> Vec<Tangent
 
 /// Tangents in the ball |q_j| <= lambda, many of them on its boundary.
 pub fn random_dual<const M: usize>(n: usize, lambda: f64, rng: &mut Pcg64) -> Vec<Tangent<M>> {
-    let tangents = random_tangents(n, rng);
-    tangents.into_iter().map(|q| project_ball(q * lambda, lambda)).collect()
+    random_dual_in(Relaxation::Frobenius, n, lambda, rng)
+}
+
+/// The same for the set of a relaxation.
+pub fn random_dual_in<const M: usize>(
+    relaxation: Relaxation,
+    n: usize,
+    lambda: f64,
+    rng: &mut Pcg64,
+) -> Vec<Tangent<M>> {
+    let tangents = random_tangents(n, rng).into_iter();
+    with_set!(relaxation, Set => tangents.map(|q| Set::project(q * lambda, lambda)).collect())
 }
 
 /// Entries from 0 to 1.
@@ -222,6 +234,18 @@ pub fn known_optimum<const M: usize>(
     cost: f64,
     seed: u64,
 ) -> Known<M> {
+    known_optimum_in(Relaxation::Frobenius, mesh, m, lambda, cost, seed)
+}
+
+/// The same in another relaxation, with q_j that attains max <q_j, (K u)_j> in its set.
+pub fn known_optimum_in<const M: usize>(
+    relaxation: Relaxation,
+    mesh: &Mesh,
+    m: usize,
+    lambda: f64,
+    cost: f64,
+    seed: u64,
+) -> Known<M> {
     let mut rng = rng(seed);
     let n = mesh.vertices.len();
     let k = Stencil::new(mesh);
@@ -238,8 +262,21 @@ pub fn known_optimum<const M: usize>(
             let ku = k.at(&u, j);
             let any = random_tangents::<M>(1, &mut rng)[0] * (0.1 * lambda);
             let active = any.0.map(|row| Row::from_fn(|p| if p < m { row.0[p] } else { 0.0 }));
-            let norm = ku.norm();
-            if norm > 0.0 { ku * (lambda / norm) } else { project_ball(Tangent(active), lambda) }
+            let (norm, any) = (ku.norm(), Tangent(active));
+            match relaxation {
+                Relaxation::Frobenius if norm > 0.0 => ku * (lambda / norm),
+                Relaxation::Envelope if norm > 0.0 => farthest_apart(ku, SQRT_2 * lambda),
+                Relaxation::Separate => {
+                    let is_active = |p: usize| f64::hypot(ku.0[0].0[p], ku.0[1].0[p]) > 0.0;
+                    // Far outside the set in the direction of (K u)_jp.
+                    let far = Separate::project(ku * (1e20 * lambda / norm.max(1e-300)), lambda);
+                    let choose = |axis: usize| {
+                        move |p: usize| if is_active(p) { far } else { any }.0[axis].0[p]
+                    };
+                    Tangent([Row::from_fn(choose(0)), Row::from_fn(choose(1))])
+                }
+                _ => any,
+            }
         })
         .collect();
     let share = cost * mesh.area() / n as f64;
@@ -255,9 +292,34 @@ pub fn known_optimum<const M: usize>(
             })
         })
         .collect();
-    let problem = Problem::new(k, f, lambda);
+    let problem = Problem::new(k, f, lambda).in_relaxation(relaxation);
     let energy = energy - problem.baseline;
     Known { problem, u, q, energy }
+}
+
+/// Points of the plane, at most `limit` from each other, for which sum <q_p, g_p> is largest, for two or three vectors g_p != 0
+/// that sum to zero: an equilateral triangle, or, if two of the g_p form an angle of at most 60 degrees, the third in the
+/// origin and the two in their directions.
+fn farthest_apart<const M: usize>(g: Tangent<M>, limit: f64) -> Tangent<M> {
+    let at = |p: usize| Vector2::new(g.0[0].0[p], g.0[1].0[p]);
+    let mut active: Vec<usize> = (0..M).filter(|&p| at(p).norm() > 0.0).collect();
+    active.sort_by(|&a, &b| at(a).norm().total_cmp(&at(b).norm()));
+    let longest = active.pop().expect("there are two or three");
+    let (a, b) = (active[0], active[active.len() - 1]);
+    let mut q = [Vector2::zeros(); M];
+    if at(a).normalize().dot(&at(b).normalize()) >= 0.5 {
+        active.into_iter().for_each(|p| q[p] = at(p).normalize() * limit);
+    } else {
+        // In the order of the directions of the g_p, a third of a turn apart: sum <q_p, g_p> = <R e, sum R_p^T g_p>.
+        let third = (at(a).perp(&at(b))).signum() * 2.0 * std::f64::consts::FRAC_PI_3;
+        let turns = [(a, 0.0), (b, third), (longest, -third)];
+        let turned = |p: usize, angle: f64| Rotation2::new(angle) * at(p);
+        let sum: Vector2<f64> = turns.iter().map(|&(p, angle)| turned(p, -angle)).sum();
+        for (p, angle) in turns {
+            q[p] = Rotation2::new(angle) * sum.normalize() * (limit / 3.0_f64.sqrt());
+        }
+    }
+    Tangent([Row::from_fn(|p| q[p].x), Row::from_fn(|p| q[p].y)])
 }
 
 /// The largest eigenvalue of D^-1/2 K^T diag(w) K D^-1/2, restricted to vertices with faces.

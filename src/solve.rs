@@ -203,7 +203,7 @@ fn seeded_problem<const M: usize>(
     let (mut f, k) =
         sweep::join(|| integrate(&request.mass.on(model), m, &s), || Stencil::new(model));
     seeds.constrain(&mut f)?;
-    let problem = Problem::new(k, f, request.lambda);
+    let problem = Problem::new(k, f, request.lambda).in_relaxation(request.relaxation);
     check_range(&problem)?;
     Ok(problem)
 }

@@ -14,7 +14,7 @@ use crate::mesh::Mesh;
 use crate::mesh::coarsen::{Coarsening, Parents};
 use crate::mesh::geometry::frame;
 use crate::problem::FORBIDDEN_COST;
-use crate::prox::project_ball;
+use crate::relaxation::{DualSet, Relaxation, with_set};
 use crate::sweep::sweep;
 
 /// P^T f. A label is forbidden at a coarse vertex if all finer vertices that it represents forbid it, as for padding
@@ -62,7 +62,7 @@ pub fn prolong_dual<const M: usize>(
     level: &Coarsening,
     fine: &Mesh,
     q: &[Tangent<M>],
-    lambda: f64,
+    (lambda, relaxation): (f64, Relaxation),
 ) -> Vec<Tangent<M>> {
     let mean = vertex_means(&level.mesh, q);
     let mut at_vertex = vec![[Row::<M>::ZERO; 3]; fine.vertices.len()];
@@ -74,7 +74,7 @@ pub fn prolong_dual<const M: usize>(
         },
     );
     let mut fine_q = vec![Tangent::ZERO; fine.faces.len()];
-    sweep(
+    with_set!(relaxation, Set => sweep(
         &mut fine_q[..],
         #[inline(always)]
         |j, q| {
@@ -82,9 +82,9 @@ pub fn prolong_dual<const M: usize>(
             let in_space = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) * (1.0 / 3.0));
             let along = frame(fine, j)
                 .map(|e| in_space[0] * e[0] + in_space[1] * e[1] + in_space[2] * e[2]);
-            *q = project_ball(Tangent(along), lambda);
+            *q = Set::project(Tangent(along), lambda);
         },
-    );
+    ));
     fine_q
 }
 

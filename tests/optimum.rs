@@ -2,7 +2,11 @@
 //! program whose matrices are assembled here, from the vertices alone:
 //!
 //!     min sum_k <u_k, f_k> + sum_j t_j    u_k in the simplex,  lambda |(K U)_j| <= t_j
+//!
+//! In the relaxation `separate` there is a cone for each face and region. In `envelope` (K U)_j is divided into flows between
+//! regions, sqrt(2) lambda (K U)_jp = sum_b w_pb with w_pb = -w_bp, whose lengths are added up.
 
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::ControlFlow;
 
 use clarabel::algebra::CscMatrix;
@@ -11,7 +15,9 @@ use clarabel::solver::{
     SolverStatus, SupportedConeT, ZeroConeT,
 };
 use meshseg::mesh::{Mesh, Shape};
+use meshseg::names::Named;
 use meshseg::operator::Mass;
+use meshseg::relaxation::Relaxation;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, Solution, solve};
 use meshseg::solver::{Method, Options};
@@ -28,12 +34,20 @@ const EXACT: [&str; 2] = ["chambolle-pock", "douglas-rachford"];
 /// A lower and an upper bound of E* for pointwise costs s with barycentric masses: the program's dual and
 /// primal solutions, evaluated here. The program is stated for area 1 and costs up to 1,
 /// which suits its tolerances, and the result scaled back: E = area cost E'.
-fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
+fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxation) -> [f64; 2] {
     let (n, m) = s.dim();
     let faces: Vec<Face> = (0..mesh.faces.len()).map(|j| Face::new(mesh, j)).collect();
     let area: f64 = faces.iter().map(|face| face.area).sum();
     let cost = s.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let mut objective = vec![0.0; n * m + faces.len()];
+    let pairs: Vec<(usize, usize)> = (0..m).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
+    // Cones of a face, their dimension, and the factor of (K U)_j in them.
+    let (cones_of_face, dimension, factor) = match relaxation {
+        Relaxation::Frobenius => (1, 1 + 2 * m, 1.0),
+        Relaxation::Separate => (m, 3, FRAC_1_SQRT_2),
+        Relaxation::Envelope => (pairs.len(), 3, SQRT_2),
+    };
+    let cone_count = faces.len() * cones_of_face;
+    let mut objective = vec![0.0; n * m + cone_count];
     for face in &faces {
         for k in face.corners {
             for p in 0..m {
@@ -42,7 +56,10 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
         }
     }
     objective[n * m..].fill(1.0);
-    let weight = lambda / (cost * area.sqrt());
+    let weight = factor * lambda / (cost * area.sqrt());
+    if relaxation == Relaxation::Envelope {
+        objective.resize(n * m + 3 * cone_count, 0.0);
+    }
 
     // A x + s = b with s in the cones: rows sum to 1; u >= 0; (t_j, lambda (K U)_j) in second-order cones.
     let (mut rows, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
@@ -59,21 +76,41 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
     }
     let mut row = n + n * m;
     for (j, face) in faces.iter().enumerate() {
-        entry(row, n * m + j, -1.0);
-        row += 1;
         for p in 0..m {
+            if relaxation == Relaxation::Separate || relaxation == Relaxation::Frobenius && p == 0 {
+                entry(row, n * m + j * cones_of_face + p, -1.0);
+                row += 1;
+            }
             for axis in 0..2 {
                 for (k, column) in face.corners.into_iter().zip(face.columns) {
                     entry(row, k * m + p, -weight * column[axis] / area.sqrt());
+                }
+                if relaxation == Relaxation::Envelope {
+                    for (i, &(a, b)) in pairs.iter().enumerate() {
+                        let flow = n * m + cone_count + 2 * (j * pairs.len() + i) + axis;
+                        if a == p || b == p {
+                            entry(row, flow, if a == p { 1.0 } else { -1.0 });
+                        }
+                    }
                 }
                 row += 1;
             }
         }
     }
+    let mut cones: Vec<SupportedConeT<f64>> = vec![ZeroConeT(n), NonnegativeConeT(n * m)];
+    if relaxation == Relaxation::Envelope {
+        cones.push(ZeroConeT(2 * m * faces.len()));
+        for i in 0..cone_count {
+            entry(row, n * m + i, -1.0);
+            for axis in 0..2 {
+                entry(row + 1 + axis, n * m + cone_count + 2 * i + axis, -1.0);
+            }
+            row += 3;
+        }
+    }
+    cones.extend((0..cone_count).map(|_| SecondOrderConeT(dimension)));
     let mut b = vec![0.0; row];
     b[..n].fill(1.0);
-    let mut cones: Vec<SupportedConeT<f64>> = vec![ZeroConeT(n), NonnegativeConeT(n * m)];
-    cones.extend(faces.iter().map(|_| SecondOrderConeT(1 + 2 * m)));
     let unknowns = objective.len();
     let a = CscMatrix::new_from_triplets(row, unknowns, rows, columns, values);
     let settings = DefaultSettingsBuilder::default()
@@ -89,7 +126,8 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
     let solution = &solver.solution;
     assert!(matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved));
 
-    // Its solution, made exactly feasible: rows in the simplex, and q_j = -lambda z_j in the ball.
+    // Its solution, made exactly feasible: rows in the simplex, and q_j = -lambda z_j in the set. The flows of `envelope` are
+    // not made so: their energy is that of the program, up to its tolerance.
     let mut u = Array2::from_shape_vec((n, m), solution.x[..n * m].to_vec()).unwrap();
     for mut row in u.outer_iter_mut() {
         row.mapv_inplace(|x| x.max(0.0));
@@ -98,20 +136,47 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> [f64; 2] {
     }
     let mut g = Array2::from_shape_fn((n, m), |(k, p)| objective[k * m + p]);
     let mut high = (&u * &g).sum();
-    for (face, z) in faces.iter().zip(solution.z[n + n * m..].chunks(1 + 2 * m)) {
-        let norm = z[1..].iter().map(|z| z * z).sum::<f64>().sqrt();
-        let scale = weight / norm.max(1.0) / area.sqrt();
-        let mut variation = 0.0;
-        for (p, z) in z[1..].chunks(2).enumerate() {
+    let rows_of_face = match relaxation {
+        Relaxation::Frobenius => 1 + 2 * m,
+        Relaxation::Separate => 3 * m,
+        Relaxation::Envelope => 2 * m,
+    };
+    for (face, z) in faces.iter().zip(solution.z[n + n * m..].chunks(rows_of_face)) {
+        // z_jp and the lengths of those that are together in a cone.
+        let z: Vec<[f64; 2]> = match relaxation {
+            Relaxation::Frobenius => z[1..].chunks(2).map(|z| [z[0], z[1]]).collect(),
+            Relaxation::Separate => z.chunks(3).map(|z| [z[1], z[2]]).collect(),
+            Relaxation::Envelope => z.chunks(2).map(|z| [z[0], z[1]]).collect(),
+        };
+        let length = |[x, y]: [f64; 2]| x.hypot(y);
+        let all = z.iter().map(|&z| length(z).powi(2)).sum::<f64>().sqrt();
+        let difference = |&(a, b): &(usize, usize)| length([0, 1].map(|i| z[a][i] - z[b][i]));
+        let diameter = pairs.iter().map(difference).fold(0.0, f64::max);
+        let mut squares = vec![0.0; m];
+        for (p, &z) in z.iter().enumerate() {
+            let norm = match relaxation {
+                Relaxation::Frobenius => all,
+                Relaxation::Separate => length(z),
+                Relaxation::Envelope => diameter,
+            };
+            let scale = weight / norm.max(1.0) / area.sqrt();
             for axis in 0..2 {
                 let ku: f64 = (0..3).map(|i| face.columns[i][axis] * u[[face.corners[i], p]]).sum();
-                variation += ku * ku;
+                squares[p] += ku * ku;
                 for (k, column) in face.corners.into_iter().zip(face.columns) {
                     g[[k, p]] -= scale * z[axis] * column[axis];
                 }
             }
         }
-        high += weight / area.sqrt() * variation.sqrt();
+        let variation = match relaxation {
+            Relaxation::Frobenius => squares.iter().sum::<f64>().sqrt(),
+            Relaxation::Separate => squares.iter().map(|x| x.sqrt()).sum(),
+            Relaxation::Envelope => 0.0,
+        };
+        high += weight / area.sqrt() * variation;
+    }
+    if relaxation == Relaxation::Envelope {
+        high = solution.obj_val * (1.0 + 1e-9 * solution.obj_val.signum());
     }
     let low: f64 = g.outer_iter().map(|g| g.fold(f64::INFINITY, |a, &b| a.min(b))).sum();
     assert!(high - low <= 1e-6 * low.abs(), "{:?}: {low} to {high}", solution.status);
@@ -145,10 +210,17 @@ impl Face {
     }
 }
 
-fn certified(solver: &str, mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solution {
+fn certified(
+    solver: &str,
+    mesh: &Mesh,
+    s: &Array2<f64>,
+    lambda: f64,
+    relaxation: Relaxation,
+) -> Solution {
     let stop = Stop { relative_gap: Some(GAP), iterations: Some(20_000), ..Stop::default() };
     let request = Request {
         lambda,
+        relaxation,
         mass: Mass::Barycentric,
         method: Method::named(solver).unwrap(),
         stop,
@@ -162,11 +234,15 @@ fn certified(solver: &str, mesh: &Mesh, s: &Array2<f64>, lambda: f64) -> Solutio
 
 /// Solves for every lambda, given in units of cost times the square root of the area.
 fn check(name: &str, mesh: &Mesh, s: &Array2<f64>, lambdas: &[f64]) {
+    check_in(Relaxation::Frobenius, name, mesh, s, lambdas);
+}
+
+fn check_in(relaxation: Relaxation, name: &str, mesh: &Mesh, s: &Array2<f64>, lambdas: &[f64]) {
     for relative in lambdas {
         let lambda = relative * mesh.area().sqrt();
-        let [low, high] = exact_optimum(mesh, s, lambda);
+        let [low, high] = exact_optimum(mesh, s, lambda, relaxation);
         for solver in EXACT {
-            let solution = certified(solver, mesh, s, lambda);
+            let solution = certified(solver, mesh, s, lambda, relaxation);
             let summary = &solution.summary;
             println!(
                 "{name:24} m = {}  F = {:4}  lambda = {relative:<6} {:6} of {solver:16}, E* = {high:+.9e}",
@@ -225,6 +301,31 @@ fn open_surfaces() {
     let grid = shape("grid:16x12");
     check("grid, smooth", &grid, &smooth(&grid, 4), &LAMBDAS);
     check("grid, noise", &grid, &noise(&grid, 7, 0.0, 3), &[0.01, 0.1]);
+}
+
+/// The other relaxations are tighter, and with two regions the same.
+#[test]
+fn all_relaxations() {
+    let (sphere, grid) = (shape("sphere:1"), shape("grid:7x6"));
+    for relaxation in [Relaxation::Separate, Relaxation::Envelope] {
+        let name = relaxation.name();
+        let lambdas = [0.003, 0.03, 0.3];
+        check_in(relaxation, name, &sphere, &noise(&sphere, 3, 0.0, 11), &lambdas);
+        check_in(relaxation, name, &grid, &noise(&grid, 6, 0.0, 12), &lambdas);
+        check_in(relaxation, name, &grid, &smooth(&grid, 5), &[0.01, 0.1]);
+        let two = noise(&grid, 2, 0.0, 13);
+        check_in(relaxation, name, &grid, &two, &[0.03]);
+        let lambda = 0.03 * grid.area().sqrt();
+        let [low, high] = exact_optimum(&grid, &two, lambda, Relaxation::Frobenius);
+        let [same, other] = exact_optimum(&grid, &two, lambda, relaxation);
+        assert!((low - same).abs() <= 1e-6 * low.abs() && (high - other).abs() <= 1e-6 * low.abs());
+    }
+    let s = noise(&grid, 6, 0.0, 12);
+    let optimum = |relaxation| exact_optimum(&grid, &s, 0.1 * grid.area().sqrt(), relaxation)[0];
+    let [frobenius, separate, envelope] =
+        [Relaxation::Frobenius, Relaxation::Separate, Relaxation::Envelope].map(optimum);
+    println!("{frobenius} {separate} {envelope}");
+    assert!(separate > frobenius * (1.0 + 1e-4) && envelope > separate * (1.0 + 1e-5));
 }
 
 #[test]
@@ -291,14 +392,14 @@ fn every_number_of_regions() {
     let mesh = shape("torus:12x8");
     let three = noise(&mesh, 3, 0.0, 8);
     let lambda = 0.03 * mesh.area().sqrt();
-    let [low, high] = exact_optimum(&mesh, &three, lambda);
+    let [low, high] = exact_optimum(&mesh, &three, lambda, Relaxation::Frobenius);
     for m in 2..=64 {
         let s = Array2::from_shape_fn((mesh.vertices.len(), m), |(k, p)| match p * 3 / m {
             region if p == (region * m).div_ceil(3) => three[[k, region]],
             _ => 5.0,
         });
         for solver in EXACT {
-            let summary = certified(solver, &mesh, &s, lambda).summary;
+            let summary = certified(solver, &mesh, &s, lambda, Relaxation::Frobenius).summary;
             assert_eq!(summary.status, Status::Converged, "{solver}, {m} regions");
             assert_eq!(summary.regions, m);
             if m > 2 {
@@ -322,6 +423,7 @@ fn the_engine_makes_the_steps_of_the_rows_for_every_number_of_regions() {
         let run = |options: &[&str]| {
             let request = Request {
                 lambda,
+                relaxation: Default::default(),
                 mass: Mass::Barycentric,
                 method: Method::parse("chambolle-pock", &Options::parse(options).unwrap()).unwrap(),
                 stop: Stop { iterations: Some(50), ..Stop::default() },

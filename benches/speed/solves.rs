@@ -68,6 +68,7 @@ fn from_coarser(group: &mut BenchmarkGroup<'_, WallTime>, lambda: f64) {
         for gap in [1e-3, 1e-4] {
             let request = Request {
                 lambda,
+                relaxation: Default::default(),
                 mass: Mass::Barycentric,
                 method: chambolle_pock::Settings { precision, ..Default::default() }.into(),
                 stop: stop(gap),

@@ -20,8 +20,10 @@ use clarabel::solver::{
     SolverStatus, SupportedConeT, ZeroConeT,
 };
 use meshseg::exchange::Exchanged;
+use meshseg::names::Named;
 use meshseg::npy;
 use meshseg::operator::Matrix;
+use meshseg::relaxation::Relaxation;
 use ndarray::Array2;
 
 /// With the default tolerances, the result is off by 1e-7 of the optimum.
@@ -38,7 +40,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn solve(problem: &Exchanged, out: &Path, time_limit: f64) -> Result<(), Box<dyn Error>> {
-    let Exchanged { mesh, f, lambda, .. } = problem;
+    let Exchanged { mesh, f, lambda, relaxation, .. } = problem;
+    if *relaxation != Relaxation::Frobenius {
+        let name = relaxation.name();
+        return Err(format!("the relaxation is {name}; this program solves frobenius only").into());
+    }
     let (k, (n, m), faces) = (Matrix::new(mesh), f.dim(), mesh.faces.len());
     // Some tolerances are absolute, so energies are in units of their upper bound.
     let cost = f.iter().fold(f64::MIN_POSITIVE, |max, f| f64::max(max, f.abs())) * n as f64;

@@ -8,6 +8,7 @@ use meshseg::evaluate::{Evaluation, Question, evaluate};
 use meshseg::mesh::{Mesh, Weld};
 use meshseg::operator::Mass;
 use meshseg::problem::{Smoothing, SmoothingMode};
+use meshseg::relaxation::Relaxation;
 use meshseg::{Error, Result, npy};
 use ndarray::Array2;
 
@@ -37,6 +38,10 @@ pub struct Arguments {
     /// Weight of the total variation
     #[arg(long, allow_negative_numbers = true)]
     lambda: f64,
+
+    /// The relaxation, see `solve --help`
+    #[arg(long, value_parser = named::<Relaxation>(), default_value = "frobenius")]
+    relaxation: Relaxation,
 
     /// Relaxed labels, V x m
     #[arg(long, value_name = "U.npy")]
@@ -79,6 +84,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         arguments.q.as_deref().map(|path| dual_field(path, &mesh, costs.ncols())).transpose()?;
     let question = Question {
         lambda: arguments.lambda,
+        relaxation: arguments.relaxation,
         mass: arguments.mass,
         smoothing,
         q: q.as_ref(),

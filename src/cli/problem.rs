@@ -7,8 +7,10 @@ use clap::Subcommand;
 use meshseg::certificate::DUAL_STEPS;
 use meshseg::exchange::{End, Exchanged, Iterates, certify};
 use meshseg::experiment::{Folders, Spec, did_you_mean};
+use meshseg::names::Named;
 use meshseg::operator::Mass;
 use meshseg::outcome;
+use meshseg::relaxation::Relaxation;
 use meshseg::render::View;
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, model_mesh};
@@ -48,6 +50,10 @@ pub struct Export {
     /// Weight of the total variation
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
+
+    /// The relaxation, see `solve --help` [default: frobenius]
+    #[arg(long, value_parser = named::<Relaxation>())]
+    relaxation: Option<Relaxation>,
 
     /// Quadrature of the data term [default: barycentric]
     #[arg(long, value_parser = named::<Mass>())]
@@ -142,13 +148,14 @@ impl Export {
         warn(&welding::seams(&mesh, welding::CONVERT_COMMAND));
         warn(&costs::checked(&s, mass)?.1);
         warn(&model_mesh(&mesh)?.1);
-        Ok(problem)
+        Ok(problem.in_relaxation(self.relaxation.unwrap_or_default()))
     }
 
     fn of_experiment(&self) -> Result<Exchanged> {
         let given = [
             ("--costs", self.costs.is_some()),
             ("--lambda", self.lambda.is_some()),
+            ("--relaxation", self.relaxation.is_some()),
             ("--mass", self.mass.is_some()),
             ("--init", self.init.is_some()),
             ("--seed", self.seed.is_some()),
@@ -181,7 +188,9 @@ impl Export {
         let instance = folders
             .instance(cell)
             .map_err(|missing| spec.format_error(folders.blame(cell), Error::from(missing)))?;
-        Exchanged::new(&instance.mesh, &instance.costs, instance.lambda, cell.mass, &Start::Argmin)
+        let (mesh, costs) = (&instance.mesh, &instance.costs);
+        let problem = Exchanged::new(mesh, costs, instance.lambda, cell.mass, &Start::Argmin)?;
+        Ok(problem.in_relaxation(cell.relaxation))
     }
 }
 
@@ -194,6 +203,7 @@ fn export(arguments: &Export) -> Outcome {
         ("faces", problem.mesh.faces.len().to_string()),
         ("regions", regions.to_string()),
         ("lambda", table::number(problem.lambda)),
+        ("relaxation", problem.relaxation.name().to_owned()),
         ("written to", arguments.out.display().to_string()),
     ];
     Ok(print(&table::pairs(&lines))?)
@@ -213,6 +223,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
     }
     let request = Request {
         lambda: problem.lambda,
+        relaxation: problem.relaxation,
         mass: problem.mass,
         method: Method::default(),
         stop: Stop { relative_gap: Some(*gap), ..Stop::default() },

@@ -26,6 +26,7 @@ use crate::sweep::with_threads;
 fn request(lambda: f64, gap: f64, method: Method) -> Request {
     Request {
         lambda,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method,
         stop: Stop { relative_gap: Some(gap), iterations: Some(20_000), ..Stop::default() },
@@ -389,7 +390,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
         forbidden += u32::from(u != given);
         u
     };
-    let expected = hierarchy.climb(problem.lambda, |l, pair| {
+    let expected = hierarchy.climb((problem.lambda, problem.relaxation), |l, pair| {
         let mesh = &hierarchy.levels[l].mesh;
         let problem = Problem::new(Stencil::new(mesh), costs[l + 1].clone(), problem.lambda);
         let (start, dual_start) = match pair {
@@ -414,7 +415,7 @@ fn a_level_without_a_result_ends_the_climb() {
     let hierarchy = Hierarchy::new(&mesh);
     assert!(hierarchy.levels.len() >= 2);
     let mut calls = Vec::new();
-    let result = hierarchy.climb::<2>(1.0, |l, pair| {
+    let result = hierarchy.climb::<2>((1.0, Relaxation::Frobenius), |l, pair| {
         calls.push(l);
         assert!(pair.is_none());
         Ok(None)

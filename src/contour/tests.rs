@@ -499,6 +499,7 @@ fn the_energy_of_two_cells_is_at_most_that_of_u() {
         let lambda = [0.0, 0.01, 0.1, 1.0][case as usize / 3 % 4];
         let request = Request {
             lambda,
+            relaxation: Default::default(),
             mass,
             method: Default::default(),
             stop: Stop::default(),

@@ -15,7 +15,14 @@ fn go(_: Option<&Sample>) -> ControlFlow<()> {
 }
 
 fn question() -> Question<'static> {
-    Question { lambda: LAMBDA, mass: Mass::Barycentric, smoothing: None, q: None, dual_steps: 20 }
+    Question {
+        lambda: LAMBDA,
+        relaxation: Default::default(),
+        mass: Mass::Barycentric,
+        smoothing: None,
+        q: None,
+        dual_steps: 20,
+    }
 }
 
 fn found(mesh: &Mesh, s: &Array2<f64>, u: &Array2<f64>, question: Question<'_>) -> Evaluation {

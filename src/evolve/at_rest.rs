@@ -14,6 +14,7 @@ use crate::mesh::Mesh;
 use crate::mesh::distance::{Distances, between};
 use crate::mesh::geometry::barycentric_areas;
 use crate::operator::Mass;
+use crate::relaxation::Relaxation;
 use crate::rounding::Rounding;
 use crate::run::Stop;
 use crate::solve::{Observer, Request, Solution, solve};
@@ -106,6 +107,7 @@ impl AtRest<'_> {
             let cost = |(k, p): (usize, usize)| seen(k) * f[k * m + p] / area[k];
             let s = Array2::from_shape_fn((area.len(), m), cost);
             let request = Request {
+                relaxation: Relaxation::default(),
                 lambda,
                 mass: Mass::Barycentric,
                 method: Method::default(),

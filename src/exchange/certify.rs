@@ -181,11 +181,11 @@ impl<const M: usize> Scored<M> {
 
 impl<'a, const M: usize> Certifier<'a, M> {
     fn new(exchanged: &'a Exchanged, dual_steps: u64) -> Result<Self> {
-        let Exchanged { mesh, f, lambda, .. } = exchanged;
+        let Exchanged { mesh, f, lambda, relaxation, .. } = exchanged;
         let m = f.ncols();
         let mut f = regions::rows::<M>(f.view());
         regions::pad_costs(m, &mut f);
-        let problem = Problem::new(Stencil::new(mesh), f, *lambda);
+        let problem = Problem::new(Stencil::new(mesh), f, *lambda).in_relaxation(*relaxation);
         check_range(&problem)?;
         Ok(Certifier { exchanged, problem, dual_steps })
     }

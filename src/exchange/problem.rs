@@ -9,6 +9,7 @@
 //! mass_barycentric, mass_voronoi       a_k, V
 //! mass                                 the quadrature of f
 //! f, lambda, m, u0                     V x m integrated costs, a number, the number of regions, V x m
+//! relaxation                           the set of the dual field and the energy of a face; frobenius if it is missing
 //! ```
 //!
 //! Numbers are written as float64, indices as int32 and counts as int64; any width is read.
@@ -28,12 +29,13 @@ use crate::file;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::mesh::order::Order;
-use crate::names::Named;
+use crate::names::{Named, must_be_one_of};
 use crate::npy;
 use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
 use crate::problem::FORBIDDEN_COST;
 use crate::regions::{self, with_regions};
+use crate::relaxation::Relaxation;
 use crate::request::check_lambda;
 use crate::solve::{self, check_mesh, model_mesh};
 use crate::start::Start;
@@ -58,6 +60,8 @@ pub struct Exchanged {
     pub f: Array2<f64>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The relaxation.
+    pub relaxation: Relaxation,
     /// The quadrature of f.
     pub mass: Mass,
     /// The initial U, V x m.
@@ -65,7 +69,7 @@ pub struct Exchanged {
 }
 
 impl Exchanged {
-    /// The problem of `solve` with pointwise costs s (V x m). Faces without area are left out.
+    /// The problem of `solve` with pointwise costs s (V x m), in the relaxation of the paper. Faces without area are left out.
     ///
     /// Fails where [`crate::solve::solve`] refuses lambda, costs, start or mesh, and if the costs forbid a label.
     pub fn new(
@@ -88,7 +92,13 @@ impl Exchanged {
         let (model, _) = model_mesh(mesh)?;
         let model = Mesh::new(model.vertices.clone(), model.faces.clone());
         let (f, u0) = with_regions!(s.ncols(), integrated(&model, &s, mass, start));
-        Ok(Exchanged { mesh: model, f, lambda, mass, u0 })
+        let relaxation = Relaxation::Frobenius;
+        Ok(Exchanged { mesh: model, f, lambda, relaxation, mass, u0 })
+    }
+
+    /// The same problem in another relaxation.
+    pub fn in_relaxation(self, relaxation: Relaxation) -> Self {
+        Exchanged { relaxation, ..self }
     }
 
     /// Writes the archive.
@@ -106,12 +116,13 @@ impl Exchanged {
     }
 
     fn npz(&self) -> std::result::Result<Vec<u8>, WriteNpzError> {
-        let Exchanged { mesh, f, lambda, mass, u0 } = self;
+        let Exchanged { mesh, f, lambda, relaxation, mass, u0 } = self;
         let points = Array2::from_shape_fn((mesh.vertices.len(), 3), |(v, i)| mesh.vertices[v][i]);
         let faces = Array2::from_shape_fn((mesh.faces.len(), 3), |(j, i)| mesh.faces[j][i] as i32);
         let areas: Array1<f64> = (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect();
-        let mut name = [0; 11];
+        let (mut name, mut set) = ([0; 11], [0; 9]);
         name[..mass.name().len()].copy_from_slice(mass.name().as_bytes());
+        set[..relaxation.name().len()].copy_from_slice(relaxation.name().as_bytes());
         let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
         npz.add_array("format", &arr0(ByteString(*FORMAT_NAME)))?;
         npz.add_array("version", &arr0(FORMAT_VERSION))?;
@@ -125,6 +136,7 @@ impl Exchanged {
         npz.add_array("mass", &arr0(ByteString(name)))?;
         npz.add_array("f", f)?;
         npz.add_array("lambda", &arr0(*lambda))?;
+        npz.add_array("relaxation", &arr0(ByteString(set)))?;
         npz.add_array("m", &arr0(f.ncols() as i64))?;
         npz.add_array("u0", u0)?;
         Ok(npz.finish()?.into_inner())
@@ -171,6 +183,14 @@ impl Exchanged {
         };
         let mass =
             Mass::named(&mass).ok_or_else(|| unsuitable(format!("mass {mass:?} is unknown")))?;
+        let relaxation = match archive.has("relaxation") {
+            true => archive.entry("relaxation", npy::byte_string)?,
+            false => Relaxation::Frobenius.name().to_owned(),
+        };
+        let relaxation = Relaxation::named(&relaxation).ok_or_else(|| {
+            let names = must_be_one_of(Relaxation::names());
+            unsuitable(format!("relaxation {relaxation:?} is unknown: {names}"))
+        })?;
         let of_file = |error: Error| error.of_file(path);
         check_lambda(lambda).map_err(of_file)?;
         regions::check(f.ncols()).map_err(of_file)?;
@@ -194,7 +214,7 @@ impl Exchanged {
             return Err(unsuitable("every face must have an area".into()));
         }
         check_mesh(&mesh).map_err(of_file)?;
-        Ok(Exchanged { mesh, f, lambda, mass, u0 })
+        Ok(Exchanged { mesh, f, lambda, relaxation, mass, u0 })
     }
 }
 
@@ -239,6 +259,10 @@ impl Archive {
         let zip = ZipArchive::new(Cursor::new(bytes))
             .map_err(|error| Error::malformed(path, format!("is not an .npz file: {error}")))?;
         Ok(Archive { path: path.to_owned(), zip, length })
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.zip.index_for_name(&format!("{name}.npy")).is_some()
     }
 
     fn entry<T>(&mut self, name: &str, parse: impl Fn(&Path, &[u8]) -> Result<T>) -> Result<T> {

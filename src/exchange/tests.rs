@@ -2,16 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{Read, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use ndarray::Array2;
+use strum::IntoEnumIterator;
 
 use super::*;
 use crate::mesh::Mesh;
+use crate::names::Named;
 use crate::operator::{Mass, Stencil};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::regions;
+use crate::relaxation::Relaxation;
 use crate::run::{Certificate, Status, Stop};
 use crate::samples::{random_rows, rng, shape};
 use crate::solve::{Request, Solution};
@@ -34,6 +38,7 @@ fn array(folder: &Path, name: &str, array: &Array2<f64>) -> PathBuf {
 fn request(gap: f64) -> Request {
     Request {
         lambda: LAMBDA,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         stop: Stop { relative_gap: Some(gap), ..Stop::default() },
@@ -211,6 +216,61 @@ fn a_missing_start_is_replaced_by_that_of_the_problem() {
     assert_eq!(brought(unread, go), (vec![0], energy, bound, Status::Failed));
     let (iterations, own, _, _) = brought(vec![iterate(0, &u), iterate(5, &u)], go);
     assert!(iterations == [0, 5] && own != energy);
+}
+
+/// The archive has the relaxation, whose energies are certified; without it the relaxation is that of the paper, and an unknown
+/// one is refused.
+#[test]
+fn the_relaxation_is_exchanged() {
+    let mesh = shape("torus:12x8");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("problem.npz");
+    let u = random_rows::<3>(mesh.vertices.len(), &mut rng(884));
+    let u: Vec<_> = u.into_iter().map(crate::prox::project_simplex).collect();
+    let rows = array(folder.path(), "u.npy", &regions::array(&u, 3));
+    for relaxation in Relaxation::iter() {
+        exchanged(&mesh).in_relaxation(relaxation).write(&path).unwrap();
+        let read = Exchanged::read(&path).unwrap();
+        assert_eq!(read.relaxation, relaxation);
+        let iterate =
+            Iterate { iteration: 0, seconds: 0.0, smoothing: None, u: rows.clone(), q: None };
+        let summary = scored(&read, iterate, Status::Ended, 1e-9).summary;
+        let f = regions::rows::<3>(read.f.view());
+        let problem = Problem::new(Stencil::new(&mesh), f, LAMBDA).in_relaxation(relaxation);
+        let energy = problem.baseline + problem.energy(&u);
+        assert!((summary.energy - energy).abs() <= 1e-12, "{} {energy}", summary.energy);
+        assert_eq!(summary.relaxation.as_deref(), Some(relaxation.name()));
+        assert!(summary.dual_bound <= summary.energy);
+    }
+    // Archives of earlier versions lack the entry.
+    let rewritten = |change: &dyn Fn(&str, Vec<u8>) -> Option<Vec<u8>>| {
+        let mut zip = zip::ZipArchive::new(fs::File::open(&path).unwrap()).unwrap();
+        let other = folder.path().join("other.npz");
+        let mut out = zip::ZipWriter::new(fs::File::create(&other).unwrap());
+        for i in 0..zip.len() {
+            let mut entry = zip.by_index(i).unwrap();
+            let name = entry.name().to_owned();
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes).unwrap();
+            if let Some(bytes) = change(&name, bytes) {
+                out.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+                out.write_all(&bytes).unwrap();
+            }
+        }
+        out.finish().unwrap();
+        Exchanged::read(&other)
+    };
+    let old = rewritten(&|name, bytes| (name != "relaxation.npy").then_some(bytes));
+    assert_eq!(old.unwrap().relaxation, Relaxation::Frobenius);
+    let unknown = rewritten(&|name, mut bytes| {
+        if name == "relaxation.npy" {
+            let first = bytes.len() - 9;
+            bytes[first] = b'x';
+        }
+        Some(bytes)
+    });
+    let message = unknown.unwrap_err().to_string();
+    assert!(message.contains("must be one of frobenius, separate, envelope"), "{message}");
 }
 
 #[test]

@@ -72,7 +72,8 @@ impl Attempt<'_> {
             instance.lambda,
             cell.mass,
             &Start::Argmin,
-        )?;
+        )?
+        .in_relaxation(cell.relaxation);
         let scratch = claimed.join("exchange");
         let io = |path: &Path, error| Error::io(path, error);
         fs::create_dir(&scratch).map_err(|error| io(&scratch, error))?;
@@ -90,6 +91,7 @@ impl Attempt<'_> {
         };
         let request = Request {
             lambda: instance.lambda,
+            relaxation: cell.relaxation,
             mass: cell.mass,
             method: Method::default(),
             stop: (*stop).clone(),

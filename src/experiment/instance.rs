@@ -274,13 +274,14 @@ fn lambda_of(
     evidence: Option<&Evidence>,
     cell: &InstanceCell,
 ) -> Result<f64> {
-    let InstanceCell { regions, seed, mass, model, .. } = *cell;
+    let InstanceCell { regions, seed, relaxation, mass, model, .. } = *cell;
     let initial = Initial::KMeans;
     let alternation =
         Alternation { regions, initial, seed, every: 10, labels: None, seeds: Seeds::default() };
     let request = Request {
         // Not yet known.
         lambda: 0.0,
+        relaxation,
         mass,
         method: Method::default(),
         stop: Stop::default(),

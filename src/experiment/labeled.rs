@@ -60,6 +60,7 @@ pub fn attempt(
     };
     let request = Request {
         lambda: instance.lambda,
+        relaxation: run.instance.relaxation,
         mass: run.instance.mass,
         method,
         stop,

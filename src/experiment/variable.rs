@@ -89,7 +89,7 @@ pub enum Quantity {
 }
 
 /// Keys that a cell may have in addition to its options.
-const KEYS: [&str; 24] = [
+const KEYS: [&str; 25] = [
     "mesh",
     "data",
     "model",
@@ -104,6 +104,7 @@ const KEYS: [&str; 24] = [
     "seed",
     "regions",
     "lambda",
+    "relaxation",
     "mass",
     "solver",
     "threads",
@@ -187,7 +188,7 @@ mod tests {
         let message = "wall-second".parse::<Variable>().unwrap_err();
         assert!(message.starts_with(
             "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, light, ambient, principal-error, sampling, pure, grazing, noise, \
-             seed, regions, lambda, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
+             seed, regions, lambda, relaxation, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, label-excess, regions-used, mislabeled, \
              rand-index, variation-of-information, covering, boundary-f, binary, cut-length, threshold-labels, \
              threshold-lines, parameters, status; did you mean \"wall-seconds\"?"

@@ -139,6 +139,7 @@ pub fn labeled(
     let Solution { summary: solved, .. } = solve(mesh, &s, &Start::Argmin, request, &mut quietly)?;
     let question = Question {
         lambda: request.lambda,
+        relaxation: request.relaxation,
         mass: request.mass,
         smoothing: None,
         q: None,

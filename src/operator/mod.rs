@@ -31,6 +31,7 @@ pub(crate) use normal::normal_matrix;
 pub use stencil::Stencil;
 
 use crate::field::{Row, Tangent};
+use crate::relaxation::DualSet;
 
 /// One face of K: its vertices, and the column K_jk in R^2 of each.
 #[derive(Clone, Copy, Debug)]
@@ -66,11 +67,11 @@ pub trait Operator: Sync {
     /// (K u)_j; u has one row per vertex.
     fn at<const M: usize>(&self, u: &[Row<M>], j: usize) -> Tangent<M>;
 
-    /// |(K u)_j| of the faces from `first` on, one for each entry of `norms`.
+    /// |(K u)_j| of the faces from `first` on, in the norm of a relaxation, one for each entry of `norms`.
     #[inline(always)]
-    fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
+    fn norms<Set: DualSet, const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
         for (norm, j) in norms.iter_mut().zip(first..) {
-            *norm = self.at(u, j).norm();
+            *norm = Set::support(self.at(u, j));
         }
     }
 }

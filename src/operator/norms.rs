@@ -1,17 +1,21 @@
 //! |(K u)_j| of the stencil, one lane per face.
 //!
 //! ```text
-//! |(K u)_j|^2 = sum_p (c1 ua)_p^2 + (c2 ua + c3 ub)_p^2,   ua = u2 - u1, ub = u3 - u1
+//! |(K u)_jp|^2 = (c1 ua)_p^2 + (c2 ua + c3 ub)_p^2,   ua = u2 - u1, ub = u3 - u1
+//! |(K u)_j|    = sqrt( sum_p |(K u)_jp|^2 )   or, of regions taken separately,   sum_p |(K u)_jp| / sqrt(2)
 //! ```
 //!
 //! Bitwise equal to the norm of [`product`] for each face, whatever the vector instructions.
+
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
 
 use crate::field::{Row, Tangent};
+use crate::relaxation::{DualSet, Separate};
 
-pub struct Norms<'a, const M: usize> {
+pub struct Norms<'a, const SEPARATE: bool, const M: usize> {
     /// The three vertices of each face.
     pub corners: &'a [[u32; 3]],
     /// c1, c2, c3 of each face.
@@ -22,7 +26,7 @@ pub struct Norms<'a, const M: usize> {
     pub norms: &'a mut [f64],
 }
 
-impl<const M: usize> WithSimd for Norms<'_, M> {
+impl<const SEPARATE: bool, const M: usize> WithSimd for Norms<'_, SEPARATE, M> {
     type Output = ();
 
     #[inline(always)]
@@ -39,7 +43,7 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
                 #[inline(always)]
                 |o| [weights[o][0], weights[o][1], weights[o][2], 0.0],
             );
-            let mut squares = simd.splat_f64s(0.0);
+            let mut sum = simd.splat_f64s(0.0);
             for g in 0..M.div_ceil(4) {
                 // Not in a loop over the corners, which would keep the gathered values in memory instead of registers.
                 let u1 = gather_u(simd, u, corners, 0, g);
@@ -51,11 +55,17 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
                     let ku1 = simd.mul_f64s(ua, c1);
                     let ku2 = simd.add_f64s(simd.mul_f64s(ua, c2), simd.mul_f64s(ub, c3));
                     let square = simd.add_f64s(simd.mul_f64s(ku1, ku1), simd.mul_f64s(ku2, ku2));
-                    squares = simd.add_f64s(squares, square);
+                    let term = if SEPARATE { simd.sqrt_f64s(square) } else { square };
+                    sum = simd.add_f64s(sum, term);
                 }
             }
             // Back from lanes to the order of the faces.
-            let rows = simd.interleave_shfl_f64s([simd.sqrt_f64s(squares); 4]);
+            let norm = if SEPARATE {
+                simd.mul_f64s(sum, simd.splat_f64s(FRAC_1_SQRT_2))
+            } else {
+                simd.sqrt_f64s(sum)
+            };
+            let rows = simd.interleave_shfl_f64s([norm; 4]);
             for (norm, row) in norms.iter_mut().zip(cast_slice::<_, [f64; 4]>(&rows)) {
                 *norm = row[0];
             }
@@ -63,7 +73,8 @@ impl<const M: usize> WithSimd for Norms<'_, M> {
         let rest = blocks.into_remainder();
         let last = faces.end - rest.len();
         for (norm, j) in rest.iter_mut().zip(last..) {
-            *norm = product(all_corners[j], all_weights[j], u).norm();
+            let ku = product(all_corners[j], all_weights[j], u);
+            *norm = if SEPARATE { Separate::support(ku) } else { ku.norm() };
         }
     }
 }

@@ -19,6 +19,7 @@ use super::norms::{Norms, product};
 use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::{Incidence, Mesh};
+use crate::relaxation::{DualSet, Relaxation};
 use crate::sweep;
 
 /// K of one mesh as three weights per face: the operator that solvers run on.
@@ -123,9 +124,21 @@ impl Operator for Stencil {
         product(self.corners[j], self.weights[j], u)
     }
 
-    fn norms<const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
+    fn norms<Set: DualSet, const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
         let (corners, weights) = (&self.corners, &self.weights);
-        Arch::new().dispatch(Norms { corners, weights, u, first, norms });
+        match Set::RELAXATION {
+            Relaxation::Frobenius => {
+                Arch::new().dispatch(Norms::<false, M> { corners, weights, u, first, norms });
+            }
+            Relaxation::Separate => {
+                Arch::new().dispatch(Norms::<true, M> { corners, weights, u, first, norms });
+            }
+            Relaxation::Envelope => {
+                for (norm, j) in norms.iter_mut().zip(first..) {
+                    *norm = Set::support(self.at(u, j));
+                }
+            }
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Expansion moves: the best set of vertices that change to one label, by a minimum cut of the graph of `labels.rs`.
 //!
 //! The cut is restricted to a band around the cuts between labels and the vertices whose u is not one-hot, which grows
-//! where changes reach its rim. Three labels in a face cost more than in the graph, so a connected set of changes is
+//! where changes reach its rim. Three labels in a face may cost another amount than in the graph, so a connected set of changes is
 //! accepted only if it lowers the energy. Reference: Y. Boykov, O. Veksler, R. Zabih, *Fast approximate energy
 //! minimization via graph cuts*, IEEE Transactions on Pattern Analysis and Machine Intelligence 23(11), 2001.
 

@@ -11,7 +11,8 @@
 //! and the weights of its faces are summed. l_i is the length of the edge opposite to corner i, alpha_i the angle at it,
 //! Theta_i the sum of the angles at its vertex, and a_i the barycentric area of its vertex.
 //!
-//! * `exact`: where a face has at most two labels, the cut costs lambda |(K U)_j|, see `labels.rs`.
+//! * `exact`: where a face has at most two labels, the cut costs lambda |(K U)_j|, see `labels.rs`; with the relaxation
+//!   `separate` for all labels.
 //! * `cotangent`: the length of the dual edge between the circumcenters of the two faces, 0 where it is negative.
 //! * `crofton`: the edges at a vertex as lines of an integral over all lines that cross a curve. Each stands for the
 //!   directions halfway to its neighbors, and for a strip of the width a_i / l_k. Reference: Y. Boykov, V. Kolmogorov,

@@ -1,10 +1,12 @@
 //! Energies of labels are those of the operator; cuts are minimal; moves only lower the energy.
 
 use rand::RngExt;
+use strum::IntoEnumIterator;
 
 use super::min_cut::{Edge, MinCut};
 use super::*;
 use crate::problem::FORBIDDEN_COST;
+use crate::relaxation::{DualSet, Relaxation, with_set};
 use crate::samples::{assert_within, rng, shape, zoo};
 
 fn problem<const M: usize>(mesh: &Mesh, m: usize, lambda: f64, seed: u64) -> Problem<Stencil, M> {
@@ -36,13 +38,14 @@ fn energies_are_those_of_the_operator() {
         if mesh.faces.is_empty() {
             continue;
         }
-        let problem = problem::<4>(&mesh, 3, 0.7, 3);
-        let costs = Row::peel_slice(&problem.f).as_flattened();
+        let mut problem = problem::<4>(&mesh, 3, 0.7, 3);
         let mut rng = rng(5);
-        for _ in 0..5 {
+        for relaxation in Relaxation::iter().flat_map(|relaxation| [relaxation; 3]) {
+            problem.relaxation = relaxation;
+            let costs = Row::peel_slice(&problem.f).as_flattened();
             let n = mesh.vertices.len();
             let labels: Vec<u8> = (0..n).map(|_| rng.random_range(0..3)).collect();
-            let state = Labels::new(&mesh, costs, 3, problem.lambda, labels.clone());
+            let state = Labels::new(&mesh, costs, 3, cuts(&problem), labels.clone());
             let cut: f64 = (0..mesh.faces.len() as u32)
                 .map(|j| state.face_cost(j, state.face_labels(j)))
                 .sum();
@@ -171,21 +174,23 @@ fn the_bound_is_below_all_labelings_and_never_falls() {
         let mesh = shape(mesh);
         let n = mesh.vertices.len();
         for seed in 0..20 {
-            let mut problem = problem::<4>(&mesh, m, [0.05, 0.2, 0.5][seed as usize % 3], seed);
+            let relaxation = Relaxation::iter().nth(seed as usize / 3 % 3).unwrap();
+            let problem = problem::<4>(&mesh, m, [0.05, 0.2, 0.5][seed as usize % 3], seed);
+            let mut problem = problem.in_relaxation(relaxation);
             if seed % 4 == 0 {
                 problem.f[seed as usize % n].0[1] = FORBIDDEN_COST;
             }
             let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
             let costs = Row::peel_slice(&problem.f).as_flattened();
             let argmax: Vec<u8> = u.iter().map(|u| u.argmax() as u8).collect();
-            let state = Labels::new(&mesh, costs, m, problem.lambda, argmax);
+            let state = Labels::new(&mesh, costs, m, cuts(&problem), argmax);
             let mut rng = rng(seed);
             let q: Vec<Tangent<4>> = (0..mesh.faces.len())
                 .map(|_| {
                     let mut row =
                         || Row::from_fn(|p| if p < m { rng.random_range(-1.0..1.0) } else { 0.0 });
                     let q = Tangent([row(), row()]);
-                    q * (problem.lambda / q.norm())
+                    with_set!(relaxation, Set => q * (problem.lambda / Set::gauge(q)))
                 })
                 .collect();
             let q = if seed % 2 == 0 { q } else { vec![Tangent::ZERO; mesh.faces.len()] };
@@ -220,9 +225,10 @@ fn min_marginals_are_those_of_all_labelings() {
     let mut rng = rng(31);
     for m in 2..=5 {
         for _ in 0..50 {
-            let problem = problem::<8>(&mesh, m, 0.3, m as u64);
+            let relaxation = Relaxation::iter().nth(rng.random_range(0..3)).unwrap();
+            let problem = problem::<8>(&mesh, m, 0.3, m as u64).in_relaxation(relaxation);
             let costs = Row::peel_slice(&problem.f).as_flattened();
-            let state = Labels::new(&mesh, costs, m, problem.lambda, vec![0; 4]);
+            let state = Labels::new(&mesh, costs, m, cuts(&problem), vec![0; 4]);
             let y: Vec<f64> =
                 (0..3 * m * mesh.faces.len()).map(|_| rng.random_range(-0.5..0.5)).collect();
             let field = LabelBound::new(&state, y.clone());

@@ -102,7 +102,8 @@ impl JointProblem<'_> {
     /// The convex problem in U for the current parameters.
     pub fn problem<const M: usize>(&self, estimate: &dyn Estimate) -> Result<Problem<Stencil, M>> {
         let f = self.costs(estimate, &vec![true; estimate.regions()])?;
-        let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda);
+        let problem = Problem::new(Stencil::new(self.mesh), f, self.request.lambda)
+            .in_relaxation(self.request.relaxation);
         check_range(&problem)?;
         Ok(problem)
     }

@@ -36,7 +36,7 @@ pub fn start<const M: usize>(
         seeds.push(seeds[l].restricted(level));
     }
     let mut levels = Vec::new();
-    let pair = hierarchy.climb(request.lambda, |l, pair| {
+    let pair = hierarchy.climb((request.lambda, request.relaxation), |l, pair| {
         let (mesh, weights) = (&hierarchy.levels[l].mesh, &weights[l + 1]);
         let mass = Quadrature::Lumped(weights.clone());
         let scale = estimate.scale(weights);
@@ -118,6 +118,7 @@ mod tests {
         let started = |mesh: &Mesh, lambda: f64, values: Vec<f64>, given: [f64; 3]| {
             let request = Request {
                 lambda,
+                relaxation: Default::default(),
                 mass: Mass::Barycentric,
                 method: crate::solver::Method::default(),
                 stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },

@@ -73,6 +73,10 @@ pub struct Summary {
     pub cut: Option<CutRecord>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
+    /// The relaxation: `frobenius`, `separate` or `envelope`. Energies and bounds are those of this relaxation, also those of
+    /// labels. `None` in results from before there were others than `frobenius`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relaxation: Option<Cow<'static, str>>,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
     pub mass: Cow<'static, str>,
     /// Sum of A_j over the faces with an area, in squared units of the mesh.
@@ -250,6 +254,7 @@ pub(crate) fn conclude<const M: usize>(
         }),
         cut: None,
         lambda: problem.lambda,
+        relaxation: Some(problem.relaxation.name().into()),
         mass: request.mass.name().into(),
         area: model.area(),
         coarse_to_fine: None,

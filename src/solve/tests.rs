@@ -15,6 +15,7 @@ use crate::sweep::with_threads;
 fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
     let request = Request {
         lambda: 0.02,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         coarse_to_fine: false,
@@ -69,6 +70,7 @@ fn without_steps_the_start_is_returned() {
     let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(154)), 3);
     let request = Request {
         lambda: 0.02,
+        relaxation: Default::default(),
         mass: Mass::Voronoi,
         method: Method::default(),
         coarse_to_fine: false,
@@ -143,6 +145,7 @@ fn a_summary_follows_from_u_and_q() {
     let stop = Stop { iterations: Some(40), ..Stop::default() };
     let request = Request {
         lambda: 0.02,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         coarse_to_fine: false,
@@ -157,6 +160,7 @@ fn a_summary_follows_from_u_and_q() {
     let smoothing = Smoothing::new(SmoothingMode::Intrinsic, 1e-3).unwrap();
     let question = crate::evaluate::Question {
         lambda: 0.02,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         smoothing: Some(smoothing),
         q: q.as_ref(),
@@ -206,6 +210,7 @@ fn labels_below_the_bound_are_a_contradiction() {
     let u = vec![Row([0.5, 0.3, 0.2]); mesh.vertices.len()];
     let request = Request {
         lambda: 0.1,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         coarse_to_fine: false,
@@ -249,6 +254,7 @@ fn the_bound_is_clamped_for_labels() {
     let u = vec![Row([0.5, 0.3, 0.2]); mesh.vertices.len()];
     let request = Request {
         lambda: 0.1,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: Method::default(),
         coarse_to_fine: false,

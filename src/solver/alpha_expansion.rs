@@ -298,7 +298,7 @@ mod tests {
                 if weights == EdgeWeights::Exact {
                     let labels: Vec<u8> = u.iter().map(|u| u.argmax() as u8).collect();
                     let g = energy(&graph, &problem.f, &labels);
-                    assert!(g <= problem.energy(u) * (1.0 + 1e-13));
+                    assert!(problem.energy(u) <= g * (1.0 + 1e-13));
                 }
             }
         }

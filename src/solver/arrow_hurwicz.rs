@@ -16,7 +16,8 @@ use crate::field::{Row, Tangent};
 use crate::operator::bounds::diagonal_above;
 use crate::operator::{Adjoint, Operator};
 use crate::problem::Problem;
-use crate::prox::{project_ball, project_simplex};
+use crate::prox::project_simplex;
+use crate::relaxation::{DualSet, with_set};
 use crate::sweep::sweep;
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -70,11 +71,13 @@ pub(super) fn build<'a, K: Operator + 'a, const M: usize>(
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for ArrowHurwicz<M> {
-    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>) {
+    fn step(&mut self, Problem { k, f, lambda, relaxation, .. }: &Problem<K, M>) {
         let Self { u, q, sigma, tau } = self;
         let (kt, sigma, tau) = (k.adjoint(), *sigma, *tau);
         // q <- Proj_{|.|<=lambda}( q + sigma K u )
-        sweep(&mut q[..], |j, q| *q = project_ball(*q + sigma * k.at(u, j), *lambda));
+        with_set!(*relaxation, Set => sweep(&mut q[..], |j, q| {
+            *q = Set::project(*q + sigma * k.at(u, j), *lambda);
+        }));
         // u <- Proj_simplex( u - tau (f + K^T q) )
         sweep((&mut u[..], &f[..]), |v, (u, &f)| {
             *u = project_simplex(*u - tau * (f + kt.at(q, v)))

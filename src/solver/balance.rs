@@ -13,6 +13,7 @@ use super::{Iterate, Setting};
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
 use crate::problem::{FORBIDDEN_COST, Problem};
+use crate::relaxation::{DualSet, with_set};
 use crate::sweep::{copy, sum};
 
 /// The number of steps before omega is balanced for the first time.
@@ -139,8 +140,11 @@ impl<const M: usize> Balance<M> {
         let dual = sum(now.q.len(), |j| moved(j) * inverse_sigma(j));
         self.keep(now);
         (self.steps, self.window, self.changes) = (0, 2 * self.window, self.changes + 1);
-        let at_lambda = |j: usize| now.q[j].norm() >= AT_LAMBDA * problem.lambda;
-        if sum(now.q.len(), |j| f64::from(at_lambda(j))) > 0.0 {
+        let reaching = with_set!(problem.relaxation, Set => {
+            let at_lambda = |j: usize| Set::gauge(now.q[j]) >= AT_LAMBDA * problem.lambda;
+            sum(now.q.len(), |j| f64::from(at_lambda(j)))
+        });
+        if reaching > 0.0 {
             let factor = (dual / primal).powf(0.25);
             factor
                 .is_normal()

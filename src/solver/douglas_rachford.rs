@@ -39,7 +39,8 @@ use crate::field::{Row, Tangent};
 use crate::operator::bounds::{diagonal_above, of_faces, row_bound};
 use crate::operator::{Adjoint, Cholesky, GaussSeidel, Operator, normal_matrix};
 use crate::problem::Problem;
-use crate::prox::{project_ball, project_simplex};
+use crate::prox::project_simplex;
+use crate::relaxation::{DualSet, with_set};
 use crate::sweep::sweep;
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -224,7 +225,7 @@ impl<const M: usize> DouglasRachford<M> {
 
     /// One iteration, which stores (x, z) if `store`.
     fn iterate_and_store<K: Operator>(&mut self, store: bool, problem: &Problem<K, M>) {
-        let Problem { k, f, lambda, .. } = problem;
+        let Problem { k, f, lambda, relaxation, .. } = problem;
         let kt = k.adjoint();
         let Self { u, u_bar, q, delta, solution, x, z, d, s, inner, omega, rho, .. } = self;
         let (omega, inverse_omega, rho) = (*omega, 1.0 / *omega, *rho);
@@ -249,19 +250,19 @@ impl<const M: usize> DouglasRachford<M> {
             },
         );
         // y = q + Sigma K delta,   z = Proj_{|.|<=lambda}( y + Sigma K u ),   q <- y + rho (z - y)
-        sweep(
+        with_set!(*relaxation, Set => sweep(
             (&mut q[..], &mut z[..], &s[..]),
             #[inline(always)]
             |j, (q, stored, &s)| {
                 let sigma = omega * s;
                 let y = *q + sigma * k.at(delta, j);
-                let z = project_ball(y + sigma * k.at(u, j), *lambda);
+                let z = Set::project(y + sigma * k.at(u, j), *lambda);
                 *q = y + rho * (z - y);
                 if store {
                     *stored = z;
                 }
             },
-        );
+        ));
         self.is_feasible = store;
         self.balance.iter_mut().for_each(|balance| balance.count(1));
     }

@@ -171,17 +171,14 @@ impl<const M: usize> Fista<M> {
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for Fista<M> {
-    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>) {
+    fn step(&mut self, problem: &Problem<K, M>) {
+        let Problem { k, f, .. } = problem;
         let kt = k.adjoint();
         let smoothing = self.current_smoothing();
         let tau = self.tau * self.enlargement();
         let Self { u, next, y, q, d, t, .. } = self;
         // q_j = lambda (K Y)_j / sqrt(|(K Y)_j|^2 + eps_j^2)
-        sweep(
-            &mut q[..],
-            #[inline(always)]
-            |j, q| *q = smoothing.dual(k.at(y, j), k.area(j), *lambda),
-        );
+        problem.smoothed_dual(y, smoothing, q);
         // U^{n+1} = Proj_simplex( Y - tau D^-1 (f + K^T q) )
         sweep(
             (&mut next[..], &y[..], &f[..], &d[..]),

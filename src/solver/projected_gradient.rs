@@ -135,15 +135,12 @@ fn replace_forbidden<const M: usize>(g: Row<M>, f: Row<M>, value: f64) -> Row<M>
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for ProjectedGradient<M> {
-    fn step(&mut self, Problem { k, f, lambda, .. }: &Problem<K, M>) {
+    fn step(&mut self, problem: &Problem<K, M>) {
+        let Problem { k, f, .. } = problem;
         let Self { u, q, gradient, metric, smoothing, tau } = self;
         let (kt, tau) = (k.adjoint(), *tau);
         // q_j = lambda (K U)_j / sqrt(|(K U)_j|^2 + eps_j^2),   so that dE_eps/dU = f + K^T q        (9)
-        sweep(
-            &mut q[..],
-            #[inline(always)]
-            |j, q| *q = smoothing.dual(k.at(u, j), k.area(j), *lambda),
-        );
+        problem.smoothed_dual(u, *smoothing, q);
         match metric {
             // U <- Proj_simplex( U - tau D^-1 (f + K^T q) )                                     (8), (10)
             Metric::Diagonal(d) => sweep(

@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 use rand::RngExt;
+use strum::IntoEnumIterator;
 
 use super::*;
 use crate::mesh::geometry::barycentric_areas;
 use crate::operator::{Operator, Stencil};
 use crate::samples::{
-    assert_within, bumpy, flipped, known_optimum, random_dual, random_labels, random_rows, rng,
-    shape, zoo,
+    assert_within, bumpy, flipped, known_optimum_in, random_dual, random_dual_in, random_labels,
+    random_rows, rng, shape, zoo,
 };
 
 /// <P u, f> = <u, P^T f>.
@@ -98,22 +99,27 @@ fn prolonged_pairs_are_feasible() {
             continue;
         }
         let lambda = 0.1 * mesh.area().sqrt();
-        let known = known_optimum::<12>(&mesh, 9, lambda, 1.0, 32);
-        let mut rng = rng(33);
-        let u = random_labels::<12>(level.mesh.vertices.len(), 9, &mut rng);
-        let q = random_dual::<12>(level.mesh.faces.len(), lambda, &mut rng).into_iter();
-        let active = |row: Row<12>| Row::from_fn(|p| if p < 9 { row.0[p] } else { 0.0 });
-        let q: Vec<_> = q.map(|q| Tangent(q.0.map(active))).collect();
-        let u = prolong(&level.parents, &u);
-        let q = prolong_dual(&level, &mesh, &q, lambda);
-        for row in &u {
-            assert!((row.0.iter().sum::<f64>() - 1.0).abs() <= 1e-14 && row.min() >= 0.0, "{name}");
-            assert!(row.0[9..] == [0.0; 3], "{name}");
+        for relaxation in Relaxation::iter() {
+            let known = known_optimum_in::<12>(relaxation, &mesh, 9, lambda, 1.0, 32);
+            let mut rng = rng(33);
+            let u = random_labels::<12>(level.mesh.vertices.len(), 9, &mut rng);
+            let faces = level.mesh.faces.len();
+            let q = random_dual_in::<12>(relaxation, faces, lambda, &mut rng).into_iter();
+            let active = |row: Row<12>| Row::from_fn(|p| if p < 9 { row.0[p] } else { 0.0 });
+            let q: Vec<_> = q.map(|q| Tangent(q.0.map(active))).collect();
+            let u = prolong(&level.parents, &u);
+            let q = prolong_dual(&level, &mesh, &q, (lambda, relaxation));
+            for row in &u {
+                let sum: f64 = row.0.iter().sum();
+                assert!((sum - 1.0).abs() <= 1e-14 && row.min() >= 0.0, "{name}");
+                assert!(row.0[9..] == [0.0; 3], "{name}");
+            }
+            let allowed = lambda * (1.0 + 1e-14);
+            with_set!(relaxation, Set => assert!(q.iter().all(|&q| Set::gauge(q) <= allowed)));
+            let slack = 1e-12 * known.problem.spread();
+            assert!(known.problem.dual_bound(&q) <= known.energy + slack, "{name}");
+            assert!(known.problem.energy(&u) >= known.energy - slack, "{name}");
         }
-        assert!(q.iter().all(|q| q.norm() <= lambda * (1.0 + 1e-14)), "{name}");
-        let slack = 1e-12 * known.problem.spread();
-        assert!(known.problem.dual_bound(&q) <= known.energy + slack, "{name}");
-        assert!(known.problem.energy(&u) >= known.energy - slack, "{name}");
     }
 }
 
@@ -131,7 +137,7 @@ fn prolonged_dual_fields_keep_their_norm() {
                 Tangent(along) * (lambda / Tangent(along).norm())
             })
             .collect();
-        let fine = prolong_dual(&level, &mesh, &q, lambda);
+        let fine = prolong_dual(&level, &mesh, &q, (lambda, Relaxation::Frobenius));
         let norms: Vec<f64> = fine.iter().map(|q| q.norm() / lambda).collect();
         assert!(norms.iter().all(|&norm| norm <= 1.0 + 1e-14));
         let mean = norms.iter().sum::<f64>() / norms.len() as f64;
@@ -149,7 +155,7 @@ fn a_constant_field_stays_constant() {
         let tangent = |j| Tangent(frame(mesh, j).map(|e| Row::from_fn(|p| field[p].dot(&e))));
         (0..mesh.faces.len()).map(tangent).collect()
     };
-    let fine = prolong_dual(&level, &mesh, &on(&level.mesh), 1.0);
+    let fine = prolong_dual(&level, &mesh, &on(&level.mesh), (1.0, Relaxation::Frobenius));
     for (q, exact) in fine.into_iter().zip(on(&mesh)) {
         assert!((q + exact * -1.0).norm() <= 1e-14);
     }

@@ -3,7 +3,7 @@
 use ndarray::array;
 use serde_json::Value;
 
-use crate::support::{Folder, SQUARE_OBJ, costs};
+use crate::support::{Folder, SQUARE_OBJ, costs, stderr};
 
 fn evaluate(folder: &Folder, arguments: &str) -> Value {
     serde_json::from_str(&folder.done(&format!("evaluate {arguments}"))).unwrap()
@@ -33,6 +33,44 @@ fn the_energies_of_a_result_are_those_of_its_summary() {
         assert!(evaluation["dual_bound"].as_f64().unwrap() <= answer.number("energy"));
         // Not the bound of the solver, but a bound of the same minimum.
         assert!(evaluation["dual_bound"].as_f64() <= evaluation["energy"].as_f64());
+    }
+}
+
+/// Summary and evaluation state the relaxation. Its field has the bound of the solve in the same relaxation; tighter ones have
+/// higher energies and bounds. Other names, and the engine that has no envelope, are refused in one line.
+#[test]
+fn relaxations_are_stated_and_evaluated() {
+    let folder = Folder::new();
+    folder.array("S.npy", &costs(1000, 6));
+    let mut last = (0.0, 0.0);
+    for relaxation in ["frobenius", "separate", "envelope"] {
+        let problem = format!("torus:40x25 --costs S.npy --lambda 0.02 --relaxation {relaxation}");
+        let options = "--gap 1e-5 --rounding argmax --save q --no-preview";
+        let answer = folder.solve(&format!("{problem} {options}"), relaxation);
+        assert_eq!(answer.summary["relaxation"], relaxation);
+        assert_eq!(answer.summary["status"], "converged");
+        let files = format!("--u {relaxation}/u.npy --q {relaxation}/q.npy");
+        let evaluation = evaluate(&folder, &format!("{problem} {files}"));
+        assert_eq!(evaluation["relaxation"], relaxation);
+        for key in ["energy", "dual_bound", "rounded_energy"] {
+            assert_close(&evaluation[key], answer.number(key), key);
+        }
+        // With q = 0 and without steps, the bound is the baseline; steps improve it.
+        let steps = evaluate(&folder, &format!("{problem} --u {relaxation}/u.npy"));
+        assert!(steps["dual_bound"].as_f64() > answer.summary["baseline"].as_f64());
+        assert!(steps["dual_bound"].as_f64() <= steps["energy"].as_f64());
+        assert!(answer.number("energy") > last.0 && answer.number("dual_bound") > last.1);
+        last = (answer.number("energy"), answer.number("dual_bound"));
+    }
+    let problem = "solve torus:40x25 --costs S.npy --lambda 0.02 --out x";
+    for (options, message) in [
+        ("--relaxation tight", "frobenius, separate, envelope"),
+        ("--relaxation envelope --precision f32", "precision=f64"),
+        ("--relaxation envelope --solver-option engine=fused", "engine=auto"),
+    ] {
+        let output = folder.run(&format!("{problem} {options}"));
+        let error = stderr(&output);
+        assert!(!output.status.success() && error.contains(message), "{error}");
     }
 }
 

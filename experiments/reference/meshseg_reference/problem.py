@@ -2,6 +2,8 @@
 
     E(U) = <U, f> + lambda sum_j |(K U)_j|        row k of U in the unit simplex
 
+The norm is that of all regions together; problems in other relaxations are refused.
+
 Rows 2j and 2j+1 of K belong to face j, so (K U)_j is a 2 x m block. Only the corners of face j
 have entries there.
 """
@@ -21,6 +23,7 @@ Indices = npt.NDArray[np.int32]
 
 FORMAT = b"meshseg-problem"
 VERSION = 1
+RELAXATION = b"frobenius"
 
 
 class InputError(Exception):
@@ -70,6 +73,10 @@ def load(path: Path) -> Problem:
         raise InputError(f"{path}: `format` is {form!r}, expected {FORMAT!r}; write the file with `meshseg problem export`")
     if int(data.get("version", np.int64(0))) != VERSION:
         raise InputError(f"{path}: format version {data.get('version')}, but this package reads version {VERSION}")
+    # Archives of earlier versions have no relaxation.
+    relaxation = bytes(data["relaxation"].item()) if "relaxation" in data else RELAXATION
+    if relaxation != RELAXATION:
+        raise InputError(f"{path}: the relaxation is {relaxation.decode()!r}; this package solves {RELAXATION.decode()!r} only")
 
     def csr(name: str) -> Any:
         parts = (data[f"{name}_data"], data[f"{name}_indices"], data[f"{name}_indptr"])

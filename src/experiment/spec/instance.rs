@@ -17,6 +17,7 @@ use crate::mesh::{Normalize, Source};
 use crate::names::Named;
 use crate::operator::Mass;
 use crate::regions;
+use crate::relaxation::Relaxation;
 
 /// A problem to be solved.
 #[derive(Clone, Debug)]
@@ -44,6 +45,8 @@ pub struct InstanceCell {
     /// m, from 2 to 64; 0 if the number of columns of a costs file determines it.
     pub regions: usize,
     pub(crate) lambda: LambdaChoice,
+    /// The relaxation of the problem.
+    pub relaxation: Relaxation,
     /// The quadrature of the data term.
     pub mass: Mass,
     /// Whether the mesh is scaled to area 1.
@@ -93,7 +96,7 @@ pub(super) fn read_instances(
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     let first = ["mesh", "data", "model", "project"];
-    let last = ["truth", "noise", "seed", "regions", "lambda", "mass", "normalize"];
+    let last = ["truth", "noise", "seed", "regions", "lambda", "relaxation", "mass", "normalize"];
     for key in first.into_iter().chain(["images"]).chain(photographs::KEYS).chain(last) {
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
@@ -146,6 +149,7 @@ fn read_cell(
         seed: cell.count("seed", 0, 0..=u64::MAX)?,
         regions,
         lambda,
+        relaxation: cell.named("relaxation", Relaxation::Frobenius)?,
         mass: cell.named("mass", Mass::Barycentric)?,
         normalize: cell.named("normalize", Normalize::Area)?,
         mesh_span: mesh_span.clone(),
@@ -279,10 +283,14 @@ fn plain_label(
     let text = |key: &str| cell.get(key).map(|value| value.value.text());
     let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
     let lambda = text("lambda").expect("it is needed");
-    let mass = text("mass").map_or(String::new(), |mass| format!(", {mass}"));
+    let given = |key: &str| text(key).map_or(String::new(), |name| format!(", {name}"));
+    let (relaxation, mass) = (given("relaxation"), given("mass"));
     let varied = ["model", "project", "images"].into_iter();
     let varied = varied.chain(photographs::KEYS).chain(["noise", "seed"]);
     let varied = varied.filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
-    format!("{mesh}, {data}{regions}, lambda {lambda}{mass}{}", varied.collect::<String>())
+    format!(
+        "{mesh}, {data}{regions}, lambda {lambda}{relaxation}{mass}{}",
+        varied.collect::<String>()
+    )
 }

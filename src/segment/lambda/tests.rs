@@ -67,6 +67,7 @@ fn alternation() -> Alternation {
 fn request() -> Request {
     Request {
         lambda: 0.0,
+        relaxation: Default::default(),
         mass: Mass::Barycentric,
         method: crate::solver::Method::default(),
         stop: Stop { relative_gap: Some(1e-4), iterations: Some(5000), ..Stop::default() },

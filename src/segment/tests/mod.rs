@@ -59,6 +59,7 @@ fn painted(mesh: &Mesh, noise: f64) -> (Data, Vec<usize>) {
 fn request(lambda: f64, mass: Mass) -> Request {
     Request {
         lambda,
+        relaxation: Default::default(),
         mass,
         method: Method::default(),
         stop: Stop { relative_gap: Some(1e-4), iterations: Some(20_000), ..Stop::default() },

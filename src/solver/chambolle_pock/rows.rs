@@ -5,7 +5,8 @@ use super::steps::Steps;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator};
 use crate::problem::Problem;
-use crate::prox::{project_ball, project_simplex};
+use crate::prox::project_simplex;
+use crate::relaxation::{DualSet, with_set};
 use crate::solver::{Iterate, Step};
 use crate::sweep::sweep;
 
@@ -20,7 +21,7 @@ pub struct Rows<const M: usize> {
 impl<const M: usize> Rows<M> {
     /// One iteration. Without `rho`, which means rho = 1, it ends with the feasible pair (x, y).
     fn iterate_with<K: Operator>(&mut self, rho: Option<f64>, problem: &Problem<K, M>) {
-        let Problem { k, f, lambda, .. } = problem;
+        let Problem { k, f, lambda, relaxation, .. } = problem;
         let kt = k.adjoint();
         let Self { u, u_bar, q, stepping: Stepping { steps: Steps { sigma, tau, .. }, .. } } = self;
         // x = Proj_simplex( u - tau (f + K^T q) ),   u_bar = 2x - u,   u <- u + rho (x - u)
@@ -35,14 +36,14 @@ impl<const M: usize> Rows<M> {
             },
         );
         // y = Proj_{|.|<=lambda}( q + sigma K u_bar ),   q <- q + rho (y - q)
-        sweep(
+        with_set!(*relaxation, Set => sweep(
             (&mut q[..], &sigma[..]),
             #[inline(always)]
             |j, (q, &sigma)| {
-                let y = project_ball(*q + sigma * k.at(u_bar, j), *lambda);
+                let y = Set::project(*q + sigma * k.at(u_bar, j), *lambda);
                 *q = if let Some(rho) = rho { *q + rho * (y - *q) } else { y };
             },
-        );
+        ));
     }
 }
 

@@ -2,8 +2,13 @@
 
 use super::{EXPANSIONS, all_variants, exact, run, solver, uniform, variants_of};
 use crate::mesh::Mesh;
+use crate::relaxation::Relaxation;
 use crate::run::Status;
-use crate::samples::{bumpy, disjoint, flipped, known_optimum, needles, non_manifold, shape};
+use crate::samples::{
+    Known, bumpy, disjoint, flipped, known_optimum, known_optimum_in, needles, non_manifold, shape,
+};
+use crate::solver::{Method, Options, Setup};
+use strum::IntoEnumIterator;
 
 fn meshes() -> Vec<(&'static str, Mesh)> {
     let sphere = shape("sphere:2");
@@ -20,7 +25,22 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
 /// D <= E* <= E at every sample of every solver, whether it converges or not.
 fn assert_bracketed<const M: usize>(mesh: &Mesh, name: &str, m: usize, cost: f64, iterations: u64) {
     let lambda = 0.1 * cost * mesh.area().sqrt();
-    let known = known_optimum::<M>(mesh, m, lambda, cost, 61);
+    assert_known_bracketed(
+        mesh,
+        name,
+        m,
+        known_optimum::<M>(mesh, m, lambda, cost, 61),
+        iterations,
+    );
+}
+
+fn assert_known_bracketed<const M: usize>(
+    mesh: &Mesh,
+    name: &str,
+    m: usize,
+    known: Known<M>,
+    iterations: u64,
+) {
     let slack = 1e-12 * known.problem.spread();
     let optimum = known.problem.baseline + known.energy;
     for variant in all_variants() {
@@ -76,8 +96,50 @@ fn exact_methods_reach_the_optimum() {
     }
 }
 
+/// Both in all relaxations, whose optima are known as well.
+#[test]
+fn every_relaxation_has_its_optimum() {
+    for (name, mesh) in meshes() {
+        for relaxation in Relaxation::iter() {
+            let size = mesh.area().sqrt();
+            let known = |lambda: f64, seed| {
+                known_optimum_in::<7>(relaxation, &mesh, 6, lambda * size, 1.0, seed)
+            };
+            assert_known_bracketed(&mesh, name, 6, known(0.1, 63), 60);
+            assert_known_reached(&mesh, name, 6, known(0.05, 64));
+        }
+    }
+}
+
+/// The fused engine has no relaxation `envelope`, and says what to do; other settings compute it by rows.
+#[test]
+fn the_fused_engine_refuses_the_envelope() {
+    let mesh = shape("torus:12x8");
+    let known = known_optimum_in::<3>(Relaxation::Envelope, &mesh, 3, 0.02, 1.0, 65);
+    for (options, advice) in [
+        (&["engine=fused"] as &[&str], "engine=auto"),
+        (&["engine=fused", "precision=f32"], "engine=auto"),
+        (&["precision=f32"], "precision=f64"),
+    ] {
+        let method = Method::parse("chambolle-pock", &Options::parse(options).unwrap()).unwrap();
+        let setup = Setup {
+            mesh: &mesh,
+            problem: &known.problem,
+            start: known.u.clone(),
+            dual_start: None,
+        };
+        let Err(error) = method.build(setup) else { panic!("{options:?} is built") };
+        let message = error.to_string();
+        assert!(message.contains("envelope") && message.contains(advice), "{message}");
+    }
+}
+
 fn assert_reached<const M: usize>(mesh: &Mesh, name: &str, m: usize) {
     let known = known_optimum::<M>(mesh, m, 0.05 * mesh.area().sqrt(), 1.0, 62);
+    assert_known_reached(mesh, name, m, known);
+}
+
+fn assert_known_reached<const M: usize>(mesh: &Mesh, name: &str, m: usize, known: Known<M>) {
     for variant in exact() {
         let start = uniform(mesh.vertices.len(), m);
         let mut solver = solver(variant, mesh, &known.problem, start);

@@ -73,6 +73,7 @@ fn views_of_a_labeled_surface_give_its_labels_and_colors() {
         let model = Radiance::new(&means, &evidence);
         let request = Request {
             lambda: 0.002,
+            relaxation: Default::default(),
             mass: Mass::Barycentric,
             method: crate::solver::Method::default(),
             stop: Stop { relative_gap: Some(1e-4), ..Stop::default() },

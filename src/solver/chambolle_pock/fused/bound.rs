@@ -15,6 +15,7 @@ use pulp::{Simd, WithSimd};
 use super::lanes::{MAX_LANES, Real, gather, surely_inside, width};
 use super::layout::{BlockLayout, GROUP, NO_FACE};
 use super::part::{Part, Units, groups, share_slots};
+use super::pass::Ball;
 use crate::field::Row;
 use crate::operator::Stencil;
 use crate::problem::Problem;
@@ -80,11 +81,13 @@ impl<T: Real, const M: usize> WithSimd for Bounds<'_, T, M> {
         let (own, first_faces) = (&window.own, window.held_faces.start);
         let share_slots = share_slots(layout);
         let shares = shares.as_chunks_mut::<4>().0;
+        let ball = Ball::new(problem.relaxation, problem.lambda);
         let kernel = BoundKernel {
             simd,
             one: simd.splat_f64s(1.0),
-            lambda: simd.splat_f64s(problem.lambda),
-            surely_inside: simd.splat_f64s(surely_inside::<f64>(problem.lambda)),
+            radius: simd.splat_f64s(ball.radius),
+            is_separate: ball.is_separate,
+            surely_inside: simd.splat_f64s(surely_inside::<f64>(ball.radius)),
             unit: simd.splat_f64s(1.0 / units.q),
             weights: problem.k.weights(),
             order,
@@ -130,7 +133,9 @@ fn positions_of_halves<T: Real, S: Simd>(lanes: &[usize], order: &[usize]) -> [u
 struct BoundKernel<'a, S: Simd> {
     simd: S,
     one: V<S>,
-    lambda: V<S>,
+    radius: V<S>,
+    /// Whether the radius is that of each region.
+    is_separate: bool,
     surely_inside: V<S>,
     unit: V<S>,
     weights: &'a [[f64; 3]],
@@ -140,6 +145,18 @@ struct BoundKernel<'a, S: Simd> {
 }
 
 impl<S: Simd> BoundKernel<'_, S> {
+    /// The factor by which vectors outside the ball move to its boundary, given their squared norms.
+    #[inline(always)]
+    fn inwards(&self, squares: V<S>) -> V<S> {
+        let simd = self.simd;
+        let norm = simd.sqrt_f64s(squares);
+        let outside = simd.less_than_f64s(self.radius, norm);
+        simd.div_f64s(
+            simd.select_f64s(outside, self.radius, self.one),
+            simd.select_f64s(outside, norm, self.one),
+        )
+    }
+
     /// The shares of a block of faces, from its q.
     #[inline(always)]
     fn faces<T: Real, const M: usize>(&self, faces: &[u32], q: &[T], shares: &mut [[f64; 4]]) {
@@ -157,16 +174,19 @@ impl<S: Simd> BoundKernel<'_, S> {
                 squares = simd.mul_add_e_f64s(*y, *y, squares);
             }
             // y = Proj_{|.|<=lambda}( y )
-            // In most blocks no face reaches lambda, and neither root nor quotient is needed.
-            let scale = if f64::any_less(simd, self.surely_inside, squares) {
-                let norm = simd.sqrt_f64s(squares);
-                let outside = simd.less_than_f64s(self.lambda, norm);
-                simd.div_f64s(
-                    simd.select_f64s(outside, self.lambda, self.one),
-                    simd.select_f64s(outside, norm, self.one),
-                )
-            } else {
+            // In most blocks no face reaches the radius, and neither root nor quotient is needed.
+            let scale = if !f64::any_less(simd, self.surely_inside, squares) {
                 self.one
+            } else if self.is_separate {
+                for p in 0..M {
+                    let second = simd.mul_f64s(y[1][p], y[1][p]);
+                    let scale = self.inwards(simd.mul_add_e_f64s(y[0][p], y[0][p], second));
+                    y[0][p] = simd.mul_f64s(y[0][p], scale);
+                    y[1][p] = simd.mul_f64s(y[1][p], scale);
+                }
+                self.one
+            } else {
+                self.inwards(squares)
             };
             let weights = gather::<f64, S>(
                 simd,

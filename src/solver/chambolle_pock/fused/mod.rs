@@ -26,14 +26,14 @@ pub use lanes::Real;
 use lanes::lane_order;
 use layout::{BlockLayout, Lanes, Window};
 use part::{Part, Units, groups, share_slots};
-use pass::{MAX_DEPTH, Pass};
+use pass::{Ball, MAX_DEPTH, Pass};
 
 use super::stepping::Stepping;
 use super::steps::Steps;
 use crate::field::{Row, Tangent};
 use crate::operator::{Adjoint, Operator, Stencil};
 use crate::problem::Problem;
-use crate::prox::project_ball;
+use crate::relaxation::{DualSet, Relaxation, with_set};
 use crate::solver::{Iterate, Solver};
 use crate::sweep::{collect, each, max, results, sum, sweep, sweep_parts, threads};
 
@@ -67,6 +67,7 @@ pub struct Fused<T, const M: usize> {
     shares: Vec<Slices<f64, 1>>,
     /// lambda as of the last step or restart.
     lambda: f64,
+    relaxation: Relaxation,
 }
 
 /// Which thread computes what on a mesh, and where it is stored.
@@ -88,7 +89,7 @@ impl Partition {
 }
 
 impl<T: Real, const M: usize> Fused<T, M> {
-    /// On a partition that was made for the same mesh, T and M.
+    /// On a partition that was made for the same mesh, T and M; the relaxation must not be `Envelope`.
     pub fn new(
         problem: &Problem<Stencil, M>,
         u: Vec<Row<M>>,
@@ -136,6 +137,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             bounds: Vec::new(),
             shares,
             lambda: problem.lambda,
+            relaxation: problem.relaxation,
         }
     }
 }
@@ -272,7 +274,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
     fn pass(&mut self, iterations: usize, last: bool) {
         let before = self.iterations_made;
         self.iterations_made += iterations;
-        let lambda = self.lambda * self.units.q;
+        let ball = Ball::new(self.relaxation, self.lambda * self.units.q);
         let Self { arch, layout, parts, messages, stepping, .. } = self;
         let (arch, layout, rho) = (*arch, &*layout, stepping.rho);
         messages.swap(0, 1);
@@ -281,7 +283,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
             for message in received.iter().flatten().filter(|message| message.to == k) {
                 message.read(part);
             }
-            arch.dispatch(Pass::<T, M> { part, layout, lambda, rho, before, iterations, last });
+            arch.dispatch(Pass::<T, M> { part, layout, ball, rho, before, iterations, last });
             for message in sent {
                 message.write(part);
             }
@@ -322,7 +324,7 @@ impl<T: Real, const M: usize> Fused<T, M> {
 
     /// Reads q in the order of the mesh, made feasible in double precision.
     fn unpack_q(&mut self) {
-        let Self { layout, parts, units, face_positions, q, lambda, .. } = self;
+        let Self { layout, parts, units, face_positions, q, lambda, relaxation, .. } = self;
         if face_positions.is_empty() {
             face_positions.resize(layout.faces.len(), 0);
             for (i, &j) in layout.faces.iter().enumerate() {
@@ -334,14 +336,14 @@ impl<T: Real, const M: usize> Fused<T, M> {
             let block = layout.lanes.block(i as usize).0;
             &parts[parts.partition_point(|part| part.window.own_faces.end <= block)]
         };
-        sweep(
+        with_set!(*relaxation, Set => sweep(
             (&mut q[..], &face_positions[..]),
             #[inline(always)]
             |_, (q, &i)| {
                 let tangent = owner(i).q_at(i as usize, *units);
-                *q = if T::DOUBLE { tangent } else { project_ball(tangent, *lambda) };
+                *q = if T::DOUBLE { tangent } else { Set::project(tangent, *lambda) };
             },
-        );
+        ));
     }
 
     fn unpack(&mut self) -> Iterate<'_, M> {

@@ -5,10 +5,14 @@
 //! y = Proj_{|.|<=lambda}( q + sigma K u_bar )      q <- q + rho (y - q),   K^T q is summed anew
 //! ```
 //!
+//! |.| is the norm of all regions together, or of each of them separately with lambda / sqrt(2).
+//!
 //! Blocks of vertices and of faces take turns. A face is due as soon as its last vertex has moved, and stores its
 //! shares of K^T q separately from those of other faces; a vertex sums them up as soon as all its faces are done. The
 //! iterations follow each other as closely as the layout allows, so that u, f, q and the coefficients are read from
 //! memory once.
+
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 use pulp::{Simd, WithSimd};
@@ -17,6 +21,7 @@ use super::lanes::{Real, gather, surely_inside, width};
 use super::layout::{BlockLayout, GROUP};
 use super::part::{Arrays, Part, groups, share_slots};
 use crate::prox::{SORTED_UP_TO, merge_exchange};
+use crate::relaxation::Relaxation;
 
 /// Negligible numbers are set to zero before every so many iterations.
 const FLUSH_EVERY: usize = 8;
@@ -27,10 +32,32 @@ const CHUNK_BLOCKS: usize = 32;
 /// The largest number of iterations in one pass.
 pub const MAX_DEPTH: usize = 8;
 
+/// The set in which the vectors of a face live.
+#[derive(Clone, Copy)]
+pub struct Ball {
+    pub radius: f64,
+    /// Whether each region has a ball of its own.
+    pub is_separate: bool,
+}
+
+impl Ball {
+    /// The balls of a relaxation.
+    ///
+    /// # Panics
+    /// If its set does not consist of balls.
+    pub fn new(relaxation: Relaxation, lambda: f64) -> Self {
+        match relaxation {
+            Relaxation::Frobenius => Ball { radius: lambda, is_separate: false },
+            Relaxation::Separate => Ball { radius: FRAC_1_SQRT_2 * lambda, is_separate: true },
+            Relaxation::Envelope => unreachable!("`engine.rs` builds other solvers for it"),
+        }
+    }
+}
+
 pub struct Pass<'a, T, const M: usize> {
     pub part: &'a mut Part<T>,
     pub layout: &'a BlockLayout,
-    pub lambda: f64,
+    pub ball: Ball,
     pub rho: f64,
     /// The number of iterations before this pass.
     pub before: usize,
@@ -79,10 +106,11 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             simd,
             zero: T::splat(simd, 0.0),
             one: T::splat(simd, 1.0),
-            lambda: T::splat(simd, self.lambda),
-            surely_inside: T::splat(simd, surely_inside::<T>(self.lambda)),
+            radius: T::splat(simd, self.ball.radius),
+            is_separate: self.ball.is_separate,
+            surely_inside: T::splat(simd, surely_inside::<T>(self.ball.radius)),
             rho: T::splat(simd, self.rho),
-            negligible: [1.0, self.lambda].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
+            negligible: [1.0, self.ball.radius].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
             flush: false,
             unrelaxed: false,
         };
@@ -156,7 +184,9 @@ struct PassKernel<T: Real, S: Simd> {
     simd: S,
     zero: T::Vector<S>,
     one: T::Vector<S>,
-    lambda: T::Vector<S>,
+    radius: T::Vector<S>,
+    /// Whether the radius is that of each region.
+    is_separate: bool,
     surely_inside: T::Vector<S>,
     rho: T::Vector<S>,
     /// For u and for q: smaller absolute values are negligible.
@@ -172,6 +202,18 @@ impl<T: Real, S: Simd> PassKernel<T, S> {
     fn relax(&self, u: T::Vector<S>, x: T::Vector<S>) -> T::Vector<S> {
         let simd = self.simd;
         if self.unrelaxed { x } else { T::mul_add(simd, T::sub(simd, x, u), self.rho, u) }
+    }
+
+    /// The factor by which vectors outside the ball move to its boundary, given their squared norms.
+    #[inline(always)]
+    fn inwards(&self, squares: T::Vector<S>) -> T::Vector<S> {
+        let simd = self.simd;
+        let norm = T::sqrt(simd, squares);
+        T::div(
+            simd,
+            T::if_less(simd, self.radius, norm, self.radius, self.one),
+            T::if_less(simd, self.radius, norm, norm, self.one),
+        )
     }
 
     /// Sets negligible numbers to zero. Numbers that shrink by a fixed ratio become subnormal, and an instruction then
@@ -262,16 +304,22 @@ impl<T: Real, S: Simd> PassKernel<T, S> {
         }
         // y = Proj_{|.|<=lambda}( y ),   q <- q + rho (y - q)
         let squares = T::add(simd, squares[0], squares[1]);
-        // In most blocks no face reaches lambda, and neither root nor quotient is needed.
-        let scale = if T::any_less(simd, self.surely_inside, squares) {
-            let norm = T::sqrt(simd, squares);
-            T::div(
-                simd,
-                T::if_less(simd, self.lambda, norm, self.lambda, self.one),
-                T::if_less(simd, self.lambda, norm, norm, self.one),
-            )
-        } else {
+        // In most blocks no face reaches the radius, and neither root nor quotient is needed.
+        let scale = if !T::any_less(simd, self.surely_inside, squares) {
             self.one
+        } else if self.is_separate {
+            for p in 0..M {
+                let second = T::mul(simd, y[1][p], y[1][p]);
+                let square = T::mul_add(simd, y[0][p], y[0][p], second);
+                if T::any_less(simd, self.surely_inside, square) {
+                    let scale = self.inwards(square);
+                    y[0][p] = T::mul(simd, y[0][p], scale);
+                    y[1][p] = T::mul(simd, y[1][p], scale);
+                }
+            }
+            self.one
+        } else {
+            self.inwards(squares)
         };
         // K^T q is -(c1 q1 + (c2 + c3) q2), c1 q1 + c2 q2, c3 q2 at the three corners.
         for g in 0..groups(M) {

@@ -17,8 +17,9 @@ use crate::mesh::order::Order;
 use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::regions::pad_costs;
+use crate::relaxation::Relaxation;
 use crate::samples::{
-    assert_within, bumpy, random_dual, random_labels, random_problem, rng, shape,
+    assert_within, bumpy, random_dual_in, random_labels, random_problem, rng, shape,
     with_isolated_vertices, zoo,
 };
 use crate::solver::balance::{Balance, Balancing};
@@ -63,7 +64,8 @@ fn after<const M: usize>(
 fn start<const M: usize>(problem: &Problem<Stencil, M>, seed: u64) -> State<M> {
     let mut rng = rng(seed);
     let u = random_labels::<M>(problem.k.vertices(), M, &mut rng);
-    (u, random_dual(problem.k.faces(), problem.lambda, &mut rng))
+    let faces = problem.k.faces();
+    (u, random_dual_in(problem.relaxation, faces, problem.lambda, &mut rng))
 }
 
 /// The largest difference of u, and of q in units of lambda.
@@ -73,10 +75,15 @@ fn difference<const M: usize>(a: &State<M>, b: &State<M>, lambda: f64) -> (f64, 
     (u, q / lambda)
 }
 
-/// From a random pair, 50 steps give the iterate of `rows`, with 1, 2 and 3 threads.
 fn check_iterates<const M: usize>(name: &str, mesh: &Mesh) {
+    check_iterates_in::<M>(Relaxation::Frobenius, name, mesh);
+}
+
+/// From a random pair, 50 steps give the iterate of `rows`, with 1, 2 and 3 threads.
+fn check_iterates_in<const M: usize>(relaxation: Relaxation, name: &str, mesh: &Mesh) {
     let mesh = &*mesh.without_degenerate_faces().0;
-    let problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 111);
+    let problem =
+        random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 111).in_relaxation(relaxation);
     let start = start(&problem, 112);
     let expected = after(rows(&problem, &start), &problem, 50);
     let mut bits = Vec::new();
@@ -128,6 +135,18 @@ fn iterates_match_the_reference_implementation() {
     }
 }
 
+/// The same with a ball for each region.
+#[test]
+fn iterates_match_where_regions_are_separate() {
+    for (name, mesh) in zoo() {
+        check_iterates_in::<3>(Relaxation::Separate, name, &mesh);
+    }
+    for (name, mesh) in [("torus", shape("torus:90x90")), ("narrow", narrow())] {
+        check_iterates_in::<4>(Relaxation::Separate, name, &mesh);
+    }
+    check_iterates_in::<16>(Relaxation::Separate, "bumpy", &with_isolated_vertices(bumpy(9)));
+}
+
 /// Each number of regions is compiled separately, which takes long: `tests/optimum.rs` compares all of them.
 #[test]
 fn iterates_match_with_many_regions() {
@@ -145,10 +164,19 @@ fn raw_u<T: Real, const M: usize>(fused: &Fused<T, M>) -> Vec<Row<M>> {
     u
 }
 
-/// The bound and the change that the engine reports are those of its fields.
 fn check_bound_and_change<T: Real, const M: usize>(name: &str, mesh: &Mesh) {
+    check_bound_and_change_in::<T, M>(Relaxation::Frobenius, name, mesh);
+}
+
+/// The bound and the change that the engine reports are those of its fields.
+fn check_bound_and_change_in<T: Real, const M: usize>(
+    relaxation: Relaxation,
+    name: &str,
+    mesh: &Mesh,
+) {
     let mesh = &*mesh.without_degenerate_faces().0;
-    let mut problem = random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 118);
+    let mut problem =
+        random_problem::<M>(mesh, 0.03 * mesh.area().sqrt(), 118).in_relaxation(relaxation);
     pad_costs(M - 1, &mut problem.f);
     let mut start = start(&problem, 119);
     start.0.fill(Row::one_hot(0));
@@ -197,6 +225,8 @@ fn bound_and_change_match_the_fields() {
     {
         check_bound_and_change::<f64, 16>(name, &mesh);
         check_bound_and_change::<f32, 16>(name, &mesh);
+        check_bound_and_change_in::<f64, 4>(Relaxation::Separate, name, &mesh);
+        check_bound_and_change_in::<f32, 4>(Relaxation::Separate, name, &mesh);
     }
 }
 
