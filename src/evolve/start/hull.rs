@@ -57,7 +57,7 @@ pub fn hull(silhouettes: &[Silhouette], resolution: usize) -> Result<Mesh> {
     let step = sides.max() / resolution as f64;
     // A layer of points outside on every side.
     let grid = Grid {
-        origin: bounds.low.map(|x| x - step).into(),
+        origin: bounds.low.map(|x| x - step),
         step,
         size: [0, 1, 2].map(|i| (sides[i] / step).ceil() as usize + 3),
     };

@@ -63,7 +63,7 @@ fn boxes_have_their_volume_and_area() {
         assert!((volume(&mesh) - 1.5).abs() <= 1e-14);
         assert!((mesh.area() - 2.0 * (3.0 + 1.5 + 0.5)).abs() <= 1e-14);
     }
-    assert_eq!(cuboid(low, high, 6).faces.len(), 2 * 2 * (6 * 2 + 6 * 1 + 2 * 1));
+    assert_eq!(cuboid(low, high, 6).faces.len(), 2 * 2 * (6 * 2 + 6 + 2));
 }
 
 /// The rays through the nearer borders of the image have the slope h / 2f, and all cameras look at the center.
