@@ -243,7 +243,8 @@ fn the_relaxation_is_exchanged() {
         assert!(summary.dual_bound <= summary.energy);
     }
     // Archives of earlier versions lack the entry.
-    let rewritten = |change: &dyn Fn(&str, Vec<u8>) -> Option<Vec<u8>>| {
+    type Change<'a> = &'a dyn Fn(&str, Vec<u8>) -> Option<Vec<u8>>;
+    let rewritten = |change: Change<'_>| {
         let mut zip = zip::ZipArchive::new(fs::File::open(&path).unwrap()).unwrap();
         let other = folder.path().join("other.npz");
         let mut out = zip::ZipWriter::new(fs::File::create(&other).unwrap());

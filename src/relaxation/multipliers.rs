@@ -58,8 +58,8 @@ pub fn project<'a, const M: usize>(
     let tolerance = TOLERANCE * limit + 8.0 * f64::EPSILON * size;
     for _ in 0..MAX_STEPS {
         let mut inverse = [[0.0; M]; M];
-        for a in 0..M {
-            inverse[a][a] = 1.0;
+        for (a, row) in inverse.iter_mut().enumerate() {
+            row[a] = 1.0;
         }
         for (&[a, b], mu) in pairs[..count].iter().zip(multipliers) {
             inverse[a][a] += mu;

@@ -178,11 +178,12 @@ impl<S: Simd> BoundKernel<'_, S> {
             let scale = if !f64::any_less(simd, self.surely_inside, squares) {
                 self.one
             } else if self.is_separate {
-                for p in 0..M {
-                    let second = simd.mul_f64s(y[1][p], y[1][p]);
-                    let scale = self.inwards(simd.mul_add_e_f64s(y[0][p], y[0][p], second));
-                    y[0][p] = simd.mul_f64s(y[0][p], scale);
-                    y[1][p] = simd.mul_f64s(y[1][p], scale);
+                let [first, second] = &mut y;
+                for (a, b) in first.iter_mut().zip(second) {
+                    let square = simd.mul_add_e_f64s(*a, *a, simd.mul_f64s(*b, *b));
+                    let scale = self.inwards(square);
+                    *a = simd.mul_f64s(*a, scale);
+                    *b = simd.mul_f64s(*b, scale);
                 }
                 self.one
             } else {

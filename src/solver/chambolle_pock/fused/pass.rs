@@ -107,7 +107,6 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
             zero: T::splat(simd, 0.0),
             one: T::splat(simd, 1.0),
             radius: T::splat(simd, self.ball.radius),
-            is_separate: self.ball.is_separate,
             surely_inside: T::splat(simd, surely_inside::<T>(self.ball.radius)),
             rho: T::splat(simd, self.rho),
             negligible: [1.0, self.ball.radius].map(|scale| T::splat(simd, scale * T::NEGLIGIBLE)),
@@ -151,14 +150,26 @@ impl<T: Real, const M: usize> WithSimd for Pass<'_, T, M> {
                     for j in faces - first_faces..due - first_faces {
                         let corner_offsets = &window.corner_offsets[3 * width * j..][..3 * width];
                         let shares = &mut shares[j % layout.ring_length * 3 * GROUP * width..];
-                        kernel.faces::<M>(
-                            u_bar,
-                            corner_offsets,
-                            &weights[j],
-                            &mut q[j],
-                            shares,
-                            group_stride,
-                        );
+                        // Compiled separately: the branch inside would cost a twentieth of a step.
+                        if self.ball.is_separate {
+                            kernel.faces::<true, M>(
+                                u_bar,
+                                corner_offsets,
+                                &weights[j],
+                                &mut q[j],
+                                shares,
+                                group_stride,
+                            );
+                        } else {
+                            kernel.faces::<false, M>(
+                                u_bar,
+                                corner_offsets,
+                                &weights[j],
+                                &mut q[j],
+                                shares,
+                                group_stride,
+                            );
+                        }
                     }
                     faces = due;
                     while sums < end && layout.is_done(sums, block) {
@@ -185,8 +196,6 @@ struct PassKernel<T: Real, S: Simd> {
     zero: T::Vector<S>,
     one: T::Vector<S>,
     radius: T::Vector<S>,
-    /// Whether the radius is that of each region.
-    is_separate: bool,
     surely_inside: T::Vector<S>,
     rho: T::Vector<S>,
     /// For u and for q: smaller absolute values are negligible.
@@ -267,9 +276,9 @@ impl<T: Real, S: Simd> PassKernel<T, S> {
         change
     }
 
-    /// The dual step on a block of faces. Stores their shares of K^T q.
+    /// The dual step on a block of faces, with a ball for all regions or for each. Stores their shares of K^T q.
     #[inline(always)]
-    fn faces<const M: usize>(
+    fn faces<const SEPARATE: bool, const M: usize>(
         &self,
         u_bar: &[T],
         corner_offsets: &[u32],
@@ -307,14 +316,14 @@ impl<T: Real, S: Simd> PassKernel<T, S> {
         // In most blocks no face reaches the radius, and neither root nor quotient is needed.
         let scale = if !T::any_less(simd, self.surely_inside, squares) {
             self.one
-        } else if self.is_separate {
-            for p in 0..M {
-                let second = T::mul(simd, y[1][p], y[1][p]);
-                let square = T::mul_add(simd, y[0][p], y[0][p], second);
+        } else if SEPARATE {
+            let [first, second] = &mut y;
+            for (a, b) in first.iter_mut().zip(second) {
+                let square = T::mul_add(simd, *a, *a, T::mul(simd, *b, *b));
                 if T::any_less(simd, self.surely_inside, square) {
                     let scale = self.inwards(square);
-                    y[0][p] = T::mul(simd, y[0][p], scale);
-                    y[1][p] = T::mul(simd, y[1][p], scale);
+                    *a = T::mul(simd, *a, scale);
+                    *b = T::mul(simd, *b, scale);
                 }
             }
             self.one
