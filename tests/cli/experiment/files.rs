@@ -1,5 +1,8 @@
 //! Valid experiment files, and errors with line and column for invalid ones.
 
+use std::fs;
+use std::path::Path;
+
 use super::{SMALL, SMALL_RUNS, small};
 use crate::support::{Folder, stderr};
 
@@ -203,4 +206,20 @@ fn instances_without_their_data_folder_are_skipped_by_name() {
     assert_eq!(missing(&list), 4, "{list}");
     folder.done("experiment run e.toml --data-dir real");
     assert!(folder.done("experiment list e.toml --data-dir real").contains("10, 0 missing"));
+}
+
+/// The experiments of the project are valid, and each is in the list of questions.
+#[test]
+fn the_experiments_of_the_project_are_valid_and_listed() {
+    let folder = Folder::new();
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let questions = fs::read_to_string(experiments.join("README.md")).unwrap();
+    let files = fs::read_dir(&experiments).unwrap().map(|entry| entry.unwrap().path());
+    let files = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    for path in files {
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(questions.contains(&format!("| {name} |")), "{name}");
+        let path = path.to_str().unwrap().replace(' ', "%20");
+        assert!(folder.done(&format!("experiment list {path}")).contains("question"), "{name}");
+    }
 }
