@@ -163,8 +163,17 @@ pub fn reconstruct(
         });
         let at_rest = AtRest { shots, truth, plan, images: of_level, weights };
         let (trace_so_far, levels_so_far) = (trace.clone(), levels.clone());
-        let mut go_on = |_: Option<&_>| watch(Event::Labels).unwrap_or(ControlFlow::Continue(()));
+        let mut failure = None;
+        let mut go_on = |_: Option<&_>| {
+            watch(Event::Labels).unwrap_or_else(|error| {
+                failure = Some(error);
+                ControlFlow::Break(())
+            })
+        };
         let found = at_rest.reconstruction(&surface, trace_so_far, levels_so_far, &mut go_on)?;
+        if let Some(error) = failure {
+            return Err(error);
+        }
         if end == End::Interrupted || levels.len() == plan.levels {
             return Ok(found);
         }
