@@ -14,6 +14,7 @@ use meshseg::labeling::{Labeler, Labeling, count_regions, label};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::operator::Mass;
 use meshseg::outcome;
+use meshseg::relaxation::Relaxation;
 use meshseg::seeds::Seeds;
 use meshseg::segment::Alternation;
 use meshseg::segment::count::{self, Count};
@@ -52,6 +53,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let observed = Observed { lit, ..input.observed() };
 
     let (regions, counts) = region_count(arguments, &labeler, &surface, observed, request.mass)?;
+    let relaxation = solving.relaxation.unwrap_or_else(|| Relaxation::for_labels(regions));
+    let request = Request { relaxation, ..request };
     let seeds = surface.seeds(arguments, regions)?;
     let seed_vertices = seeds.count();
     let labeling = labeled(&surface, observed, &labeler, regions, seeds, arguments, &request)

@@ -23,10 +23,11 @@ use super::{Failure, Outcome, named, table};
 #[derive(Args)]
 pub struct Solving {
     /// The convex relaxation of the labels. frobenius: that of the paper; separate: the norms of the regions are added up, which
-    /// gives tighter bounds and sharper labels if there are many regions, at the same cost; envelope: the tightest of the
-    /// three, many times slower
-    #[arg(long, value_parser = named::<Relaxation>(), default_value = "frobenius")]
-    relaxation: Relaxation,
+    /// gives tighter bounds and sharper labels if there are more than two regions, at the same cost per iteration; envelope:
+    /// the tightest of the three, many times slower [default: frobenius for solve; for segment separate, or frobenius for
+    /// two regions, for which all are the same]
+    #[arg(long, value_parser = named::<Relaxation>())]
+    pub relaxation: Option<Relaxation>,
 
     /// Quadrature of the data term
     #[arg(long, value_parser = named::<Mass>(), default_value = "barycentric")]
@@ -155,7 +156,7 @@ impl Solving {
         let options: Vec<String> = self.solver_options.iter().cloned().chain(precision).collect();
         let request = Request {
             lambda,
-            relaxation: self.relaxation,
+            relaxation: self.relaxation.unwrap_or_default(),
             mass: self.mass,
             method: Method::parse(&self.solver, &Options::parse(&options)?)?,
             stop: Stop {

@@ -135,7 +135,8 @@ impl JointProblem<'_> {
             run.keep_dual();
         }
         let setup = Setup { mesh, problem: &problem, start, dual_start };
-        let mut solver = request.method.build(setup)?;
+        let method = request.method.for_estimates();
+        let mut solver = method.build(setup)?;
 
         let begin = Instant::now();
         // The iterations and the time that are left.
@@ -188,7 +189,7 @@ impl JointProblem<'_> {
                     start: start.collect(),
                     dual_start: Some(dual_start.collect()),
                 };
-                solver = request.method.build(setup)?;
+                solver = method.build(setup)?;
             }
             run.forget();
         };

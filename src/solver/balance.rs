@@ -63,15 +63,11 @@ pub(super) fn relaxation(rho: &mut f64) -> Setting<'_> {
     Setting::number("rho", rho, f64::MIN_POSITIVE..2.0, "relaxation, above 0 and below 2")
 }
 
-/// The setting `step-ratio`, from which omega starts.
-pub(super) fn step_ratio(ratio: &mut f64) -> Setting<'_> {
-    Setting::number(
-        "step-ratio",
-        ratio,
-        f64::MIN_POSITIVE..,
-        "initial omega, in units of the expected size of q (lambda, or less if the costs need less)",
-    )
-}
+/// The setting from which omega starts.
+pub(super) const STEP_RATIO: &str = "step-ratio";
+
+pub(super) const STEP_RATIO_HELP: &str =
+    "initial omega, in units of the expected size of q (lambda, or less if the costs need less)";
 
 pub(super) struct Balance<const M: usize> {
     /// u and q when omega was last balanced; no q stands for zero.

@@ -103,7 +103,12 @@ impl Adjustable for Settings {
                 "3; 6 with cholesky",
                 "step length, in units of that of an explicit method",
             ),
-            balance::step_ratio(&mut self.step_ratio),
+            Setting::number(
+                balance::STEP_RATIO,
+                &mut self.step_ratio,
+                f64::MIN_POSITIVE..,
+                balance::STEP_RATIO_HELP,
+            ),
             self.balance.setting(),
         ]
     }

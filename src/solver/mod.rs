@@ -127,6 +127,14 @@ impl Method {
         options.apply(self.name(), self.settings())
     }
 
+    /// The method for costs that are re-estimated after every few steps; settings that were chosen stay.
+    pub fn for_estimates(&self) -> Self {
+        match self.clone() {
+            Method::ChambollePock(settings) => settings.for_estimates().into(),
+            method => method,
+        }
+    }
+
     /// Fails if a setting is out of range, naming it.
     pub fn check(&self) -> Result<()> {
         settings::check(&self.clone().settings())

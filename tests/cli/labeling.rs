@@ -46,7 +46,7 @@ fn given_means_are_a_problem_with_fixed_costs() {
     write_costs(&folder, &data, &mu);
     let common = "--lambda 0.01 --normalize none --gap 1e-6 --no-preview";
     folder.done(&format!("segment {MESH} --data data.npy --means mu.npy {common} --out given"));
-    let solve = "--lambda 0.01 --gap 1e-6 --no-preview";
+    let solve = "--lambda 0.01 --gap 1e-6 --relaxation separate --no-preview";
     folder.done(&format!("solve {MESH} --costs costs.npy {solve} --out solved"));
     let [given, solved] = ["given", "solved"].map(|name| folder.answer(name));
     assert_eq!(given.u, solved.u);
@@ -105,7 +105,7 @@ fn baselines_are_scored_as_any_labels() {
         let mu = means(&folder, "base");
         write_costs(&folder, &data, &mu);
         let output = folder.run(&format!(
-            "evaluate {MESH} --costs costs.npy --lambda 0.01 --u base/u.npy --dual-steps 2000"
+            "evaluate {MESH} --costs costs.npy --relaxation separate --lambda 0.01 --u base/u.npy --dual-steps 2000"
         ));
         let scores: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         close(scores["energy"].as_f64().unwrap(), base.number("energy"), 1e-12);

@@ -120,6 +120,36 @@ fn the_same_bytes_with_one_and_two_threads() {
     }
 }
 
+/// Without `--relaxation`, labels of more than two regions have the one with the tightest bound for them; the relaxations of two
+/// regions are the same.
+#[test]
+fn the_relaxation_that_certifies_labels_best() {
+    let folder = Folder::new();
+    let found = |regions: usize, flags: &str| {
+        let line = format!("segment torus:40x25 --data curvature --regions {regions} {flags}");
+        let output = folder.run(&format!("{line} --lambda 0.002 --no-preview --out out"));
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        (String::from_utf8(output.stdout).unwrap(), folder.answer("out"))
+    };
+    let name = |answer: &Answer| answer.summary["relaxation"].as_str().unwrap().to_owned();
+    let labels = |answer: &Answer| answer.number("rounded_relative_gap");
+    let [(text, default), (given, of_paper)] =
+        ["", "--relaxation frobenius"].map(|flags| found(4, flags));
+    assert_eq!([name(&default), name(&of_paper)], ["separate", "frobenius"]);
+    assert!(
+        text.contains("separate, which certifies labels of more than two regions best"),
+        "{text}"
+    );
+    assert!(!given.contains("relaxation"), "{given}");
+    assert!(labels(&default) < labels(&of_paper));
+    let [(text, default), (_, separate)] =
+        ["", "--relaxation separate"].map(|flags| found(2, flags));
+    assert_eq!([name(&default), name(&separate)], ["frobenius", "separate"]);
+    assert!(text.contains("frobenius, all relaxations are the same for two regions"), "{text}");
+    let energies = [&default, &separate].map(|answer| answer.number("energy"));
+    assert!((energies[0] - energies[1]).abs() <= 1e-4 * energies[0], "{energies:?}");
+}
+
 /// Coarse meshes provide the parameters, so that the finest mesh re-estimates them less often.
 #[test]
 fn coarse_to_fine() {

@@ -8,7 +8,9 @@ use meshseg::data::palette;
 use meshseg::data::views::ViewFolder;
 use meshseg::labeling::Labeler;
 use meshseg::mesh::geometry::barycentric_areas;
+use meshseg::names::Named;
 use meshseg::outcome::{Looks, PicturedData};
+use meshseg::relaxation::Relaxation;
 use meshseg::render;
 use meshseg::render::photographs::{RegionsInViews, sheet_pixels};
 use meshseg::segment::count::Count;
@@ -91,6 +93,9 @@ pub fn report(
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
         lambda.expect("it has a line").1 += ", chosen for these data";
     }
+    if arguments.solving.relaxation.is_none() {
+        lines.push(("relaxation", chosen_relaxation(found.regions.len())));
+    }
     lines.extend(light(&found.regions[0]).map(|light| ("light", light)));
     if !found.counts.is_empty() {
         let index = |count: &Count| {
@@ -110,6 +115,15 @@ pub fn report(
     lines.push(("written to", arguments.solving.out.display().to_string()));
     let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)
+}
+
+/// The relaxation that was chosen, and why.
+fn chosen_relaxation(regions: usize) -> String {
+    let reason = match regions {
+        2 => "all relaxations are the same for two regions",
+        _ => "which certifies labels of more than two regions best",
+    };
+    format!("{}, {reason}", Relaxation::for_labels(regions).name())
 }
 
 /// The light of the model albedo, which is the same for all regions.

@@ -27,7 +27,7 @@ use crate::run::{Sample, Stop};
 use crate::samples::{assert_within, rng, shape};
 use crate::seeds::Seeds;
 use crate::solve::problem_of;
-use crate::solver::Method;
+use crate::solver::{Method, chambolle_pock};
 
 const PALETTE: [[f64; 3]; 3] = [[0.9, 0.1, 0.1], [0.1, 0.8, 0.2], [0.2, 0.1, 0.7]];
 
@@ -115,6 +115,23 @@ fn three_colors_are_recovered() {
             assert!(found.estimates > 0);
         }
     }
+}
+
+/// A step ratio that is not chosen is that of re-estimated costs, and one that is chosen is kept.
+#[test]
+fn the_step_ratio_is_that_of_estimates() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.2);
+    let found = |step_ratio| {
+        let method = chambolle_pock::Settings { step_ratio, ..Default::default() }.into();
+        let request = Request { method, ..request(0.05, Mass::Barycentric) };
+        let alternation = alternation(Initial::KMeans, 1);
+        let model = PiecewiseConstant::new(&data);
+        segment(&mesh, &model, &alternation, &request, &mut go).unwrap().solution.u
+    };
+    let default = found(None);
+    assert_eq!(default, found(Some(0.5)));
+    assert_ne!(default, found(Some(1.5)));
 }
 
 /// The final energy and bound are those of the reported parameters.

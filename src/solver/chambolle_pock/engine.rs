@@ -79,7 +79,8 @@ pub fn build<'a, K: Engines + 'a, const M: usize>(
     settings: &Settings,
     setup: Setup<'_, K, M>,
 ) -> Built<'a, K, M> {
-    let Settings { steps, rho, step_ratio, balance, engine, precision } = *settings;
+    let Settings { steps, rho, balance, engine, precision, .. } = *settings;
+    let step_ratio = settings.step_ratio();
     let Setup { problem, start: u, dual_start: q, .. } = setup;
     let stepping = |(u, q): &Pair<M>| {
         let balance = Balance::new(balance, u, q.as_ref());

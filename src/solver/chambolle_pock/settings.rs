@@ -36,8 +36,9 @@ pub struct Settings {
     pub steps: Rule,
     /// Relaxation, above 0 and below 2.
     pub rho: f64,
-    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less).
-    pub step_ratio: f64,
+    /// Initial omega, in units of the expected size of q (lambda, or less if the costs need less); without a number, 1.5 for
+    /// fixed costs and 0.5 for costs that are re-estimated.
+    pub step_ratio: Option<f64>,
     /// Whether omega is balanced.
     pub balance: Balancing,
     /// The engine that computes the iterates.
@@ -51,11 +52,30 @@ impl Default for Settings {
         Settings {
             steps: Rule::Local,
             rho: 1.9,
-            step_ratio: 1.5,
+            step_ratio: None,
             balance: Balancing::Adaptive,
             engine: Engine::Auto,
             precision: Precision::Double,
         }
+    }
+}
+
+/// omega / the expected size of q at the start, for fixed costs.
+const STEP_RATIO: f64 = 1.5;
+
+/// The same for costs that are re-estimated after every few steps: U has to follow them, and larger primal steps save 15 to
+/// 50 % of the iterations.
+const STEP_RATIO_OF_ESTIMATES: f64 = 0.5;
+
+impl Settings {
+    /// The step ratio that was chosen, or that of fixed costs.
+    pub(super) fn step_ratio(&self) -> f64 {
+        self.step_ratio.unwrap_or(STEP_RATIO)
+    }
+
+    /// The settings for costs that are re-estimated: what was chosen stays.
+    pub(in crate::solver) fn for_estimates(self) -> Self {
+        Settings { step_ratio: self.step_ratio.or(Some(STEP_RATIO_OF_ESTIMATES)), ..self }
     }
 }
 
@@ -68,7 +88,13 @@ impl Adjustable for Settings {
                 "step lengths face by face; from the row and column sums of |K|; or one from a bound of ||K||",
             ),
             balance::relaxation(&mut self.rho),
-            balance::step_ratio(&mut self.step_ratio),
+            Setting::optional(
+                balance::STEP_RATIO,
+                &mut self.step_ratio,
+                f64::MIN_POSITIVE..,
+                "1.5, or 0.5 if parameters are re-estimated",
+                balance::STEP_RATIO_HELP,
+            ),
             self.balance.setting(),
             Setting::choice(
                 "engine",
