@@ -37,8 +37,9 @@ const MAX_TRIAL_VERTICES: usize = 4000;
 
 /// Relative gap of a trial: its labels need not be exact.
 const TRIAL_GAP: f64 = 1e-2;
-/// Maximum number of steps of a trial.
-const MAX_TRIAL_STEPS: u64 = 200;
+
+/// Maximum number of steps of a trial. A region may vanish late: the last of three bands of a sphere after 340.
+const MAX_TRIAL_STEPS: u64 = 400;
 
 /// Maximum number of lambdas that are tried, each half of the previous one.
 const MAX_TRIALS: i32 = 14;
