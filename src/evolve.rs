@@ -39,10 +39,12 @@ mod refine;
 pub mod remesh;
 mod roughness;
 mod scene;
+pub mod shots;
 pub mod silhouette;
 pub mod smoothing;
 pub mod start;
 mod statistics;
+mod summary;
 mod surface;
 
 use std::ops::ControlFlow;
@@ -55,7 +57,8 @@ pub use events::Event;
 pub use lit::Light;
 pub use metric::Metric;
 pub use plan::Plan;
-pub use quality::Quality;
+pub use quality::{Quality, known_silhouettes};
+pub use summary::Summary;
 pub use surface::Surface;
 
 use at_rest::AtRest;
@@ -87,9 +90,6 @@ const FIRST_BETA: f64 = 2.0;
 /// Steps between new labels.
 const EVERY: usize = 5;
 
-/// Steps between distances to the truth in the trace.
-const DISTANCE_EVERY: usize = 10;
-
 /// Reconstructs a surface of the topology of the start from its images, in the units of their cameras.
 ///
 /// # Errors
@@ -116,7 +116,7 @@ pub fn reconstruct(
         )
     };
     let pixel = pixel_length(&cameras, &start).ok_or_else(unseen)?;
-    let mut images = images_for(shots, &start, pixel);
+    let mut images = images_for(shots, &start, pixel, plan);
     let weights = weights(&images.1, &start, plan).ok_or_else(unseen)?;
     let mut surface = first_surface(start, shots, plan)?;
     let (mut trace, mut levels) = (Vec::new(), Vec::new());
@@ -136,19 +136,25 @@ pub fn reconstruct(
             },
             weights,
             sampling: plan.sampling,
+            interior: plan.interior,
         };
         let first = trace.len();
         let mut failure = None;
         let mut observe = |step: &Step, surface: &Surface| {
-            let due = (step.step - first).is_multiple_of(DISTANCE_EVERY);
-            let truth = truth.filter(|_| due);
+            let mut tell = |event: Event<'_>| {
+                watch(event).unwrap_or_else(|error| {
+                    failure = Some(error);
+                    ControlFlow::Break(())
+                })
+            };
+            let flow = tell(Event::Step(step, surface));
+            let truth = truth.filter(|_| flow.is_continue() && step.is_compared());
             let distance = truth.map(|truth| between(&surface.mesh, truth).mean);
-            let flow = watch(Event::Step(step, distance));
             trace.push((step.clone(), distance));
-            flow.unwrap_or_else(|error| {
-                failure = Some(error);
-                ControlFlow::Break(())
-            })
+            match distance {
+                Some(distance) => tell(Event::Distance(distance)),
+                None => flow,
+            }
         };
         let end = descend(&mut surface, of_level, &settings, (level, first), &mut observe)?;
         if let Some(error) = failure {
@@ -181,12 +187,12 @@ pub fn reconstruct(
             return Ok(found);
         }
         refine(&mut surface, plan.split);
-        images = images_for(shots, &surface.mesh, pixel);
+        images = images_for(shots, &surface.mesh, pixel, plan);
     }
 }
 
 /// The images at the resolution that suits a mesh, and the number k of pixels in a row that became one.
-fn images_for(shots: &[Shot], mesh: &Mesh, pixel: f64) -> (usize, Vec<Image>) {
+fn images_for(shots: &[Shot], mesh: &Mesh, pixel: f64, plan: &Plan) -> (usize, Vec<Image>) {
     let edges = Edges::of(mesh);
     let length =
         |[a, b]: &[u32; 2]| (mesh.vertices[*a as usize] - mesh.vertices[*b as usize]).norm();
@@ -195,7 +201,11 @@ fn images_for(shots: &[Shot], mesh: &Mesh, pixel: f64) -> (usize, Vec<Image>) {
     while mean >= 2.0 * EDGE_PIXELS * pixel * shrunk as f64 {
         shrunk *= 2;
     }
-    (shrunk, sweep::results(shots.iter().collect(), |shot: &Shot| shot.image(shrunk)))
+    let image = |shot: &Shot| {
+        let image = shot.image(shrunk);
+        if plan.background { image } else { image.without_background() }
+    };
+    (shrunk, sweep::results(shots.iter().collect(), image))
 }
 
 /// sigma = A / sum_k W_k of the start, and lambda for its area; `None` if no image shows it.

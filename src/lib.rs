@@ -80,6 +80,7 @@ pub mod solver;
 pub mod start;
 pub mod sweep;
 mod transfer;
+pub mod triple;
 mod unreached;
 
 pub use error::{Error, Result};

@@ -187,16 +187,8 @@ fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
             progress.observe(None)
         }
         Event::Step(sample) => progress.observe(sample),
-        Event::Ended { run, solution } => {
-            let summary = &solution.summary;
-            note(&format!(
-                "{} {}: {} iterations, {:.3} s, gap {:.1e}",
-                run.id,
-                describe(run),
-                summary.iterations,
-                summary.seconds,
-                summary.relative_gap
-            ));
+        Event::Ended { run, numbers } => {
+            note(&format!("{} {}: {}", run.id, describe(run), numbers.line()));
             progress.observe(None)
         }
         Event::Elsewhere(run) => {
@@ -252,10 +244,7 @@ fn list(selection: &Selection) -> Outcome {
     let mut remaining = Remaining::default();
     for run in &plan.runs {
         let state = match by_id.get(run.id.as_str()) {
-            Some(done) => format!(
-                "{} iterations, {:.3} s, gap {:.1e}",
-                done.summary.iterations, done.summary.seconds, done.summary.relative_gap
-            ),
+            Some(done) => done.summary.line(),
             None => {
                 remaining.add(run, &done, &spec);
                 "missing".into()

@@ -24,7 +24,6 @@ mod solve;
 mod solvers;
 mod solving;
 mod table;
-mod triple;
 mod views;
 mod welding;
 

@@ -4,18 +4,16 @@ mod arguments;
 mod folder;
 mod progress;
 mod report;
-mod shots;
-mod start;
 
 use std::ops::ControlFlow;
 
-use meshseg::evolve::{End, Event, Reconstruction, reconstruct};
+use meshseg::evolve::shots::Photographs;
+use meshseg::evolve::{End, Event, reconstruct};
 use meshseg::{file, sweep};
 
 pub use arguments::Arguments;
 use folder::Folder;
 use progress::Steps;
-use shots::Photographs;
 
 use super::{Failure, Outcome, inputs, note, print, warn};
 
@@ -28,14 +26,20 @@ fn run_here(arguments: &Arguments) -> Outcome {
     plan.check()?;
     file::check_folder(&arguments.out)?;
     let truth = arguments.truth.as_deref().map(inputs::mesh_with_area).transpose()?;
-    let photographs = Photographs::read(arguments)?;
+    let Arguments { views, images, background, regions, .. } = arguments;
+    let photographs =
+        Photographs::read(views, images.as_deref(), *background, None, usize::from(*regions))?;
     photographs.notes.iter().for_each(|line| note(line));
-    let start = start::mesh(&arguments.start, &photographs)?;
+    let start = arguments.start.mesh(&photographs.shots, inputs::mesh_with_area)?;
     let folder = Folder { arguments, photographs: &photographs, plan: &plan };
     let mut steps = Steps::new(&plan);
     let found =
         reconstruct(&photographs.shots, &start, truth.as_ref(), &plan, &mut |event| match event {
-            Event::Step(step, distance) => Ok(steps.observe(step, distance)),
+            Event::Step(step, _) => Ok(steps.observe(step)),
+            Event::Distance(distance) => {
+                steps.distance = Some(distance);
+                Ok(ControlFlow::Continue(()))
+            }
             Event::Labels => Ok(steps.interrupted()),
             Event::Level(found) => {
                 folder.write(found, steps.seconds())?;
@@ -48,13 +52,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     warn(&photographs.warnings);
     warn(&warnings);
     let printed = print(&report::text(&found, arguments, steps.seconds()));
-    if ended(&found) == End::Interrupted {
+    if found.end() == End::Interrupted {
         return Err(Failure::Interrupted);
     }
     Ok(printed?)
-}
-
-/// How the last level ended.
-fn ended(found: &Reconstruction) -> End {
-    found.levels.last().map_or(End::StepLimit, |level| level.end)
 }

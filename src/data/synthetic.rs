@@ -7,10 +7,12 @@
 //! a = sin(3u + sin 2v),   b = sin(2v + cos 3u),   label = 2 [a > 0] + [b > 0]
 //! ```
 //!
-//! for four regions; in general the sector of (a, b) in the plane. On a torus u and v are its angles.
+//! for four regions; in general the sector of (a, b) in the plane. On a torus u and v are its angles. A checkerboard has
+//! cubes instead of waves.
 
 use std::f64::consts::TAU;
 
+use nalgebra::Point3;
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64;
@@ -18,6 +20,7 @@ use rand_pcg::Pcg64;
 use super::Data;
 use crate::colormap::categorical;
 use crate::mesh::Mesh;
+use crate::mesh::extent::{BoundingBox, bounding_box};
 
 /// The true labels and the noisy data.
 pub struct Waves {
@@ -32,6 +35,37 @@ pub struct Waves {
 /// Four well-separated colors.
 const PALETTE: [[f64; 3]; 4] =
     [[0.85, 0.2, 0.2], [0.2, 0.7, 0.3], [0.2, 0.3, 0.85], [0.9, 0.85, 0.2]];
+
+/// One region is gray, so that all channels show its light.
+const GRAY: [f64; 3] = [0.8; 3];
+
+/// The cubes of a checkerboard along the longest side of the bounding box.
+const CUBES: f64 = 6.0;
+
+/// m colors.
+fn palette(m: usize) -> Vec<[f64; 3]> {
+    match m {
+        1 => vec![GRAY],
+        _ if m <= PALETTE.len() => PALETTE[..m].to_vec(),
+        _ => (0..m).map(categorical).collect(),
+    }
+}
+
+/// A checkerboard of m regions without noise: (i, j, k) numbers the cubes that the surface passes through, and the label is
+/// i + j + k modulo m. Six cubes lie along the longest side of the bounding box.
+pub fn checkerboard(mesh: &Mesh, m: usize) -> Waves {
+    let BoundingBox { min, max } = bounding_box(mesh).expect("a mesh has vertices");
+    let longest = (0..3).map(|i| max[i] - min[i]).fold(0.0, f64::max);
+    let cube = |x: f64, low: f64| (CUBES * (x - low) / longest).floor() as i64;
+    let label = |x: &Point3<f64>| {
+        let number: i64 = (0..3).map(|i| cube(x[i], min[i])).sum();
+        number.rem_euclid(m as i64) as usize
+    };
+    let labels: Vec<usize> = mesh.vertices.iter().map(label).collect();
+    let palette = palette(m);
+    let values = labels.iter().flat_map(|&label| palette[label]).collect();
+    Waves { labels, palette, data: Data { dimension: 3, values } }
+}
 
 /// Waves of m regions with Gaussian noise of the given standard deviation, drawn by [`Pcg64`]. Panics if it is negative
 /// or not finite.
@@ -52,8 +86,7 @@ pub fn waves(mesh: &Mesh, m: usize, noise: f64, seed: u64) -> Waves {
             }
         })
         .collect();
-    let palette: Vec<[f64; 3]> =
-        (0..m).map(|p| if m <= PALETTE.len() { PALETTE[p] } else { categorical(p) }).collect();
+    let palette = palette(m);
     let mut rng = Pcg64::seed_from_u64(seed);
     let noise = Normal::new(0.0, noise).expect("a finite deviation from 0");
     let values = labels

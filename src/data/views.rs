@@ -8,6 +8,7 @@
 mod around;
 mod coverage;
 mod formats;
+mod mask_rule;
 mod options;
 mod picture;
 mod selection;
@@ -29,6 +30,7 @@ pub use around::{Ball, CamerasAround, around};
 pub use coverage::Coverage;
 #[cfg(feature = "experiments")]
 pub use formats::to_toml;
+pub use mask_rule::MaskRule;
 pub use options::{PixelWeights, ViewOptions};
 pub use picture::Picture;
 pub use view::View;
@@ -118,7 +120,7 @@ pub fn cameras(path: &Path, images: Option<&Path>) -> Result<(Vec<View>, Vec<Str
     Ok((file.views, file.warnings))
 }
 
-/// The files that [`read`] reads: those of the cameras, then the image and the mask of each view.
+/// The files of views: those of the cameras, then the image, the mask and the background of each view.
 ///
 /// # Errors
 /// Those of [`ViewFolder::open`].
@@ -129,7 +131,7 @@ pub fn files(path: &Path, images: Option<&Path>) -> Result<Vec<PathBuf>> {
         folder
             .files
             .into_iter()
-            .flat_map(|PictureFiles { image, mask, .. }| std::iter::once(image).chain(mask)),
+            .flat_map(|it| std::iter::once(it.image).chain(it.mask).chain(it.background)),
     );
     Ok(files)
 }

@@ -1,6 +1,7 @@
 //! A surface at rest: its last labels and colors, with the certificate of the labels, and its quality.
 
 use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use super::descent::{End, Step};
 use super::edges::{Edges, Neighbors};
@@ -50,8 +51,15 @@ pub struct Reconstruction {
     pub levels: Vec<Level>,
 }
 
+impl Reconstruction {
+    /// How the last level ended.
+    pub fn end(&self) -> End {
+        self.levels.last().map_or(End::StepLimit, |level| level.end)
+    }
+}
+
 /// A level of mesh and images.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Level {
     /// V.
     pub vertices: usize,
@@ -62,7 +70,6 @@ pub struct Level {
     /// Steps on this level.
     pub steps: usize,
     /// How it ended.
-    #[serde(skip)]
     pub end: End,
 }
 

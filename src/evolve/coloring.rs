@@ -42,6 +42,13 @@ impl Coloring {
         self.u.chunks(self.regions()).map(look).collect()
     }
 
+    /// The region with the largest u_kp at each vertex, the first of equal ones.
+    pub fn labels(&self) -> Vec<usize> {
+        let largest =
+            |u: &[f64]| (1..u.len()).fold(0, |best, p| if u[p] > u[best] { p } else { best });
+        self.u.chunks(self.regions()).map(largest).collect()
+    }
+
     /// Whether U is the same at all vertices: then nothing slides along the surface.
     pub fn is_uniform(&self) -> bool {
         let m = self.regions();

@@ -16,7 +16,7 @@
 use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::edges::{Edges, Neighbors};
 use super::energy::{Energy, Sampling, Slope, Terms, Weights};
@@ -68,6 +68,8 @@ pub struct Settings {
     pub weights: Weights,
     /// How finely images are sampled.
     pub sampling: Sampling,
+    /// Whether the gradient of the images is more than that of their contours.
+    pub interior: bool,
 }
 
 /// One step, as in `trace.csv`.
@@ -77,6 +79,9 @@ pub struct Step {
     pub step: usize,
     /// From 0.
     pub level: usize,
+    /// Counted on its level, from 0.
+    #[serde(skip)]
+    pub of_level: usize,
     /// E before the step.
     pub energy: f64,
     /// Its terms.
@@ -91,8 +96,19 @@ pub struct Step {
     pub contour_pixels: f64,
 }
 
+/// Steps from one comparison with the truth to the next.
+const COMPARED_EVERY: usize = 10;
+
+impl Step {
+    /// Whether the surface is compared with the truth after this step: the first of a level, and every tenth.
+    pub fn is_compared(&self) -> bool {
+        self.of_level.is_multiple_of(COMPARED_EVERY)
+    }
+}
+
 /// How a level ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum End {
     /// No step lowers the energy any further.
     Settled,
@@ -100,6 +116,24 @@ pub enum End {
     StepLimit,
     /// The observer ended it.
     Interrupted,
+}
+
+impl End {
+    /// The end in words. Only the labels are certified.
+    pub fn sentence(self) -> &'static str {
+        match self {
+            End::Settled => {
+                "settled: no step lowers the energy further, so the surface is a local minimum; its labels are certified for it"
+            }
+            End::StepLimit => {
+                "stopped at the step limit: the surface still moved, and is near a local minimum at best; its labels are certified \
+                 for it"
+            }
+            End::Interrupted => {
+                "interrupted: the surface reached is kept; its labels are those of the last check"
+            }
+        }
+    }
 }
 
 /// Called after each step with the surface; may end the descent.
@@ -133,7 +167,8 @@ pub fn descend(
             surface.segment(&sums, sigma, lambda, evidence, &stop, &mut go_on)?;
             let Surface { mesh, coloring, light, .. } = &*surface;
             let topology = (&edges, &neighbors);
-            energy = Some(Energy::new(images, sampling, weights, mesh, topology, coloring, *light));
+            let whole = Energy::new(images, sampling, weights, mesh, topology, coloring, *light);
+            energy = Some(if settings.interior { whole } else { whole.contours_only() });
         }
         let Some(current) = &energy else { unreachable!("it has just been made") };
         let Slope { terms, gradient, contour_pixels } = current.slope(&surface.mesh);
@@ -146,6 +181,7 @@ pub fn descend(
         let record = Step {
             step: first + step,
             level,
+            of_level: step,
             energy: terms.sum(),
             terms,
             motion,

@@ -10,7 +10,7 @@
 //! the number of threads.
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::coloring::{Coloring, Look};
 use super::edges::{Edges, Neighbors};
@@ -55,7 +55,7 @@ impl Default for Sampling {
 }
 
 /// The terms of the energy, with their weights.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Terms {
     /// Of the images.
     pub images: f64,
@@ -123,6 +123,11 @@ impl<'a> Energy<'a> {
             contrasts: Contrasts::new(mesh, coloring),
             empty: images.iter().map(Image::empty).sum(),
         }
+    }
+
+    /// The same energy, whose gradient has only the contours of the images: neither `interior.rs` nor `lit.rs`.
+    pub fn contours_only(self) -> Self {
+        Energy { has_interior: false, ..self }
     }
 
     /// E of a mesh with the faces of the one that it was made for.

@@ -2,7 +2,7 @@
 
 mod crossing;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mesh::Mesh;
 use crate::mesh::sides::{Side, edges, sides};
@@ -14,7 +14,7 @@ use crossing::cross;
 const FOLD_COSINE: f64 = -0.939_692_620_785_908_4;
 
 /// How often a surface folds or intersects itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Folds {
     /// Edges whose two faces lie on each other: the angle between their normals is above 160 degrees.
     pub folded_edges: usize,

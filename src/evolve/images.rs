@@ -125,6 +125,12 @@ impl Image {
         [self.width, self.height]
     }
 
+    /// The image whose pixels cost nothing where they do not show the surface.
+    pub fn without_background(mut self) -> Self {
+        self.pixels.iter_mut().for_each(|pixel| pixel.beyond = 0.0);
+        self
+    }
+
     /// sum omega |I - b|^2, the energy of an empty image.
     pub fn empty(&self) -> f64 {
         self.omega * self.pixels.iter().map(|pixel| f64::from(pixel.beyond)).sum::<f64>()

@@ -32,6 +32,11 @@ pub struct Plan {
     pub eta: f64,
     /// The part of the tangential differences that smooths the mesh after each step.
     pub smoothing: f64,
+    /// Whether pixels that do not show the surface count, by |I - b|^2. Without them an empty surface has the least energy.
+    pub background: bool,
+    /// Whether the gradient of the images has the parts of the interior and of the light. Without them only contours move
+    /// the surface.
+    pub interior: bool,
 }
 
 impl Default for Plan {
@@ -49,6 +54,8 @@ impl Default for Plan {
             kappa: 0.0,
             eta: 0.0,
             smoothing: 0.1,
+            background: true,
+            interior: true,
         }
     }
 }

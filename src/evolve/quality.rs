@@ -1,6 +1,8 @@
 //! How well a surface agrees with its images, and whether it is one.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::coloring::Coloring;
 use super::folds::{self, Folds};
@@ -12,17 +14,28 @@ use crate::mesh::geometry::barycentric_areas;
 use crate::sweep;
 
 /// The quality of a surface.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Quality {
     /// The pixels in which both the surface and the silhouette are, over those in which either is; over all images.
     pub silhouette_iou: f64,
     /// What the silhouettes are: `truth`, `masks`, or `colors` (pixels nearer to a region than to the background).
-    pub silhouettes: &'static str,
+    pub silhouettes: Cow<'static, str>,
     /// The share of the area that is in no image.
     pub unseen_share: f64,
     /// Folds and self-intersections.
     #[serde(flatten)]
     pub folds: Folds,
+}
+
+/// The silhouettes that a surface should have: those of the truth, or else the masks, if all shots have one.
+pub fn known_silhouettes(shots: &[Shot], truth: Option<&Mesh>) -> Option<Vec<Silhouette>> {
+    let masked = shots.iter().all(|shot| shot.picture.has_mask());
+    (masked || truth.is_some()).then(|| {
+        sweep::results(shots.iter().collect(), |shot: &Shot| match truth {
+            Some(truth) => Silhouette::of(truth, &shot.view.camera, shot.size()),
+            None => shot.silhouette(|_, _| true),
+        })
+    })
 }
 
 impl Quality {
@@ -34,15 +47,16 @@ impl Quality {
         shots: &[Shot],
         truth: Option<&Mesh>,
     ) -> Self {
-        let masked = shots.iter().all(|shot| shot.picture.has_mask());
-        let given = sweep::results(shots.iter().collect(), |shot: &Shot| match truth {
-            Some(truth) => Silhouette::of(truth, &shot.view.camera, shot.size()),
-            None if masked => shot.silhouette(|_, _| true),
-            None => shot.silhouette(|color, background| {
-                let distance = |mu: &[f64; 3]| squared_distance(color, *mu);
-                let beyond = squared_distance(color, background);
-                coloring.mu.iter().any(|mu| distance(mu) < beyond)
-            }),
+        let known = known_silhouettes(shots, truth);
+        let masked = known.is_some();
+        let given = known.unwrap_or_else(|| {
+            sweep::results(shots.iter().collect(), |shot: &Shot| {
+                shot.silhouette(|color, background| {
+                    let distance = |mu: &[f64; 3]| squared_distance(color, *mu);
+                    let beyond = squared_distance(color, background);
+                    coloring.mu.iter().any(|mu| distance(mu) < beyond)
+                })
+            })
         });
         let areas = barycentric_areas(mesh);
         let unseen = areas.iter().zip(sums).filter(|(_, sums)| sums.w == 0.0).map(|(area, _)| area);
@@ -54,7 +68,8 @@ impl Quality {
                 Some(_) => "truth",
                 None if masked => "masks",
                 None => "colors",
-            },
+            }
+            .into(),
             unseen_share: unseen / areas.iter().sum::<f64>(),
             folds: folds::count(mesh),
         }

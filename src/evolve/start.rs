@@ -1,5 +1,6 @@
 //! Surfaces to start from: a sphere, a box, the visual hull.
 
+mod choice;
 mod cuboid;
 mod gaze;
 mod hull;
@@ -10,6 +11,7 @@ use nalgebra::Point3;
 
 use crate::mesh::{Mesh, Shape};
 
+pub use choice::Choice;
 pub use cuboid::cuboid;
 pub use gaze::around;
 pub use hull::hull;

@@ -12,13 +12,20 @@ use crate::data::views::CamerasAround;
 pub enum DataChoice {
     /// Synthetic: see [`waves`](crate::data::synthetic::waves).
     Waves,
-    /// Photographs of these waves, in which each region has the color of its palette.
+    /// Photographs of a pattern, in which each region has the color of its palette.
     Photographs(CamerasAround),
     /// The texture or the colors of the mesh.
     Own,
     Source(DataSource),
     /// Pointwise costs, V x m.
     Costs(PathBuf),
+}
+
+impl DataChoice {
+    /// Whether it is images on disk with their cameras.
+    pub fn is_views(&self) -> bool {
+        matches!(self, DataChoice::Source(DataSource::Views(_)))
+    }
 }
 
 impl FromStr for DataChoice {
@@ -37,7 +44,7 @@ impl FromStr for DataChoice {
             }
             (_, Some(("curvature", _))) => text.parse().map(DataChoice::Source),
             _ => text.parse().map(DataChoice::Source).map_err(|_| {
-                "data must be \"waves\", \"photographs:N:WxH\" (of waves, by N cameras), \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
+                "data must be \"waves\", \"photographs:N:WxH\" (of a pattern, by N cameras), \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
                  \"texture:IMAGE\", \"image:IMAGE\", \"views:FILE\" (images of calibrated cameras), \"curvature\", \"curvature:mean-quadric\", \
                  \"curvature:gaussian\", \"curvature:shape-index\", \"FILE.npy\" or \"costs:FILE.npy\""
                     .into()

@@ -52,6 +52,9 @@ pub enum FigureKind {
     },
     Relation(Relation),
     Surface(SurfaceFigure),
+    Evolution(EvolutionFigure),
+    /// Silhouettes and cuts of reconstructed surfaces in some of their photographs, one run below the other.
+    Photographs,
     /// (E(t) - E) / (E - B) over the thresholds t of two regions, of labels and of level lines, a panel for each instance.
     Thresholds,
 }
@@ -61,6 +64,15 @@ pub enum FigureKind {
 pub struct SurfaceFigure {
     /// The quantities, at least one.
     pub show: Vec<Shown>,
+    /// From where each surface is seen, at least one.
+    pub views: Vec<View>,
+}
+
+/// Surfaces on the way: a row for each reconstruction, and a column for each number of steps, for its end and for the truth.
+#[derive(Clone, Debug)]
+pub struct EvolutionFigure {
+    /// Numbers of steps, ascending.
+    pub steps: Vec<usize>,
     /// From where each surface is seen, at least one.
     pub views: Vec<View>,
 }
@@ -87,6 +99,8 @@ pub struct Relation {
 pub enum Clock {
     Iterations,
     Seconds,
+    /// Of a surface.
+    Steps,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
@@ -95,6 +109,34 @@ pub enum Measure {
     Suboptimality,
     Gap,
     Energy,
+    /// Of a surface, as the next two.
+    Distance,
+    Mislabeled,
+    SilhouetteIou,
+}
+
+impl Measure {
+    /// The label of its axis.
+    pub fn label(self) -> &'static str {
+        match self {
+            Measure::Suboptimality => "suboptimality",
+            Measure::Gap => "certified gap",
+            Measure::Energy => "energy",
+            Measure::Distance => "mean distance to the truth / diagonal",
+            Measure::Mislabeled => "share that is mislabeled",
+            Measure::SilhouetteIou => "agreement of silhouettes",
+        }
+    }
+
+    /// Whether only surfaces that evolve have it.
+    pub fn is_of_surfaces(self) -> bool {
+        matches!(self, Measure::Distance | Measure::Mislabeled | Measure::SilhouetteIou)
+    }
+
+    /// Whether its axis is logarithmic.
+    pub fn is_logarithmic(self) -> bool {
+        !matches!(self, Measure::Energy | Measure::SilhouetteIou)
+    }
 }
 
 /// The bound that a gap is measured from.
@@ -132,6 +174,8 @@ enum FigureKindName {
     Profile,
     Relation,
     Surface,
+    Evolution,
+    Photographs,
     Thresholds,
 }
 
@@ -234,6 +278,11 @@ fn read_surface(section: &mut Section<'_>) -> SpanResult<KindRead> {
         let message = format!("a figure of surfaces needs show = [...]: {}", Shown::SYNTAX);
         return Err(SpanError::at(&table, message));
     }
+    let views = read_views(section)?;
+    Ok((FigureKind::Surface(SurfaceFigure { show, views }), None))
+}
+
+fn read_views(section: &mut Section<'_>) -> SpanResult<Vec<View>> {
     let parsed = |Spanned { value, span }: Spanned<String>| {
         value.parse().map_err(|message: String| SpanError::at(&span, format!("views {message}")))
     };
@@ -242,7 +291,31 @@ fn read_surface(section: &mut Section<'_>) -> SpanResult<KindRead> {
     if views.is_empty() {
         views.push(View::Auto);
     }
-    Ok((FigureKind::Surface(SurfaceFigure { show, views }), None))
+    Ok(views)
+}
+
+/// The columns of an evolution, without those of its end and of the truth.
+const DEFAULT_STEPS: [usize; 4] = [0, 5, 10, 20];
+
+fn read_evolution(section: &mut Section<'_>) -> SpanResult<KindRead> {
+    let steps = match section.list("steps")? {
+        None => DEFAULT_STEPS.to_vec(),
+        Some(list) => {
+            let mut steps: Vec<usize> = Vec::new();
+            for Spanned { value, span } in list {
+                let step = match value {
+                    Scalar::Integer(step) => usize::try_from(step).ok(),
+                    _ => None,
+                };
+                let step = step.filter(|step| steps.last().is_none_or(|last| last < step));
+                steps.push(step.ok_or_else(|| {
+                    SpanError::at(&span, "steps must be whole numbers in ascending order")
+                })?);
+            }
+            steps
+        }
+    };
+    Ok((FigureKind::Evolution(EvolutionFigure { steps, views: read_views(section)? }), None))
 }
 
 /// A point and its label.
@@ -267,6 +340,8 @@ impl FigureSpec {
             FigureKindName::Profile => read_profile(&mut section),
             FigureKindName::Relation => read_relation(&mut section),
             FigureKindName::Surface => read_surface(&mut section),
+            FigureKindName::Evolution => read_evolution(&mut section),
+            FigureKindName::Photographs => Ok((FigureKind::Photographs, None)),
             FigureKindName::Thresholds => Ok((FigureKind::Thresholds, None)),
         }?;
         let page = choice(&mut section, "width", WidthName::Page)? == WidthName::Page;
@@ -302,6 +377,8 @@ impl FigureSpec {
             FigureKind::Decay { .. }
             | FigureKind::Profile { .. }
             | FigureKind::Surface(_)
+            | FigureKind::Evolution(_)
+            | FigureKind::Photographs
             | FigureKind::Thresholds => Vec::new(),
         }
     }

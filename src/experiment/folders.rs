@@ -8,10 +8,11 @@ use tracing::subscriber::{self, NoSubscriber};
 
 use super::choice::DataChoice;
 use super::photographs::Photography;
-use super::spec::{External, InstanceCell};
+use super::spec::{External, InstanceCell, Task};
 use crate::data::input::{self, DataSource, Mapping};
 use crate::data::views::{self, ViewOptions};
 use crate::error::{Error, Result};
+use crate::evolve::start::Choice;
 use crate::file;
 use crate::mesh::Source;
 use crate::solve::check_mesh;
@@ -109,22 +110,22 @@ impl Folders {
     /// A file is missing or cannot be read.
     pub fn content(&self, cell: &InstanceCell) -> std::result::Result<String, InstanceError> {
         let mut hash = Sha256::new();
-        let source = self.mesh(&cell.mesh)?;
-        if let Source::File(path) = &source {
+        let source = cell.mesh.as_deref().map(|mesh| self.mesh(mesh)).transpose()?;
+        if let Some(Source::File(path)) = &source {
             hash.update(file::read(path)?);
         }
         match &self.data(&cell.data)? {
             DataChoice::Costs(path) | DataChoice::Source(DataSource::File(path)) => {
                 hash.update(file::read(path)?);
             }
-            DataChoice::Own => paint(&mut hash, &source, None, &self.mapping(cell)?)?,
+            DataChoice::Own => paint(&mut hash, source.as_ref(), None, &self.mapping(cell)?)?,
             DataChoice::Source(DataSource::Views(path)) => {
                 for path in views::files(path, self.mapping(cell)?.views.images.as_deref())? {
                     add_file(&mut hash, &path, &file::read(&path)?);
                 }
             }
             DataChoice::Source(choice) => {
-                paint(&mut hash, &source, Some(choice), &self.mapping(cell)?)?;
+                paint(&mut hash, source.as_ref(), Some(choice), &self.mapping(cell)?)?;
             }
             DataChoice::Waves | DataChoice::Photographs(_) => {}
         }
@@ -134,11 +135,28 @@ impl Folders {
         Ok(hex(&hash.finalize()))
     }
 
+    /// A hash of the files that a solver reads: those that its command names, or the mesh that it starts from.
+    ///
+    /// # Errors
+    /// A file is missing or cannot be read.
+    pub fn solver(&self, task: &Task) -> Result<Option<String>> {
+        if let Some(external) = task.external() {
+            return self.command(external).map(Some);
+        }
+        let Some(Choice::Mesh(path)) = task.evolution().map(|evolution| &evolution.start) else {
+            return Ok(None);
+        };
+        match self.mesh(&path.to_string_lossy())? {
+            Source::File(path) => Ok(Some(hex(&Sha256::digest(file::read(&path)?)))),
+            _ => Ok(None),
+        }
+    }
+
     /// A hash of the files among the words of a command; files that these use in turn are not included.
     ///
     /// # Errors
     /// A file cannot be read.
-    pub fn command(&self, external: &External) -> Result<String> {
+    fn command(&self, external: &External) -> Result<String> {
         let mut hash = Sha256::new();
         for word in external.command.split_whitespace() {
             let path = self.folder.join(word);
@@ -153,8 +171,10 @@ impl Folders {
     /// otherwise its data.
     pub fn blame<'a>(&self, cell: &'a InstanceCell) -> &'a Range<usize> {
         let mesh = || -> std::result::Result<(), InstanceError> {
-            let mesh = self.mesh(&cell.mesh)?.mesh()?;
-            Ok(check_mesh(&mesh)?)
+            if let Some(name) = &cell.mesh {
+                check_mesh(&self.mesh(name)?.mesh()?)?;
+            }
+            Ok(())
         };
         if mesh().is_err() { &cell.mesh_span } else { &cell.data_span }
     }
@@ -164,10 +184,11 @@ impl Folders {
 /// cannot be read is an error only when the instance is made.
 fn paint(
     hash: &mut Sha256,
-    source: &Source,
+    source: Option<&Source>,
     choice: Option<&DataSource>,
     mapping: &Mapping,
 ) -> Result<()> {
+    let Some(source) = source else { return Ok(()) };
     let given = match choice {
         Some(DataSource::Curvature(_)) => return Ok(()),
         Some(DataSource::Texture(given)) => given.is_some(),

@@ -53,7 +53,7 @@ impl Folders {
     /// # Errors
     /// Files cannot be read, or do not fit each other.
     pub fn instance(&self, cell: &InstanceCell) -> std::result::Result<Instance, InstanceError> {
-        let source = self.mesh(&cell.mesh)?;
+        let source = self.mesh(cell.mesh_name())?;
         let mesh = scaled_mesh(&source, cell)?;
         let Costed { data, evidence, costs, looks, mut truth } = match &self.data(&cell.data)? {
             DataChoice::Waves => costs_of_waves(&mesh, cell)?,
@@ -71,7 +71,7 @@ impl Folders {
             (LambdaChoice::Given(lambda), _) => lambda,
             (LambdaChoice::Auto(factor), Some(data)) => {
                 let default = lambda_of(&mesh, data, evidence.as_ref(), cell);
-                factor * default.map_err(|error| error.of_file(Path::new(&cell.mesh)))?
+                factor * default.map_err(|error| error.of_file(Path::new(cell.mesh_name())))?
             }
             (LambdaChoice::Auto(_), None) => unreachable!("the file was checked for this"),
         };
@@ -84,11 +84,11 @@ impl Folders {
 }
 
 /// The mesh, scaled as the cell requests. Warns about coincident vertices.
-fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
+pub fn scaled_mesh(source: &Source, cell: &InstanceCell) -> Result<Mesh> {
     let mesh = source.mesh()?;
     let scale = cell.normalize.scale(mesh.area());
     let mesh = mesh.scaled(scale);
-    check_mesh(&mesh).map_err(|error| error.of_file(Path::new(&cell.mesh)))?;
+    check_mesh(&mesh).map_err(|error| error.of_file(Path::new(cell.mesh_name())))?;
     let coincident = coincident(&mesh);
     if coincident > 0 {
         tracing::warn!(
@@ -122,15 +122,15 @@ fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
     Ok(Costed { data: Some(data), evidence: None, costs, looks, truth })
 }
 
-/// The costs of photographs of waves.
+/// The costs of photographs of a pattern.
 fn costs_of_photographs(
     mesh: &Mesh,
     cameras: CamerasAround,
     cell: &InstanceCell,
 ) -> Result<Costed> {
     let InstanceCell { photography, regions, noise, seed, model, .. } = cell;
-    let Photographed { data, evidence, waves: Waves { labels, palette, .. } } =
-        photography.of_waves(mesh, cameras, *regions, *noise, *seed)?;
+    let Photographed { data, evidence, pattern: Waves { labels, palette, .. } } =
+        photography.data(mesh, cameras, *regions, *noise, *seed)?;
     let known = |k: usize| data.known(k).map_or(UNKNOWN_COLOR, color);
     let looks = (0..mesh.vertices.len()).map(known).collect();
     let mu = || palette.iter().map(|mu| Mean { mean: mu.to_vec() }).collect::<Vec<_>>();

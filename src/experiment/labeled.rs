@@ -89,6 +89,7 @@ pub fn attempt(
             solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe)
                 .and_then(|solution| with_level_sets(run, instance, solution, &request))
         }
+        Task::Reconstruct(_) => unreachable!("reconstructed.rs makes surfaces"),
     };
     sweep::with_threads(solver.threads, made)?
         .map_err(|error| Error::unsuitable(format!("{}: {error}", solver.label)))

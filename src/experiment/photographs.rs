@@ -1,10 +1,10 @@
-//! Photographs of waves as data: of a lit surface, with noise, by cameras that may be known inexactly.
+//! Photographs of a pattern as data: of a lit surface, with noise, by cameras that may be known inexactly.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use crate::data::Data;
 use crate::data::pixels::Evidence;
-use crate::data::synthetic::{Waves, waves};
+use crate::data::synthetic::{Waves, checkerboard, waves};
 use crate::data::views::synthetic::{Light, Paint, Photograph, Studio};
 use crate::data::views::{CamerasAround, View, ViewOptions, Viewed, of_photographs};
 use crate::error::Result;
@@ -12,13 +12,14 @@ use crate::mesh::Mesh;
 use crate::optics::zbuffer::ZBuffer;
 
 /// The keys of an instance whose data are photographs.
-pub const KEYS: [&str; 6] = ["light", "ambient", "principal-error", "sampling", "pure", "grazing"];
+pub const KEYS: [&str; 7] =
+    ["pattern", "light", "ambient", "principal-error", "sampling", "pure", "grazing"];
 
 /// S x S samples make a pixel of a photograph.
 const SAMPLES: usize = 4;
 
 /// Between the colors of the palette.
-const BACKGROUND: [f64; 3] = [0.5; 3];
+pub const BACKGROUND: [f64; 3] = [0.5; 3];
 
 /// A vertex is hidden where the surface is nearer than this share of its distance.
 const DEPTH_TOLERANCE: f64 = 1e-2;
@@ -34,9 +35,24 @@ pub enum Sampling {
     Vertices,
 }
 
+/// The regions that are photographed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "lowercase")]
+pub enum Pattern {
+    /// See [`waves`].
+    #[default]
+    Waves,
+    /// See [`checkerboard`].
+    Checkerboard,
+}
+
 /// How the photographs are made and read.
 #[derive(Clone, Copy, Debug)]
 pub struct Photography {
+    /// The regions.
+    pub pattern: Pattern,
+    /// What is behind the surface.
+    pub background: [f64; 3],
     /// Direction towards the light; `None` for ambient light alone, which leaves the colors as they are.
     pub light: Option<[f64; 3]>,
     /// Ambient light, relative to the light.
@@ -52,22 +68,64 @@ pub struct Photography {
     pub grazing: f64,
 }
 
-/// The data, and the waves that were photographed.
+/// Photographs, and the pattern that was photographed.
+pub struct Album {
+    /// With the cameras that the reader of the photographs believes in.
+    pub views: Vec<View>,
+    /// One per view.
+    pub photographs: Vec<Photograph>,
+    /// Whose labels and palette are the truth.
+    pub pattern: Waves,
+}
+
+/// The data, and the pattern that was photographed.
 pub struct Photographed {
     /// Colors of the vertices.
     pub data: Data,
     /// What the pixels say beyond that.
     pub evidence: Option<Evidence>,
     /// Whose labels and palette are the truth.
-    pub waves: Waves,
+    pub pattern: Waves,
 }
 
 impl Photography {
-    /// Photographs of waves of m regions, with noise of the given standard deviation in each channel of each pixel.
+    /// Photographs of a pattern of m regions, with noise of the given standard deviation in each channel of each pixel.
     ///
     /// # Errors
-    /// No camera sees the mesh.
-    pub fn of_waves(
+    /// The views have no pixels or too many.
+    pub fn album(
+        &self,
+        mesh: &Mesh,
+        cameras: CamerasAround,
+        m: usize,
+        noise: f64,
+        seed: u64,
+    ) -> Result<Album> {
+        let pattern = match self.pattern {
+            Pattern::Waves => waves(mesh, m, 0.0, seed),
+            Pattern::Checkerboard => checkerboard(mesh, m),
+        };
+        let views = cameras.views(mesh)?;
+        let ambient = if self.light.is_some() { self.ambient } else { 1.0 };
+        let studio = Studio {
+            mesh,
+            paint: Paint::Regions { labels: &pattern.labels, colors: &pattern.palette },
+            light: Light { direction: self.light, ambient },
+            background: self.background,
+            samples: SAMPLES,
+            noise,
+            seed,
+        };
+        let photographs = studio.photographs(&views)?;
+        let views = views.into_iter().enumerate().map(|i| self.as_known(i)).collect();
+        Ok(Album { views, photographs, pattern })
+    }
+
+    /// What these photographs say of the vertices of the mesh.
+    ///
+    /// # Errors
+    /// Those of [`Photography::album`], and no camera sees the mesh.
+    pub fn data(
         &self,
         mesh: &Mesh,
         cameras: CamerasAround,
@@ -75,20 +133,7 @@ impl Photography {
         noise: f64,
         seed: u64,
     ) -> Result<Photographed> {
-        let waves = waves(mesh, m, 0.0, seed);
-        let views = cameras.views(mesh)?;
-        let ambient = if self.light.is_some() { self.ambient } else { 1.0 };
-        let studio = Studio {
-            mesh,
-            paint: Paint::Regions { labels: &waves.labels, colors: &waves.palette },
-            light: Light { direction: self.light, ambient },
-            background: BACKGROUND,
-            samples: SAMPLES,
-            noise,
-            seed,
-        };
-        let photographs = studio.photographs(&views)?;
-        let views: Vec<View> = views.into_iter().enumerate().map(|i| self.as_known(i)).collect();
+        let Album { views, photographs, pattern } = self.album(mesh, cameras, m, noise, seed)?;
         let (data, evidence) = match self.sampling {
             Sampling::Pixels => {
                 let ViewOptions { images, weights, samples, border, .. } = ViewOptions::default();
@@ -100,7 +145,7 @@ impl Photography {
             }
             Sampling::Vertices => (colors_of_vertices(mesh, &views, &photographs)?, None),
         };
-        Ok(Photographed { data, evidence, waves })
+        Ok(Photographed { data, evidence, pattern })
     }
 
     /// View i with the camera that the reader of the photographs believes in.

@@ -61,8 +61,7 @@ impl<'a> Plan<'a> {
                         let toml = run_toml(spec, instance, solver);
                         let repeated = repetition.to_string();
                         let mut parts = vec![&toml[..], &content, &repeated, version];
-                        let files = solver.task.external().map(|it| folders.command(it));
-                        let files = files.transpose()?;
+                        let files = folders.solver(&solver.task)?;
                         parts.extend(files.as_deref());
                         let id = identity(&parts);
                         let instance_id = instance_id.clone();

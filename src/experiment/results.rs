@@ -7,11 +7,11 @@ use serde::de::DeserializeOwned;
 
 use super::machine::{Machine, Program};
 use super::manifest::Manifest;
-use super::store::{Store, lacking};
+use super::numbers::Numbers;
+use super::store::{FRAMES, Store, lacking};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::npy;
-use crate::solve::Summary;
 
 /// One finished run.
 pub struct Done {
@@ -22,25 +22,37 @@ pub struct Done {
     /// `manifest.json`.
     pub manifest: Manifest,
     /// `summary.json`.
-    pub summary: Summary,
-    /// `trace.csv`, in the order of the iterations.
+    pub summary: Numbers,
+    /// `trace.csv`, in the order of the iterations or steps.
     pub trace: Vec<Point>,
     /// The label of each vertex, V bytes; kept for the first repetition on small meshes.
     pub labels: Option<Vec<u8>>,
     /// 255 max_p u_kp of each vertex, V bytes; kept with the labels.
     pub certainty: Option<Vec<u8>>,
+    /// The surface on the way of a reconstruction, as the number of steps and the file; by these numbers.
+    pub frames: Vec<(usize, PathBuf)>,
 }
 
-/// A row of `trace.csv`.
+/// A row of `trace.csv`, of labels or of a surface.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Point {
+    /// Or the number of steps.
+    #[serde(alias = "step")]
     pub iteration: u64,
     pub seconds: f64,
     pub energy: f64,
-    pub dual_bound: f64,
-    pub relative_gap: f64,
+    /// Of labels alone.
+    #[serde(default)]
+    pub relative_gap: Option<f64>,
     #[serde(default)]
     pub smoothed_energy: Option<f64>,
+    /// Of a surface, as the next two: its mean distance to the truth, in shares of the diagonal.
+    #[serde(default)]
+    pub distance: Option<f64>,
+    #[serde(default)]
+    pub mislabeled: Option<f64>,
+    #[serde(default)]
+    pub silhouette_iou: Option<f64>,
 }
 
 impl Done {
@@ -57,7 +69,7 @@ impl Done {
         let path = folder.join("spec.toml");
         let text = String::from_utf8(file::read(&path)?)
             .map_err(|error| Error::malformed(&path, error.to_string()))?;
-        let spec = text
+        let spec: toml::Table = text
             .parse()
             .map_err(|error: toml::de::Error| Error::malformed(&path, error.message()))?;
         let path = folder.join("trace.csv");
@@ -66,13 +78,18 @@ impl Done {
             .deserialize()
             .collect::<std::result::Result<Vec<Point>, _>>()
             .map_err(|error| Error::malformed(&path, error.to_string()))?;
+        let path = folder.join("summary.json");
+        let solver = key_of(&spec, "solver").and_then(toml::Value::as_str).unwrap_or_default();
+        let summary = Numbers::parse(&file::read(&path)?, solver)
+            .map_err(|error| Error::malformed(&path, error.to_string()))?;
         Ok(Done {
             spec,
             trace,
             manifest: json(&folder.join("manifest.json"))?,
-            summary: json(&folder.join("summary.json"))?,
+            summary,
             labels: kept(&folder.join("labels.npy"))?,
             certainty: kept(&folder.join("certainty.npy"))?,
+            frames: frames(&folder.join(FRAMES))?,
             folder: folder.to_owned(),
         })
     }
@@ -104,12 +121,17 @@ impl Done {
 
     /// The value of a key of the cell, such as `lambda`, `options.epsilon` or `solver`.
     pub fn key(&self, key: &str) -> Option<&toml::Value> {
-        let first = |name: &str| self.spec.get(name)?.as_array()?.first()?.as_table();
-        match key.strip_prefix("options.") {
-            Some(option) => first("solver")?.get("options")?.as_table()?.get(option),
-            None if key == "solver" => first("solver")?.get("name"),
-            None => first("instance")?.get(key).or_else(|| first("solver")?.get(key)),
-        }
+        key_of(&self.spec, key)
+    }
+}
+
+/// The value of a key in the specification of a run.
+fn key_of<'a>(spec: &'a toml::Table, key: &str) -> Option<&'a toml::Value> {
+    let first = |name: &str| spec.get(name)?.as_array()?.first()?.as_table();
+    match key.strip_prefix("options.") {
+        Some(option) => first("solver")?.get("options")?.as_table()?.get(option),
+        None if key == "solver" => first("solver")?.get("name"),
+        None => first("instance")?.get(key).or_else(|| first("solver")?.get(key)),
     }
 }
 
@@ -186,6 +208,21 @@ fn json<T: DeserializeOwned>(path: &Path) -> Result<T> {
         .map_err(|error| Error::malformed(path, error.to_string()))
 }
 
+/// The files STEP.ply of a folder, which may not exist.
+fn frames(folder: &Path) -> Result<Vec<(usize, PathBuf)>> {
+    let mut frames = Vec::new();
+    if folder.is_dir() {
+        let io = |error| Error::io(folder, error);
+        for entry in std::fs::read_dir(folder).map_err(io)? {
+            let path = entry.map_err(io)?.path();
+            let step = path.file_stem().and_then(|stem| stem.to_str()?.parse().ok());
+            frames.extend(step.map(|step| (step, path)));
+        }
+    }
+    frames.sort_unstable();
+    Ok(frames)
+}
+
 fn kept(path: &Path) -> Result<Option<Vec<u8>>> {
     if path.exists() { npy::read_bytes(path).map(Some) } else { Ok(None) }
 }
@@ -205,7 +242,7 @@ mod tests {
         let mut count = 0;
         for run in folders(results).flat_map(|results| folders(results.join("runs"))) {
             let path = run.join("summary.json");
-            let summary: Summary = json(&path).unwrap();
+            let summary = Done::read(&run).unwrap().summary;
             let again = serde_json::to_string_pretty(&summary).unwrap() + "\n";
             assert_eq!(again, std::fs::read_to_string(&path).unwrap(), "{}", path.display());
             count += 1;

@@ -1,30 +1,28 @@
 //! Makes the missing runs of a plan.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Instant, SystemTime};
 
-use ndarray::Array1;
-
 use super::external::Attempt;
-use super::folders::Folders;
+use super::folders::{Folders, InstanceError};
 use super::instance::Instance;
 use super::labeled::{self, Made};
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
+use super::numbers::Numbers;
 use super::plan::{Plan, Planned};
+use super::reconstructed::reconstructed;
 use super::results::Origin;
+use super::run_files::{Outcome, keep_surface, write};
+use super::scene::{Scene, Truth};
 use super::spec::Task;
-use super::store::{Claim, MAX_KEPT_VERTICES, Store};
+use super::store::{Claim, Store};
 use crate::contour::cut_length;
 use crate::error::{Error, Result};
-use crate::mesh::io;
-use crate::outcome::write_trace;
 use crate::run::{Sample, Status, Stop};
 use crate::solve::Solution;
-use crate::{file, npy};
 
 /// The progress of a call.
 pub enum Event<'a> {
@@ -45,8 +43,8 @@ pub enum Event<'a> {
     Ended {
         /// The run.
         run: &'a Planned<'a>,
-        /// Its result.
-        solution: &'a Solution,
+        /// Its numbers.
+        numbers: &'a Numbers,
     },
     /// Another process is making the run.
     Elsewhere(&'a Planned<'a>),
@@ -113,14 +111,22 @@ struct Runner<'a> {
 /// The instance of the current run; only one is in memory.
 struct Current<'a> {
     id: &'a str,
-    instance: Instance,
+    /// The problem of solvers and the photographs of reconstructions, as far as they were needed.
+    problem: Option<Instance>,
+    scene: Option<Scene>,
     /// Whether a built-in solver has run on it.
     is_warm: bool,
 }
 
-/// A solution with the measurements of its run.
+impl Current<'_> {
+    fn problem(&self) -> &Instance {
+        self.problem.as_ref().expect("it was made before the run")
+    }
+}
+
+/// An outcome with the measurements of its run.
 struct Timed {
-    made: Made,
+    outcome: Outcome,
     start: SystemTime,
     wall_seconds: f64,
     load_average: f64,
@@ -183,27 +189,45 @@ impl<'a> Runner<'a> {
         }
         self.warm_up(run)?;
         let timed = self.timed(run, claim.folder(), observe)?;
-        if timed.made.solution.summary.status == Status::Interrupted {
+        if timed.outcome.is_interrupted() {
             return Ok(ControlFlow::Break(()));
         }
         let manifest = self.manifest(run, &timed)?;
-        write(claim.folder(), run, &timed.made.solution, &manifest)?;
+        let numbers = timed.outcome.numbers();
+        write(claim.folder(), run, &timed.outcome, &numbers, &manifest)?;
         claim.finish()?;
         self.tally.made += 1;
-        Ok(observe(Event::Ended { run, solution: &timed.made.solution }))
+        Ok(observe(Event::Ended { run, numbers: &numbers }))
     }
 
     fn bring_instance(&mut self, run: &'a Planned<'a>) -> Result<()> {
-        if self.current.as_ref().is_some_and(|current| current.id == run.instance_id) {
-            return Ok(());
+        if self.current.as_ref().is_none_or(|current| current.id != run.instance_id) {
+            // Frees the previous instance before the next one is made.
+            self.current = None;
+            let id = &run.instance_id;
+            self.current = Some(Current { id, problem: None, scene: None, is_warm: false });
         }
-        // Frees the previous instance before the next one is made.
-        self.current = None;
-        let instance = self.folders.instance(run.instance).map_err(|missing| {
+        let current = self.current.as_mut().expect("it was just made");
+        let located = |missing: InstanceError| {
             self.plan.spec.format_error(self.folders.blame(run.instance), Error::from(missing))
-        })?;
-        keep_surface(self.store, run, &instance)?;
-        self.current = Some(Current { id: &run.instance_id, instance, is_warm: false });
+        };
+        match run.solver.task {
+            Task::Reconstruct(_) if current.scene.is_none() => {
+                let scene = self.folders.scene(run.instance).map_err(located)?;
+                if let Some(Truth { mesh, regions: Some((labels, colors)) }) = &scene.truth {
+                    let color = |k: usize| colors[labels[k]];
+                    keep_surface(self.store, run, mesh, color)?;
+                }
+                current.scene = Some(scene);
+            }
+            Task::Reconstruct(_) => {}
+            _ if current.problem.is_none() => {
+                let problem = self.folders.instance(run.instance).map_err(located)?;
+                keep_surface(self.store, run, &problem.mesh, |k| problem.looks[k])?;
+                current.problem = Some(problem);
+            }
+            _ => {}
+        }
         Ok(())
     }
 
@@ -211,7 +235,7 @@ impl<'a> Runner<'a> {
         let current = self.current.as_mut().expect("its instance is there");
         if !current.is_warm && matches!(run.solver.task, Task::Solve | Task::Segment(_)) {
             let stop = Stop { iterations: Some(WARM_UP_STEPS), ..Stop::default() };
-            labeled::attempt(run, &current.instance, stop, &mut |_| ControlFlow::Continue(()))?;
+            labeled::attempt(run, current.problem(), stop, &mut |_| ControlFlow::Continue(()))?;
             current.is_warm = true;
         }
         Ok(())
@@ -224,31 +248,35 @@ impl<'a> Runner<'a> {
         claimed: &Path,
         observe: EventObserver<'_>,
     ) -> Result<Timed> {
-        let instance = &self.current.as_ref().expect("its instance is there").instance;
+        let current = self.current.as_ref().expect("its instance is there");
         let (folder, stop) = (&self.folders.folder, &self.plan.spec.stop);
         let (start, begin, others) = (SystemTime::now(), Instant::now(), self.load.others());
         let load_average = LoadWatch::average();
         let mut step = |sample: Option<&Sample>| observe(Event::Step(sample));
         let iterations = run.solver.max_iterations.or(stop.iterations);
         let stop = &Stop { iterations, ..stop.clone() };
-        let made = match run.solver.task.external() {
-            None => labeled::attempt(run, instance, stop.clone(), &mut step)?,
-            Some(external) => {
+        let outcome = match &run.solver.task {
+            Task::Reconstruct(evolution) => {
+                let scene = current.scene.as_ref().expect("it was made before the run");
+                Outcome::Surface(reconstructed(run, evolution, scene, self.folders, &mut step)?)
+            }
+            Task::External(external) => {
+                let instance = current.problem();
                 let attempt = Attempt { run, external, instance, folder, claimed, stop };
-                Made::of(attempt.make(&mut step)?)
+                Outcome::Labels(Made::of(attempt.make(&mut step)?))
+            }
+            _ => {
+                Outcome::Labels(labeled::attempt(run, current.problem(), stop.clone(), &mut step)?)
             }
         };
         let wall_seconds = begin.elapsed().as_secs_f64();
         let others = f64::max(others, self.load.others());
-        Ok(Timed { made, start, wall_seconds, load_average, others })
+        Ok(Timed { outcome, start, wall_seconds, load_average, others })
     }
 
     fn manifest(&self, run: &Planned<'_>, timed: &Timed) -> Result<Manifest> {
-        let Timed { made, start, wall_seconds, load_average, others } = timed;
-        let instance = &self.current.as_ref().expect("its instance is there").instance;
-        let Made { solution, parameters, level_sets } = made;
-        let scores = labeled::scores(run, instance, solution)?;
-        Ok(Manifest {
+        let Timed { outcome, start, wall_seconds, load_average, others } = timed;
+        let blank = Manifest {
             id: run.id.clone(),
             experiment: self.plan.spec.name.clone(),
             instance: run.instance.label.clone(),
@@ -265,18 +293,40 @@ impl<'a> Runner<'a> {
             generator: "rand_pcg::Pcg64".into(),
             start: humantime::format_rfc3339_millis(*start).to_string(),
             end: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
-            mislabeled: scores.as_ref().map(|scores| scores.mislabeled),
-            scores: scores.map(|scores| scores.others),
-            cut_length: Some(cut_length(&instance.mesh, solution.labels.view())),
-            binary: Some(binary(solution)),
-            parameters: parameters.clone(),
-            level_sets: level_sets.clone(),
+            mislabeled: None,
+            scores: None,
+            cut_length: None,
+            binary: None,
+            parameters: None,
+            level_sets: None,
             wall_seconds: *wall_seconds,
-            exit: match (solution.summary.status, &solution.summary.warnings[..]) {
-                (Status::Failed, [why, ..]) => why.clone(),
-                _ => solution.summary.status_sentence.clone().into_owned(),
-            },
-        })
+            exit: String::new(),
+        };
+        match outcome {
+            Outcome::Surface(found) => Ok(Manifest {
+                mislabeled: found.mislabeled,
+                parameters: Some(found.colors.iter().map(|color| color.to_vec()).collect()),
+                exit: found.summary.status_sentence.clone().into_owned(),
+                ..blank
+            }),
+            Outcome::Labels(Made { solution, parameters, level_sets }) => {
+                let instance = self.current.as_ref().expect("its instance is there").problem();
+                let scores = labeled::scores(run, instance, solution)?;
+                Ok(Manifest {
+                    mislabeled: scores.as_ref().map(|scores| scores.mislabeled),
+                    scores: scores.map(|scores| scores.others),
+                    cut_length: Some(cut_length(&instance.mesh, solution.labels.view())),
+                    binary: Some(binary(solution)),
+                    parameters: parameters.clone(),
+                    level_sets: level_sets.clone(),
+                    exit: match (solution.summary.status, &solution.summary.warnings[..]) {
+                        (Status::Failed, [why, ..]) => why.clone(),
+                        _ => solution.summary.status_sentence.clone().into_owned(),
+                    },
+                    ..blank
+                })
+            }
+        }
     }
 }
 
@@ -284,41 +334,4 @@ impl<'a> Runner<'a> {
 fn binary(solution: &Solution) -> f64 {
     let rows = solution.u.outer_iter().filter(|u| u.iter().any(|&u| u > 0.99));
     rows.count() as f64 / solution.u.nrows() as f64
-}
-
-fn write(folder: &Path, run: &Planned<'_>, solution: &Solution, manifest: &Manifest) -> Result<()> {
-    let json = |name: &str, value: &dyn Fn(&mut dyn std::io::Write) -> serde_json::Result<()>| {
-        file::write(&folder.join(name), |out| {
-            value(out)?;
-            out.write_all(b"\n")
-        })
-    };
-    file::write(&folder.join("spec.toml"), |out| out.write_all(run.toml.as_bytes()))?;
-    write_trace(&folder.join("trace.csv"), &solution.trace)?;
-    json("summary.json", &|out| serde_json::to_writer_pretty(out, &solution.summary))?;
-    if run.repetition == 0 && solution.labels.len() <= MAX_KEPT_VERTICES {
-        let labels: Array1<u8> = solution.labels.iter().map(|&label| label as u8).collect();
-        let certainty: Array1<u8> = (solution.u.outer_iter())
-            .map(|u| (255.0 * u.iter().fold(0.0, |a: f64, &b| a.max(b))).round() as u8)
-            .collect();
-        npy::write(&folder.join("labels.npy"), &labels)?;
-        npy::write(&folder.join("certainty.npy"), &certainty)?;
-    }
-    json("manifest.json", &|out| serde_json::to_writer_pretty(out, manifest))
-}
-
-/// Writes the surface and its data for the page, once per instance.
-fn keep_surface(store: &Store, run: &Planned<'_>, instance: &Instance) -> Result<()> {
-    let folder = store.folder.join("instances");
-    let path = folder.join(format!("{}.ply", run.instance_id));
-    if instance.mesh.vertices.len() > MAX_KEPT_VERTICES || path.exists() {
-        return Ok(());
-    }
-    fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
-    let crate::Mesh { vertices, faces, .. } = instance.mesh.clone();
-    // Unknown colors become gray.
-    let known = |color: &[f64; 3]| color.map(|c| if c.is_nan() { 0.5 } else { c });
-    let colors = Some(instance.looks.iter().map(known).collect());
-    let mesh = crate::Mesh { vertices, faces, colors, ..crate::Mesh::default() };
-    io::write(&path, &mesh)
 }

@@ -21,7 +21,9 @@
 //! ```
 
 mod cell;
+mod checks;
 mod instance;
+mod reconstruct;
 mod solver;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -29,21 +31,22 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::choice::DataChoice;
 use super::document::{self, Scalar, Section, SpanError, SpanResult, Spanned};
-use super::figures::{FigureKind, FigureSpec, TableSpec};
+use super::figures::{FigureSpec, TableSpec};
 use super::grid::{Exclusion, MAX_RUNS};
 use super::nearest::did_you_mean;
-use crate::data::ModelName;
 use crate::error::{Error, Result};
 use crate::format_error::FormatError;
-use crate::names::Named;
-use crate::render::panels::Shown;
 use crate::run::{Stop, time_limit};
 
 pub use instance::{InstanceCell, LambdaChoice};
+pub use reconstruct::{Evolution, RECONSTRUCT};
 pub use solver::{BaselineName, Estimation, External, Init, SolverCell, Task};
 
+use checks::{
+    check_baselines, check_columns, check_parameters, check_reconstructions, check_stop,
+    check_thresholds, covers,
+};
 use instance::read_instances;
 use solver::read_solvers;
 
@@ -95,15 +98,10 @@ impl Spec {
                 Some(section) => read_stop(section)?,
                 None => Stop::default(),
             };
-            if stop.relative_gap.is_none() && stop.iterations.is_none() && stop.time.is_none() {
-                return Err(SpanError::at(
-                    &(0..0),
-                    "runs have no end: give at least one of stop = { gap = ..., max-iterations = ..., time-limit = ... }",
-                ));
-            }
             let folder = path.parent().unwrap_or(Path::new(""));
             let instances = labeled(file, "instance", |section| read_instances(section, folder))?;
             let solvers = labeled(file, "solver", |section| read_solvers(section, &stop))?;
+            check_stop(&stop, &solvers)?;
             check_run_count(repetitions, &repeated, instances.len(), solvers.len())?;
             let exclusions = read_all(file, "exclude", |mut section| {
                 read_exclusion(&mut section, &instances, &solvers)
@@ -111,6 +109,7 @@ impl Spec {
             check_parameters(&instances, &solvers, &exclusions)?;
             check_thresholds(&instances, &solvers, &exclusions)?;
             check_baselines(&instances, &solvers, &exclusions)?;
+            check_reconstructions(&instances, &solvers, &exclusions)?;
             let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
                 check_filters(figure, &instances, &solvers)?;
@@ -172,103 +171,6 @@ fn check_run_count(
          are allowed"
     );
     Err(SpanError::at(repeated, message))
-}
-
-/// Refuses solvers that estimate parameters on instances that are costs.
-fn check_parameters(
-    instances: &[InstanceCell],
-    solvers: &[SolverCell],
-    exclusions: &[Exclusion],
-) -> SpanResult<()> {
-    for instance in instances.iter().filter(|cell| matches!(cell.data, DataChoice::Costs(_))) {
-        let own = |solver: &&SolverCell| {
-            let excluded = exclusions.iter().any(|one| covers(one, instance, solver));
-            !solver.task.has_fixed_costs() && !excluded
-        };
-        if let Some(solver) = solvers.iter().find(own) {
-            let message = format!(
-                "costs have no parameters that {:?} could estimate; exclude one of the two, or give data",
-                solver.label
-            );
-            return Err(SpanError::at(&instance.data_span, message));
-        }
-    }
-    Ok(())
-}
-
-/// Refuses baselines beside other models than theirs, whose energies are not comparable.
-fn check_baselines(
-    instances: &[InstanceCell],
-    solvers: &[SolverCell],
-    exclusions: &[Exclusion],
-) -> SpanResult<()> {
-    for instance in instances.iter().filter(|cell| cell.model != ModelName::Constant) {
-        let included = |solver: &&SolverCell| {
-            let excluded = exclusions.iter().any(|one| covers(one, instance, solver));
-            matches!(solver.task, Task::Baseline(_)) && !excluded
-        };
-        if let Some(solver) = solvers.iter().find(included) {
-            let message = format!(
-                "{:?} is scored by the model constant, not by {}; exclude it there, or give it an instance of its own",
-                solver.label,
-                instance.model.name()
-            );
-            return Err(SpanError::at(&instance.data_span, message));
-        }
-    }
-    Ok(())
-}
-
-/// Refuses columns of U in figures of surfaces that runs do not keep: they have labels and their certainty, which give U
-/// for two regions only.
-fn check_columns(figure: &FigureSpec, instances: &[InstanceCell]) -> SpanResult<()> {
-    let FigureKind::Surface(surface) = &figure.kind else { return Ok(()) };
-    let columns = surface.show.iter().filter_map(|shown| match shown {
-        Shown::Column(p) => Some(*p),
-        _ => None,
-    });
-    let Some(p) = columns.max() else { return Ok(()) };
-    let selected = |cell: &&InstanceCell| {
-        figure.only.as_ref().is_none_or(|part| cell.label.contains(part.as_str()))
-    };
-    match instances.iter().filter(selected).find(|cell| cell.regions != 2 || p > 1) {
-        None => Ok(()),
-        Some(cell) => Err(SpanError::at(
-            &figure.spans.shown,
-            format!(
-                "u:{p} of {:?} cannot be shown: runs keep U for two regions only, as u:0 and u:1",
-                cell.label
-            ),
-        )),
-    }
-}
-
-/// Refuses thresholds of more than two regions.
-fn check_thresholds(
-    instances: &[InstanceCell],
-    solvers: &[SolverCell],
-    exclusions: &[Exclusion],
-) -> SpanResult<()> {
-    for instance in instances.iter().filter(|cell| cell.regions > 2) {
-        let included = |solver: &&SolverCell| {
-            solver.thresholds.is_some()
-                && !exclusions.iter().any(|one| covers(one, instance, solver))
-        };
-        if let Some(solver) = solvers.iter().find(included) {
-            let message =
-                format!("{:?} has thresholds, which divide two regions only", solver.label);
-            return Err(SpanError::at(&instance.data_span, message));
-        }
-    }
-    Ok(())
-}
-
-/// Whether an exclusion covers a solver on an instance.
-fn covers(exclusion: &Exclusion, instance: &InstanceCell, solver: &SolverCell) -> bool {
-    exclusion.covers(|key| {
-        let own = instance.keys.iter().chain(&solver.keys).find(|(name, _)| name == key);
-        own.map(|(_, value)| value.clone())
-    })
 }
 
 /// The lines of the first block of comments, joined.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! results/NAME/experiment.toml                               the most recent experiment file
-//!              runs/ID/spec.toml trace.csv summary.json manifest.json  [labels.npy certainty.npy]
+//!              runs/ID/spec.toml trace.csv summary.json manifest.json  [labels.npy certainty.npy] or [frames/STEP.ply photographs.png]
 //!              instances/ID.ply                              the surface and its data, for the page
 //!              figures/ tables/ report.html                  written by `report`
 //! ```
@@ -22,6 +22,12 @@ pub const MAX_KEPT_VERTICES: usize = 200_000;
 
 /// Surfaces with more vertices are not on the page.
 pub const MAX_SHOWN_VERTICES: usize = 60_000;
+
+/// The folder of a run with the surface on the way of a reconstruction, `STEP.ply` after this number of steps.
+pub const FRAMES: &str = "frames";
+
+/// The last surface of a reconstruction in some photographs.
+pub const PHOTOGRAPHS: &str = "photographs.png";
 
 /// The files that every run has.
 const RUN_FILES: [&str; 4] = ["spec.toml", "trace.csv", "summary.json", "manifest.json"];

@@ -83,17 +83,37 @@ pub enum Quantity {
     /// The same along level lines.
     #[strum(message = "largest error of thresholds along level lines")]
     ThresholdLines,
+    /// Of a surface, as those up to the folds.
+    Steps,
+    /// In shares of the diagonal of the truth, as the next three.
+    #[strum(message = "mean distance to the truth / diagonal")]
+    Distance,
+    /// From the truth to the surface.
+    #[strum(message = "mean distance from the truth / diagonal")]
+    DistanceBack,
+    /// That 95 % of the area do not exceed.
+    #[strum(serialize = "distance-95", message = "95th percentile of the distance / diagonal")]
+    Distance95,
+    #[strum(message = "largest distance / diagonal")]
+    LargestDistance,
+    #[strum(message = "agreement of silhouettes")]
+    SilhouetteIou,
+    /// Folded edges and pairs of faces that intersect.
+    Folds,
     /// The values of the region parameters in ascending order, where a run estimates them.
     Parameters,
     Status,
 }
 
 /// Keys that a cell may have in addition to its options.
-const KEYS: [&str; 25] = [
+const KEYS: [&str; 28] = [
     "mesh",
     "data",
     "model",
     "project",
+    "background",
+    "mask",
+    "pattern",
     "light",
     "ambient",
     "principal-error",
@@ -187,11 +207,11 @@ mod tests {
         }
         let message = "wall-second".parse::<Variable>().unwrap_err();
         assert!(message.starts_with(
-            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, light, ambient, principal-error, sampling, pure, grazing, noise, \
+            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, background, mask, pattern, light, ambient, principal-error, sampling, pure, grazing, noise, \
              seed, regions, lambda, relaxation, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, label-excess, regions-used, mislabeled, \
              rand-index, variation-of-information, covering, boundary-f, binary, cut-length, threshold-labels, \
-             threshold-lines, parameters, status; did you mean \"wall-seconds\"?"
+             threshold-lines, steps, distance, distance-back, distance-95, largest-distance, silhouette-iou, folds, parameters, status; did you mean \"wall-seconds\"?"
         ));
     }
 

@@ -13,7 +13,7 @@
 //! Forum 17(2), 1998.
 
 use nalgebra::Point3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Mesh;
 use super::geometry::barycentric_areas;
@@ -21,7 +21,7 @@ use super::tree::{Bounds, Tree};
 use crate::sweep;
 
 /// Distances relative to the diagonal of the second surface.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distances {
     /// The mean over the first surface of the distance to the second.
     pub mean: f64,

@@ -55,6 +55,17 @@ struct Node {
     count: u32,
 }
 
+/// The point of a surface that is nearest to a given one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The squared distance between the two.
+    pub distance_squared: f64,
+    /// A face on which it lies.
+    pub face: usize,
+    /// Its barycentric coordinates there.
+    pub weights: [f64; 3],
+}
+
 /// The tree of a mesh with at least one face.
 pub struct Tree {
     nodes: Vec<Node>,
@@ -82,22 +93,31 @@ impl Tree {
 
     /// The squared distance from x to the nearest face. No face may be degenerate.
     pub fn distance_squared(&self, x: Point3<f64>) -> f64 {
-        let mut smallest = f64::INFINITY;
+        self.nearest(x).distance_squared
+    }
+
+    /// The nearest point of the faces to x. No face may be degenerate.
+    pub fn nearest(&self, x: Point3<f64>) -> Nearest {
+        let mut nearest =
+            Nearest { distance_squared: f64::INFINITY, face: 0, weights: [1.0, 0.0, 0.0] };
         let mut stack = [(0, 0.0); MAX_DEPTH];
         let mut height = 1;
         while height > 0 {
             height -= 1;
             let (at, bound) = stack[height];
-            if bound >= smallest {
+            if bound >= nearest.distance_squared {
                 continue;
             }
             let Node { first, count, .. } = self.nodes[at];
             if count > 0 {
-                for corners in &self.corners[first as usize..(first + count) as usize] {
-                    let weights = nearest_weights(x, *corners);
-                    let [a, b, c] = corners.map(|corner| corner - x);
+                for i in first as usize..(first + count) as usize {
+                    let weights = nearest_weights(x, self.corners[i]);
+                    let [a, b, c] = self.corners[i].map(|corner| corner - x);
                     let d = (a * weights[0] + b * weights[1] + c * weights[2]).norm_squared();
-                    smallest = smallest.min(d);
+                    if d < nearest.distance_squared {
+                        let face = self.faces[i] as usize;
+                        nearest = Nearest { distance_squared: d, face, weights };
+                    }
                 }
                 continue;
             }
@@ -109,7 +129,7 @@ impl Tree {
             stack[height + 1] = near;
             height += 2;
         }
-        smallest
+        nearest
     }
 
     /// Calls `visit` for the faces whose own boxes overlap a box, and maybe for others.
@@ -176,8 +196,10 @@ mod tests {
                     (a * weights[0] + b * weights[1] + c * weights[2]).norm_squared()
                 };
                 let exact = (0..mesh.faces.len()).map(distance).fold(f64::INFINITY, f64::min);
-                let found = tree.distance_squared(x);
-                assert!((found - exact).abs() <= 1e-12 * exact, "{name}: {found} {exact}");
+                let Nearest { distance_squared, face, weights } = tree.nearest(x);
+                assert!((distance_squared - exact).abs() <= 1e-12 * exact, "{name}: {exact}");
+                assert_eq!(distance_squared, distance(face), "{name}");
+                assert_eq!(weights, nearest_weights(x, mesh.corners(face)), "{name}");
             }
         }
     }

@@ -60,6 +60,15 @@ impl<'a> RegionsInViews<'a> {
         Ok(grid(&drawn.into_iter().collect::<Result<Vec<_>>>()?))
     }
 
+    /// Photographs in memory in such a grid, all of them.
+    pub fn grid(&self, views: &[(Pinhole, &Picture)]) -> RgbImage {
+        let drawn = sweep::results(views.to_vec(), |(camera, picture): (Pinhole, &Picture)| {
+            let k = picture.width.max(picture.height).div_ceil(CELL_SIZE);
+            self.draw_shrunk(&camera, picture, k)
+        });
+        grid(&drawn)
+    }
+
     /// The photograph shrunk to the means of k x k pixels, then with the cut.
     fn draw_shrunk(&self, camera: &Pinhole, picture: &Picture, k: usize) -> RgbImage {
         let mut image = shrunk(picture, k);
@@ -137,9 +146,17 @@ fn byte(c: f64) -> u8 {
 
 /// The images in a grid of about as many rows as columns, each in the middle of its cell, on white.
 fn grid(images: &[RgbImage]) -> RgbImage {
+    in_columns(images, (1..).find(|n| n * n >= images.len()).unwrap_or(1).max(1))
+}
+
+/// Pictures one below the other, each in the middle of its cell, on white.
+pub fn below_each_other(images: &[RgbImage]) -> RgbImage {
+    in_columns(images, 1)
+}
+
+fn in_columns(images: &[RgbImage], columns: usize) -> RgbImage {
     let largest = |size: fn(&RgbImage) -> u32| images.iter().map(size).max().unwrap_or(1) as usize;
     let cell = [largest(RgbImage::width), largest(RgbImage::height)];
-    let columns = (1..).find(|n| n * n >= images.len()).unwrap_or(1).max(1);
     let rows = images.len().div_ceil(columns).max(1);
     let [width, height] =
         [(columns, cell[0]), (rows, cell[1])].map(|(n, size)| (n * (size + GAP) - GAP) as u32);

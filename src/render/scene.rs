@@ -24,6 +24,27 @@ pub(super) struct Scene {
     m: usize,
 }
 
+/// A ball around a mesh, which becomes the unit ball.
+#[derive(Clone, Copy)]
+struct Ball {
+    center: Vector3<f64>,
+    radius: f64,
+}
+
+impl Ball {
+    /// That of the vertices of faces; `None` if there is nothing to draw.
+    fn of(mesh: &Mesh) -> Option<Self> {
+        let points = || mesh.faces.iter().flatten().map(|&k| mesh.vertices[k as usize].coords);
+        if !points().all(|x| x.iter().all(|c| c.is_finite())) {
+            return None;
+        }
+        let low = points().reduce(|a, b| a.inf(&b))?;
+        let high = points().reduce(|a, b| a.sup(&b))?;
+        let (center, radius) = (low + (high - low) / 2.0, (high - low).norm() / 2.0);
+        (radius > 0.0 && radius.is_finite()).then_some(Ball { center, radius })
+    }
+}
+
 /// What is behind the surface.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Ground {
@@ -49,9 +70,25 @@ fn mean([a, b, c]: &[Vector3<f32>; 3], weights: [f32; 3]) -> Vector3<f32> {
 }
 
 impl Scene {
+    /// The same, moved and scaled as another mesh is into the unit ball; parts may lie outside of it.
+    pub fn within(mesh: &Mesh, u: &[f64], m: usize, frame: &Mesh) -> Option<Self> {
+        let ball = Ball::of(frame)?;
+        Scene::in_ball(mesh, u, m, |_| Some(ball))
+    }
+
     /// `u` has m numbers for each vertex of the mesh. `None` if there is nothing to draw: the mesh has no faces, no
     /// extent, or coordinates that are not finite.
     pub fn new(mesh: &Mesh, u: &[f64], m: usize) -> Option<Self> {
+        Scene::in_ball(mesh, u, m, Ball::of)
+    }
+
+    fn in_ball(
+        mesh: &Mesh,
+        u: &[f64],
+        m: usize,
+        ball: impl FnOnce(&Mesh) -> Option<Ball>,
+    ) -> Option<Self> {
+        let Ball { center, radius } = ball(mesh)?;
         let count = mesh.vertices.len();
         assert!(m > 0 && u.len() == count * m);
         let mut index = vec![u32::MAX; count];
@@ -66,13 +103,7 @@ impl Scene {
             *v = index[k];
         }
         let points = || referenced.iter().map(|&k| mesh.vertices[k].coords);
-        if !points().all(|x| x.iter().all(|c| c.is_finite())) {
-            return None;
-        }
-        let low = points().reduce(|a, b| a.inf(&b))?;
-        let high = points().reduce(|a, b| a.sup(&b))?;
-        let (center, radius) = (low + (high - low) / 2.0, (high - low).norm() / 2.0);
-        if !(radius > 0.0 && radius.is_finite()) {
+        if faces.is_empty() || !points().all(|x| x.iter().all(|c| c.is_finite())) {
             return None;
         }
         let mesh = Mesh::new(points().map(|x| ((x - center) / radius).into()).collect(), faces);

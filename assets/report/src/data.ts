@@ -22,12 +22,12 @@ export interface Solver {
 export interface Instance {
   id: string;
   label: string;
-  mesh: string;
+  mesh: string | null;
   vertices: number;
   faces: number;
   regions: number;
   lambda: Maybe;
-  mass: string;
+  mass: string | null;
   best_bound: Maybe;
   best_energy: Maybe;
   scene: string | null;
@@ -39,6 +39,10 @@ export interface Trace {
   energy: Maybe[];
   relative_gap: Maybe[];
   suboptimality: Maybe[];
+  /** Of surfaces that evolve, as the next two. */
+  distance?: Maybe[];
+  mislabeled?: Maybe[];
+  silhouette_iou?: Maybe[];
 }
 
 export interface Run {
@@ -132,6 +136,8 @@ export interface SurfaceFigure {
   columns: number;
   column_headings: string[];
   row_headings: string[];
+  /** Whether each row is one surface on its way, with the columns on a slider. */
+  film?: boolean;
   panels: PanelData[];
   surfaces: (FigureSurface | null)[];
 }

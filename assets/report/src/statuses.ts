@@ -7,7 +7,8 @@ const STATUS_MEANINGS: Record<string, string> = {
   "iteration-limit": "it reached the iteration limit; the gap that it reached is certified.",
   "time-limit": "it reached the time limit; the gap that it reached is certified.",
   stalled: "its labels hardly changed anymore, which certifies nothing.",
-  settled: "no further step of its method changes its labels; their gap is certified.",
+  settled: "no further step changes its labels, whose gap is certified, or lowers the energy of its surface.",
+  "step-limit": "its surface still moved when it reached its number of steps.",
   diverged: "it produced NaN or infinity and was stopped; its earlier samples count.",
   failed:
     "the command of an external solver failed, was not found, or wrote no readable output. " +

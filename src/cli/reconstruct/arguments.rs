@@ -1,20 +1,17 @@
 //! The arguments of `meshseg reconstruct`.
 
-mod start;
-
 use std::path::PathBuf;
-use std::str::FromStr;
 
+use meshseg::evolve::shots::Behind;
+use meshseg::evolve::start;
 use meshseg::evolve::{Light, Plan};
 use meshseg::render::View;
+use meshseg::triple::Triple;
 use meshseg::{Error, Result};
 use nalgebra::Vector3;
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use crate::cli::named;
-use crate::cli::triple::Triple;
-
-pub use start::Start;
 
 /// Reconstruct a surface and its regions from photographs of calibrated cameras.
 ///
@@ -40,7 +37,7 @@ pub struct Arguments {
     /// center and radius; box: a box around the same; hull: the visual hull of the masks, which has holes where they show
     /// some; MESH: a mesh file or a shape, in the units of the cameras
     #[arg(long, value_name = "START", default_value = "sphere", allow_hyphen_values = true)]
-    pub start: Start,
+    pub start: start::Choice,
 
     /// What is behind the surface. R,G,B: a color, three numbers from 0 to 1; images: the image `background` of each view
     /// in FILE; masks: black, and the masks replace the images. Pixels that a mask leaves out show the background
@@ -121,33 +118,6 @@ Examples:
   meshseg reconstruct --views photographs/views.toml --regions 4 --truth builtin:spot --out results/spot
   meshseg reconstruct --views masks.toml --regions 1 --background masks --start hull --out results/hull
   meshseg reconstruct --views masks.toml --regions 4 --start results/hull/mesh.ply --levels 1 --out results/colors";
-
-/// What is behind the surface.
-#[derive(Clone, Copy)]
-pub enum Behind {
-    Color([f64; 3]),
-    Images,
-    Masks,
-}
-
-impl FromStr for Behind {
-    type Err = &'static str;
-
-    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
-        match text {
-            "images" => Ok(Behind::Images),
-            "masks" => Ok(Behind::Masks),
-            _ => match text.parse() {
-                Ok(Triple(color)) if color.iter().all(|c| (0.0..=1.0).contains(c)) => {
-                    Ok(Behind::Color(color))
-                }
-                _ => {
-                    Err("must be three numbers from 0 to 1, such as 0.9,0.9,0.9, images, or masks")
-                }
-            },
-        }
-    }
-}
 
 #[derive(Clone, Copy, PartialEq, EnumString, IntoStaticStr, VariantNames)]
 #[strum(serialize_all = "lowercase")]

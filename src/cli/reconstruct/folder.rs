@@ -6,20 +6,18 @@ use meshseg::colormap::categorical;
 use meshseg::data::radiance::Radiance;
 use meshseg::data::views::{Picture, ViewOptions, Viewed, of_pictures};
 use meshseg::data::{DataModel, Weights, constant::Mean};
-use meshseg::evolve::{End, Level, Plan, Quality, Reconstruction, Terms};
-use meshseg::mesh::distance::Distances;
+use meshseg::evolve::shots::Photographs;
+use meshseg::evolve::{Plan, Reconstruction, Summary};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::mesh::io;
 use meshseg::outcome::write_png;
 use meshseg::render::photographs::RegionsInViews;
 use meshseg::render::{self, Picture as Drawn};
-use meshseg::solve::Summary;
 use meshseg::{Result, file, npy};
 use ndarray::{Array1, Array2};
 use serde::Serialize;
 
 use super::arguments::Arguments;
-use super::shots::Photographs;
 use crate::cli::preview;
 
 /// The colors of the regions are measured where pixels are pure and not seen at a grazing angle.
@@ -36,22 +34,8 @@ pub struct Folder<'a> {
 /// What `summary.json` has.
 #[derive(Serialize)]
 struct Record<'a> {
-    status: &'static str,
-    status_sentence: &'static str,
-    seconds: f64,
-    vertices: usize,
-    faces: usize,
-    regions: usize,
-    energy: f64,
-    energy_terms: &'a Terms,
-    sigma: f64,
-    lambda: f64,
     #[serde(flatten)]
-    quality: &'a Quality,
-    /// In shares of the diagonal of the bounding box of the truth.
-    distances: Option<&'a Distances>,
-    steps: usize,
-    levels: &'a [Level],
+    numbers: Summary,
     views: usize,
     background: &'a str,
     model: &'static str,
@@ -59,8 +43,6 @@ struct Record<'a> {
     ambient: Option<f64>,
     seed: u64,
     region_parameters: Vec<Region>,
-    /// The labels with their certificate, for the last surface and colors.
-    labels: Option<&'a Summary>,
     warnings: &'a [String],
 }
 
@@ -79,7 +61,7 @@ struct Region {
 impl Folder<'_> {
     /// Writes the folder and returns the warnings about the result.
     pub fn write(&self, found: &Reconstruction, seconds: f64) -> Result<Vec<String>> {
-        let Reconstruction { surface, solution, quality, levels, .. } = found;
+        let Reconstruction { surface, solution, .. } = found;
         let mesh = &surface.mesh;
         let m = surface.coloring.regions();
         let labels = solution
@@ -90,23 +72,9 @@ impl Folder<'_> {
         let viewed = self.viewed(found)?;
         let areas = barycentric_areas(mesh);
         let regions = regions(found, &viewed, &labels, &areas);
-        let end = levels.last().map_or(End::StepLimit, |level| level.end);
         let warnings = self.warnings(found);
         let record = Record {
-            status: status(end),
-            status_sentence: sentence(end),
-            seconds,
-            vertices: mesh.vertices.len(),
-            faces: mesh.faces.len(),
-            regions: m,
-            energy: found.terms.sum(),
-            energy_terms: &found.terms,
-            sigma: found.sigma,
-            lambda: found.lambda,
-            quality,
-            distances: found.distances.as_ref(),
-            steps: found.trace.len(),
-            levels,
+            numbers: Summary::of(found, seconds),
             views: self.photographs.shots.len(),
             background: &self.photographs.background,
             model: if surface.light.is_some() { "albedo" } else { "constant" },
@@ -114,7 +82,6 @@ impl Folder<'_> {
             ambient: surface.light.map(|light| light.ambient),
             seed: self.plan.seed,
             region_parameters: regions,
-            labels: solution.as_ref().map(|solution| &solution.summary),
             warnings: &warnings,
         };
         let palette: Vec<[f64; 3]> = (0..m).map(categorical).collect();
@@ -220,31 +187,6 @@ fn regions(
         share: of_regions[p] / total,
     };
     coloring.mu.iter().enumerate().map(region).collect()
-}
-
-/// The name of an end.
-pub fn status(end: End) -> &'static str {
-    match end {
-        End::Settled => "settled",
-        End::StepLimit => "step-limit",
-        End::Interrupted => "interrupted",
-    }
-}
-
-/// An end in words. Only the labels are certified.
-pub fn sentence(end: End) -> &'static str {
-    match end {
-        End::Settled => {
-            "settled: no step lowers the energy further, so the surface is a local minimum; its labels are certified for it"
-        }
-        End::StepLimit => {
-            "stopped at the step limit: the surface still moved, and is near a local minimum at best; its labels are certified \
-             for it"
-        }
-        End::Interrupted => {
-            "interrupted: the surface reached is kept; its labels are those of the last check"
-        }
-    }
 }
 
 fn write_trace(path: &Path, found: &Reconstruction) -> Result<()> {

@@ -19,7 +19,8 @@ pub struct Steps {
     level: (Instant, usize, usize),
     steps: usize,
     levels: usize,
-    distance: Option<f64>,
+    /// The last distance to the truth.
+    pub distance: Option<f64>,
 }
 
 impl Steps {
@@ -36,11 +37,10 @@ impl Steps {
     }
 
     /// Shows a step now and then.
-    pub fn observe(&mut self, step: &Step, distance: Option<f64>) -> ControlFlow<()> {
+    pub fn observe(&mut self, step: &Step) -> ControlFlow<()> {
         if step.level != self.level.1 {
             self.level = (Instant::now(), step.level, step.step);
         }
-        self.distance = distance.or(self.distance);
         let (begin, level, first) = self.level;
         let made = step.step + 1 - first;
         let per_step = begin.elapsed().as_secs_f64() / made as f64;

@@ -1,17 +1,15 @@
 //! What `meshseg reconstruct` prints at the end.
 
-use meshseg::evolve::{End, Level, Reconstruction};
+use meshseg::evolve::{Level, Reconstruction};
 
 use super::arguments::Arguments;
-use super::folder::sentence;
 use crate::cli::table;
 
 /// The text that is printed at the end.
 pub fn text(found: &Reconstruction, arguments: &Arguments, seconds: f64) -> String {
     let Reconstruction { surface, quality, solution, levels, .. } = found;
-    let end = levels.last().map_or(End::StepLimit, |level| level.end);
     let mut lines = vec![
-        ("status", sentence(end).to_owned()),
+        ("status", found.end().sentence().to_owned()),
         ("energy", table::number(found.terms.sum())),
         (
             "surface",

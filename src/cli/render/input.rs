@@ -27,6 +27,7 @@ impl Input {
             data: self.data.as_ref().map(Data::shown),
             regions: self.regions.clone(),
             means: self.means.clone(),
+            frame: None,
         }
     }
 

@@ -9,13 +9,13 @@ use meshseg::data::views::synthetic::{Light, Paint, Photograph, Studio};
 use meshseg::data::views::{View, cameras, to_toml};
 use meshseg::mesh::{Mesh, Source};
 use meshseg::solve::check_mesh;
+use meshseg::triple::Triple;
 use meshseg::{Error, Result, file, outcome, regions};
 
 use super::arguments::Arguments;
 use super::data::Data;
 use super::input::labels;
 use super::viewpoints::Viewpoints;
-use crate::cli::triple::Triple;
 use crate::cli::{Outcome, means, note, one_line, print, table, warn};
 
 /// The color of the surface.

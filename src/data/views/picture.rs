@@ -150,6 +150,15 @@ impl Picture {
         Picture { width, height, texels: Texels::Eight(bytes), mask: None }
     }
 
+    /// The same picture with another mask, row by row.
+    ///
+    /// # Panics
+    /// The mask does not have an entry per pixel.
+    pub fn with_mask(self, mask: Vec<bool>) -> Self {
+        assert_eq!(mask.len(), self.width * self.height);
+        Picture { mask: Some(mask), ..self }
+    }
+
     /// A picture of 16-bit pixels without a mask.
     #[cfg(test)]
     pub fn of(width: usize, height: usize, color: impl Fn(usize, usize) -> [f64; 3]) -> Self {

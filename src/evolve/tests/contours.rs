@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::scenes::{Case, cameras, dot, fields, moved};
+use super::scenes::{Case, cameras, close_cameras, dot, fields, moved};
 use crate::evolve::coloring::Coloring;
 use crate::evolve::energy::Sampling;
 use crate::evolve::images::{Image, Pixel};
@@ -81,17 +81,38 @@ fn the_contour_of_a_convex_surface_moves_an_area() {
     let cameras = cameras(3, 40);
     let images = plain(cameras.clone(), 40, color, background);
     let coloring = Coloring { u: vec![1.0; mesh.vertices.len()], mu: vec![mu] };
-    let case =
+    let mut case =
         Case { images, coloring, sampling: SAMPLING, ..Case::new(mesh, vec![], 1, &mut rng) };
-    let jump = squared(color, mu) - squared(color, background);
-    let exact = |mesh: &Mesh| {
+    let exact = |mesh: &Mesh, jump: f64| {
         cameras.iter().map(|camera| jump * hull_area(mesh, 0..mesh.vertices.len(), camera)).sum()
     };
-    assert_exact(&case, exact, 1e-5);
+    let jump = squared(color, mu) - squared(color, background);
+    assert_exact(&case, |mesh| exact(mesh, jump), 1e-5);
+    // Without the background every pixel of the surface costs, and the surface shrinks.
+    case.images = case.images.into_iter().map(Image::without_background).collect();
+    assert_exact(&case, |mesh| exact(mesh, squared(color, mu)), 1e-5);
     // The visible contours are as long as the hulls.
     let length = case.slope().contour_pixels;
     let radius = 0.9 * 20.0 * (0.8_f64 / 4.0).asin().tan() / (1.0_f64 / 4.0).asin().tan();
     assert!((length / (3.0 * std::f64::consts::TAU * radius) - 1.0).abs() < 0.05, "{length}");
+}
+
+/// Where the surface fills all images nothing is a contour, so that contours alone do not move it; the energy is the same.
+#[test]
+fn contours_alone_do_not_move_a_surface_that_fills_its_images() {
+    let mut rng = rng(11);
+    let case = Case::new(super::scenes::ellipsoid(), close_cameras(2, 16), 16, &mut rng);
+    let case = case.with_samples(4);
+    let [whole, contours] = [case.slope(), case.slope_of_contours()];
+    assert_eq!(whole.terms, contours.terms);
+    assert!(whole.gradient.iter().any(|g| g.norm() > 0.0));
+    assert!(contours.gradient.iter().all(|g| *g == Vector3::zeros()));
+    // Elsewhere they are all there is of a surface of one color.
+    let Case { mesh, coloring, .. } = Case::new(shape("sphere:2"), vec![], 1, &mut rng);
+    let coloring = Coloring { u: vec![1.0; mesh.vertices.len()], mu: coloring.mu[..1].to_vec() };
+    let plain = Case::new(mesh, cameras(2, 24), 24, &mut rng).with_samples(4);
+    let plain = Case { coloring, ..plain };
+    assert_eq!(plain.slope().gradient, plain.slope_of_contours().gradient);
 }
 
 /// In front of another surface, what comes into view is that surface, not the background.

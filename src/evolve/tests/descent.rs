@@ -120,6 +120,21 @@ fn the_truth_stays() {
     assert!(distances.mean < 5e-4 && distances.back < 5e-4, "{distances:?}");
 }
 
+/// Without the background the least energy is that of no surface: even the truth shrinks.
+#[test]
+fn without_the_background_the_truth_shrinks() {
+    let truth = ellipsoid();
+    let shots = shots(&truth, &labels(&truth), 8, 0.1);
+    let mut start = shape("sphere:3");
+    start.vertices.iter_mut().for_each(|x| *x = Point3::new(x.x, 0.8 * x.y, 0.65 * x.z));
+    let area = |background: bool| {
+        let plan = Plan { regions: 3, levels: 1, steps: 30, background, ..Plan::default() };
+        evolved(&shots, &start, &truth, &plan, go_on).surface.mesh.area() / start.area()
+    };
+    let [with, without] = [area(true), area(false)];
+    assert!((with - 1.0).abs() < 0.03 && without < 0.9, "{with} {without}");
+}
+
 /// While the labels stay, each step lowers the energy; the tangential step is outside of the search.
 #[test]
 fn the_energy_never_rises_between_new_labels() {
@@ -156,6 +171,10 @@ fn silhouettes_alone_do_not_see_a_dent() {
     let start = sphere_of(3);
     let plan = Plan { regions: 2, levels: 2, steps: 40, ..Plan::default() };
     let seen = evolved(&shots, &start, &truth, &plan, go_on).distances.unwrap();
+    // With colors, but moved by contours alone.
+    let contours = Plan { interior: false, ..plan.clone() };
+    let contours = evolved(&shots, &start, &truth, &contours, go_on).distances.unwrap();
+    assert!(contours.largest > 1.2 * seen.largest, "{contours:?} {seen:?}");
     // Without colors: the surface is white, and the rest is black.
     for shot in &mut shots {
         let picture = &shot.picture;

@@ -44,17 +44,21 @@ impl Case {
         Case { sampling: Sampling { samples, ..self.sampling }, ..self }
     }
 
-    fn with_energy<T>(&self, work: impl FnOnce(&Energy) -> T) -> T {
+    fn with_energy<T>(&self, work: impl FnOnce(Energy) -> T) -> T {
         let edges = Edges::of(&self.mesh);
         let neighbors = Neighbors::along(&edges, self.mesh.vertices.len());
         let Case { mesh, images, coloring, light, weights, sampling } = self;
         let energy =
             Energy::new(images, *sampling, *weights, mesh, (&edges, &neighbors), coloring, *light);
-        work(&energy)
+        work(energy)
     }
 
     pub fn slope(&self) -> Slope {
         self.with_energy(|energy| energy.slope(&self.mesh))
+    }
+
+    pub fn slope_of_contours(&self) -> Slope {
+        self.with_energy(|energy| energy.contours_only().slope(&self.mesh))
     }
 
     /// E.

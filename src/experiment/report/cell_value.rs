@@ -1,8 +1,11 @@
 //! The values of the variables of a cell: its keys, and the quantities of its runs.
 
 use crate::agreement::Confusion;
+use crate::evolve::{self, folds::Folds};
 use crate::level_sets::LevelSet;
+use crate::mesh::distance::Distances;
 use crate::problem::label_gap;
+use crate::solve::Summary;
 
 use super::super::figures::{Clock, Target};
 use super::super::manifest::Scores;
@@ -52,9 +55,9 @@ pub fn value_of<'a>(
 fn value_of_key(pool: &Pool<'_>, cell: &Cell<'_>, key: &str) -> CellValue {
     // In the file it may be "auto".
     if key == "lambda"
-        && let Some(run) = cell.runs.first()
+        && let Some(summary) = cell.runs.first().and_then(|run| run.summary.labels())
     {
-        return CellValue::Number(Spread::of(vec![run.summary.lambda]));
+        return CellValue::Number(Spread::of(vec![summary.lambda]));
     }
     let (instance, solver) = (pool.instance(cell), pool.solver(cell));
     match value(&instance.keys, key).or_else(|| value(&solver.keys, key)) {
@@ -77,15 +80,15 @@ impl<'a> CellRuns<'_, 'a> {
         let peers = self.pool.peers(self.cell);
         let bound = peers.bound();
         match quantity {
-            Quantity::Vertices => self.of_all(|run| Some(run.summary.vertices as f64)),
-            Quantity::Faces => self.of_all(|run| Some(run.summary.faces as f64)),
+            Quantity::Vertices => self.of_all(|run| Some(run.summary.vertices() as f64)),
+            Quantity::Faces => self.of_all(|run| Some(run.summary.faces() as f64)),
             Quantity::Iterations => self.time(Clock::Iterations, gap),
             Quantity::Seconds => self.time(Clock::Seconds, gap),
             Quantity::WallSeconds => self.of_timed(|run| run.manifest.wall_seconds),
-            Quantity::Energy => self.of_all(|run| Some(run.summary.energy)),
-            Quantity::Bound => self.of_all(|run| Some(run.summary.dual_bound)),
-            Quantity::Gap => self.of_all(|run| Some(run.summary.relative_gap)),
-            Quantity::Excess => self.of_all(|run| Some(peers.share(run.summary.energy - bound))),
+            Quantity::Energy => self.of_all(|run| Some(run.summary.energy())),
+            Quantity::Bound => self.of_labels(|summary| summary.dual_bound),
+            Quantity::Gap => self.of_labels(|summary| summary.relative_gap),
+            Quantity::Excess => self.of_labels(|summary| peers.share(summary.energy - bound)),
             Quantity::Bias => {
                 let least = self.least_smoothed();
                 self.of_all(|run| Some(peers.share(smoothed(run).and(least)? - bound)))
@@ -94,26 +97,28 @@ impl<'a> CellRuns<'_, 'a> {
                 let least = self.least_smoothed();
                 self.of_all(|run| match (smoothed(run), least) {
                     (Some(energy), Some(least)) => Some(peers.share(energy - least)),
-                    _ => Some(peers.share(run.summary.energy - bound)),
+                    _ => Some(peers.share(run.summary.labels()?.energy - bound)),
                 })
             }
-            Quantity::RoundingError => self
-                .of_all(|run| Some(peers.share(run.summary.rounded_energy - run.summary.energy))),
+            Quantity::RoundingError => {
+                self.of_labels(|summary| peers.share(summary.rounded_energy - summary.energy))
+            }
             Quantity::LabelsChanged => {
                 let reference = self.reference_labels();
                 let own = !self.pool.solver(self.cell).task.has_fixed_costs();
                 self.of_all(|run| share_of_changes(run.labels.as_ref()?, reference?, own))
             }
-            Quantity::RoundedGap => self.of_all(|run| Some(run.summary.rounded_relative_gap)),
+            Quantity::RoundedGap => self.of_labels(|summary| summary.rounded_relative_gap),
             Quantity::LabelExcess => {
                 let bound = peers.label_bound();
-                self.of_all(|run| {
-                    let baseline = run.summary.baseline;
-                    Some(label_gap(run.summary.rounded_energy - baseline, bound - baseline))
+                self.of_labels(|summary| {
+                    let baseline = summary.baseline;
+                    label_gap(summary.rounded_energy - baseline, bound - baseline)
                 })
             }
-            Quantity::RegionsUsed => self
-                .of_all(|run| Some((run.summary.regions - run.summary.empty_regions.len()) as f64)),
+            Quantity::RegionsUsed => {
+                self.of_labels(|summary| (summary.regions - summary.empty_regions.len()) as f64)
+            }
             Quantity::Mislabeled => self.of_all(|run| run.manifest.mislabeled),
             Quantity::RandIndex => self.of_scores(|scores| Some(scores.rand_index)),
             Quantity::VariationOfInformation => {
@@ -125,6 +130,18 @@ impl<'a> CellRuns<'_, 'a> {
             Quantity::CutLength => self.of_all(|run| run.manifest.cut_length),
             Quantity::ThresholdLabels => self.of_thresholds(|set| set.labels),
             Quantity::ThresholdLines => self.of_thresholds(|set| set.lines),
+            Quantity::Steps => self.of_surfaces(|summary| Some(summary.steps as f64)),
+            Quantity::Distance => self.of_distances(|distances| distances.mean),
+            Quantity::DistanceBack => self.of_distances(|distances| distances.back),
+            Quantity::Distance95 => self.of_distances(|distances| distances.percentile_95),
+            Quantity::LargestDistance => self.of_distances(|distances| distances.largest),
+            Quantity::SilhouetteIou => {
+                self.of_surfaces(|summary| Some(summary.quality.silhouette_iou))
+            }
+            Quantity::Folds => self.of_surfaces(|summary| {
+                let Folds { folded_edges, intersecting_pairs } = summary.quality.folds;
+                Some((folded_edges + intersecting_pairs) as f64)
+            }),
             Quantity::Parameters => self.parameters(),
             Quantity::Status => self.status(),
         }
@@ -134,6 +151,18 @@ impl<'a> CellRuns<'_, 'a> {
         spread(self.cell.runs.iter().copied().filter_map(value))
     }
 
+    fn of_labels(&self, value: impl Fn(&Summary) -> f64) -> CellValue {
+        self.of_all(|run| run.summary.labels().map(&value))
+    }
+
+    fn of_surfaces(&self, value: impl Fn(&evolve::Summary) -> Option<f64>) -> CellValue {
+        self.of_all(|run| run.summary.surface().and_then(&value))
+    }
+
+    fn of_distances(&self, value: impl Fn(&Distances) -> f64) -> CellValue {
+        self.of_surfaces(|summary| summary.distances.as_ref().map(&value))
+    }
+
     fn of_scores(&self, score: impl Fn(&Scores) -> Option<f64>) -> CellValue {
         self.of_all(|run| score(run.manifest.scores.as_ref()?))
     }
@@ -141,7 +170,7 @@ impl<'a> CellRuns<'_, 'a> {
     /// The largest difference of a threshold's energy from that of U, relative to E - B.
     fn of_thresholds(&self, energy: impl Fn(&LevelSet) -> f64) -> CellValue {
         self.of_all(|run| {
-            let summary = &run.summary;
+            let summary = run.summary.labels()?;
             let differences = run
                 .manifest
                 .level_sets
@@ -177,8 +206,10 @@ impl<'a> CellRuns<'_, 'a> {
                 Some(spread) if spread.median.is_finite() => CellValue::Number(spread),
                 _ => CellValue::Nothing,
             },
-            (Clock::Iterations, None) => self.of_all(|run| Some(run.summary.iterations as f64)),
-            (Clock::Seconds, None) => self.of_timed(|run| run.summary.seconds),
+            (Clock::Iterations | Clock::Steps, None) => {
+                self.of_labels(|summary| summary.iterations as f64)
+            }
+            (Clock::Seconds, None) => self.of_timed(|run| run.summary.seconds()),
         }
     }
 
@@ -197,14 +228,13 @@ impl<'a> CellRuns<'_, 'a> {
     /// The labels of the run of minimum energy among those whose labels are kept.
     fn reference_labels(&self) -> Option<&'a [u8]> {
         let runs = self.pool.peers(self.cell).runs.into_iter();
-        let labeled = runs.filter_map(|run| Some((run.summary.energy, run.labels.as_deref()?)));
+        let labeled = runs.filter_map(|run| Some((run.summary.energy(), run.labels.as_deref()?)));
         labeled.min_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, labels)| labels)
     }
 
     fn status(&self) -> CellValue {
         let Some(run) = self.cell.runs.first() else { return CellValue::Nothing };
-        let status = serde_json::to_value(run.summary.status).expect("a plain name");
-        CellValue::Text(status.as_str().expect("a plain name").to_owned())
+        CellValue::Text(run.summary.status())
     }
 }
 

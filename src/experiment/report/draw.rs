@@ -26,7 +26,7 @@ pub fn selected<'p, 'a>(pool: &'p Pool<'a>, spec: &FigureSpec) -> Vec<&'p Cell<'
     pool.cells.iter().filter(wanted).collect()
 }
 
-/// Draws a figure of numbers. Panics if it is one of surfaces.
+/// Draws a figure of numbers. Panics if it is one of pictures.
 pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
     let cells = selected(pool, spec);
     let (panels, timed) = match &spec.kind {
@@ -39,7 +39,9 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
             (relation(pool, &cells, spec), timed)
         }
         FigureKind::Thresholds => (thresholds(pool, &cells), false),
-        FigureKind::Surface(_) => unreachable!("surfaces are drawn by surface.rs"),
+        FigureKind::Surface(_) | FigureKind::Evolution(_) | FigureKind::Photographs => {
+            unreachable!("pictures have files of their own")
+        }
     };
     let figure = Figure {
         panels,
@@ -57,15 +59,15 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
     let mut instances: Vec<usize> = cells.iter().map(|cell| cell.instance).collect();
     instances.dedup();
     let measure = |peers: &Peers<'_>, point: &Point| match y {
-        Measure::Suboptimality => peers.suboptimality(point.energy),
+        Measure::Suboptimality => Some(peers.suboptimality(point.energy)),
         Measure::Gap => point.relative_gap,
-        Measure::Energy => point.energy,
+        Measure::Energy => Some(point.energy),
+        Measure::Distance => point.distance,
+        Measure::Mislabeled => point.mislabeled,
+        Measure::SilhouetteIou => point.silhouette_iou,
     };
-    let label = match y {
-        Measure::Suboptimality => "suboptimality",
-        Measure::Gap => "certified gap",
-        Measure::Energy => "energy",
-    };
+    // Surfaces are also measured before the first step.
+    let logx = x != Clock::Steps && !y.is_of_surfaces();
     let panel = |instance: usize| {
         let series = cells.iter().filter(|cell| cell.instance == instance).map(|cell| {
             let peers = pool.peers(cell);
@@ -77,20 +79,22 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
                 points: pool
                     .trace(cell, x == Clock::Seconds)
                     .iter()
-                    .map(|point| [x.of(point), measure(&peers, point)])
-                    .filter(|[x, y]| *x > 0.0 && (bound.is_finite() || y.is_finite()))
+                    .filter_map(|point| Some([x.of(point), measure(&peers, point)?]))
+                    .filter(|[x, _]| *x > 0.0 || !logx)
+                    .filter(|[_, y]| bound.is_finite() || y.is_finite())
                     .collect(),
                 band: Vec::new(),
             }
         });
-        Panel {
+        let series: Vec<Series> = series.filter(|series| !series.points.is_empty()).collect();
+        (!series.is_empty()).then(|| Panel {
             title: Some(pool.spec.instances[instance].label.clone()),
-            x: Axis::new(x.label(), true),
-            y: Axis::new(label, y != Measure::Energy),
-            series: series.collect(),
-        }
+            x: Axis::new(x.label(), logx),
+            y: Axis::new(y.label(), y.is_logarithmic()),
+            series,
+        })
     };
-    instances.into_iter().map(panel).collect()
+    instances.into_iter().filter_map(panel).collect()
 }
 
 /// A panel for each instance, for each solver the labels and the level lines of its thresholds.
@@ -101,7 +105,8 @@ fn thresholds<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>]) -> Vec<Panel> {
             let found =
                 cell.runs.iter().find_map(|run| Some((run, run.manifest.level_sets.as_ref()?)));
             let Some((run, sets)) = found else { continue };
-            let above = |difference: f64| difference / (run.summary.energy - run.summary.baseline);
+            let Some(summary) = run.summary.labels() else { continue };
+            let above = |difference: f64| difference / (summary.energy - summary.baseline);
             type Energy = fn(&LevelSet) -> f64;
             let kinds: [(&str, Energy); 2] =
                 [("labels", |set| set.labels), ("level lines", |set| set.lines)];

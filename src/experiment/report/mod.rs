@@ -2,7 +2,9 @@
 
 mod cell_value;
 mod draw;
+mod evolution;
 mod page;
+mod photographs;
 mod pool;
 mod relation;
 mod surface;
@@ -23,8 +25,7 @@ use self::pool::Pool;
 use self::surface::DrawnSurfaces;
 use self::table::Table;
 use super::figures::{
-    Clock, FigureKind, FigureSpans, FigureSpec, Measure, SurfaceFigure, TableKind, TableSpec,
-    Target,
+    Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
 };
 use super::results::Done;
 use super::spec::Spec;
@@ -161,8 +162,24 @@ fn write_figures(
     let mut written = WrittenFigures::default();
     for figure in figures {
         let (name, title) = (&figure.name[..], figure.title.as_deref());
-        if let FigureKind::Surface(surface) = &figure.kind {
-            write_surfaces(pool, store, (figure, surface), folder, program, &mut written)?;
+        let cells = draw::selected(pool, figure);
+        if let FigureKind::Photographs = figure.kind {
+            photographs::write(pool, &cells, figure, folder, &mut written)?;
+            continue;
+        }
+        let surfaces = match &figure.kind {
+            FigureKind::Surface(surface) => {
+                Some(surface::draw(pool, store, &cells, figure, surface, program))
+            }
+            FigureKind::Evolution(evolution) => {
+                Some(evolution::draw(pool, store, &cells, figure, evolution, program))
+            }
+            _ => None,
+        };
+        if let Some(drawn) = surfaces {
+            let drawn =
+                drawn.map_err(|error| pool.spec.format_error(&figure.spans.shown, error))?;
+            write_surfaces(figure, drawn, folder, &mut written)?;
             continue;
         }
         let path = folder.join(format!("{name}.svg"));
@@ -190,18 +207,13 @@ fn write_figures(
 
 /// Writes a figure of surfaces, as PNG and as a page on which they can be turned.
 fn write_surfaces(
-    pool: &Pool<'_>,
-    store: &Store,
-    (figure, surface): (&FigureSpec, &SurfaceFigure),
+    figure: &FigureSpec,
+    drawn: Option<DrawnSurfaces<'_>>,
     folder: &Path,
-    program: &str,
     written: &mut WrittenFigures,
 ) -> Result<()> {
     let (name, title) = (&figure.name[..], figure.title.as_deref());
     let path = folder.join(format!("{name}.png"));
-    let cells = draw::selected(pool, figure);
-    let drawn = surface::draw(pool, store, &cells, figure, surface, program)
-        .map_err(|error| pool.spec.format_error(&figure.spans.shown, error))?;
     let advice = "`meshseg experiment run --force` makes them";
     match drawn {
         Some(DrawnSurfaces { png, html, sources, left_out }) => {
@@ -279,8 +291,9 @@ fn write_tables<'a>(
 /// Whether the labels of a run are missing although they were kept when it was made.
 fn lacks_labels(run: &Done) -> bool {
     run.labels.is_none()
+        && run.summary.labels().is_some()
         && run.manifest.repetition == 0
-        && run.summary.vertices <= MAX_SHOWN_VERTICES
+        && run.summary.vertices() <= MAX_SHOWN_VERTICES
 }
 
 /// The figures and tables of the file; by default decay over both clocks, and the times to gaps.

@@ -138,12 +138,13 @@ fn instances(pool: &Pool<'_>, store: &Store) -> Result<(Vec<Value>, BTreeMap<Str
         let solved = of_instance().find(|cell| pool.solver(cell).task.has_fixed_costs());
         let Some(cell) = solved.or_else(|| of_instance().next()) else { continue };
         let (run, peers) = (cell.runs[0], pool.peers(cell));
+        let labels = run.summary.labels();
         let scene = scene(pool, store, i, run)?;
         let id = format!("g{i}");
         instances.push(json!({
             "id": format!("i{i}"), "label": instance.label, "mesh": instance.mesh,
-            "vertices": run.summary.vertices, "faces": run.summary.faces, "regions": run.summary.regions,
-            "lambda": run.summary.lambda, "mass": run.summary.mass,
+            "vertices": run.summary.vertices(), "faces": run.summary.faces(), "regions": run.summary.regions(),
+            "lambda": labels.map(|summary| summary.lambda), "mass": labels.map(|summary| &summary.mass),
             "best_bound": peers.bound(), "best_energy": peers.energy(), "scene": scene.is_some().then_some(&id),
         }));
         if let Some(mut scene) = scene {
@@ -160,20 +161,23 @@ fn run_json<'a>(pool: &Pool<'a>, cell: &Cell<'a>, run: &Done, host: Option<usize
     let points = run.trace.iter().enumerate().filter(|(i, _)| i % step == 0 || *i == last);
     let points: Vec<&Point> = points.map(|(_, point)| point).collect();
     let peers = pool.peers(cell);
-    let column = |value: &dyn Fn(&Point) -> f64| -> Vec<f64> {
+    let labels = run.summary.labels();
+    let column = |value: &dyn Fn(&Point) -> Option<f64>| -> Vec<Option<f64>> {
         points.iter().map(|point| value(point)).collect()
     };
     json!({
         "id": run.manifest.id, "instance": format!("i{}", cell.instance), "solver": format!("s{}", cell.solver),
         "repetition": run.manifest.repetition, "machine": host.map(|host| format!("m{host}")),
-        "loaded": run.manifest.loaded, "status": run.summary.status,
-        "iterations": run.summary.iterations, "seconds": run.summary.seconds,
-        "energy": run.summary.energy, "dual_bound": run.summary.dual_bound,
-        "relative_gap": run.summary.relative_gap, "manifest": flat(run),
+        "loaded": run.manifest.loaded, "status": run.summary.status(),
+        "iterations": run.summary.iterations(), "seconds": run.summary.seconds(),
+        "energy": run.summary.energy(), "dual_bound": labels.map(|summary| summary.dual_bound),
+        "relative_gap": labels.map(|summary| summary.relative_gap), "manifest": flat(run),
         "trace": {
-            "iteration": column(&|point| point.iteration as f64), "seconds": column(&|point| point.seconds),
-            "energy": column(&|point| point.energy), "relative_gap": column(&|point| point.relative_gap),
-            "suboptimality": column(&|point| peers.suboptimality(point.energy)),
+            "iteration": column(&|point| Some(point.iteration as f64)), "seconds": column(&|point| Some(point.seconds)),
+            "energy": column(&|point| Some(point.energy)), "relative_gap": column(&|point| point.relative_gap),
+            "suboptimality": column(&|point| Some(peers.suboptimality(point.energy))),
+            "distance": column(&|point| point.distance), "mislabeled": column(&|point| point.mislabeled),
+            "silhouette_iou": column(&|point| point.silhouette_iou),
         },
     })
 }
@@ -222,10 +226,13 @@ fn share_mesh(scene: &mut Value, scenes: &BTreeMap<String, Value>) {
 /// The surface of an instance with its data and the kept labels of its solvers.
 fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<Option<Value>> {
     let path = store.folder.join("instances").join(format!("{}.ply", run.manifest.instance_id));
-    if !path.exists() || run.summary.vertices > MAX_SHOWN_VERTICES {
+    if !path.exists() {
         return Ok(None);
     }
     let mesh = io::read(&path)?;
+    if mesh.vertices.len() > MAX_SHOWN_VERTICES {
+        return Ok(None);
+    }
     let Some(colors) = &mesh.colors else { return Ok(None) };
     let encode = |bytes: &[u8]| BASE64_STANDARD.encode(bytes);
     let mut solutions = serde_json::Map::new();
@@ -253,7 +260,7 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     let faces: Vec<u8> = mesh.faces.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
     let data: Vec<u8> = colors.iter().flatten().map(|c| (255.0 * c).round() as u8).collect();
     let palette: Vec<[f64; 3]> =
-        (0..run.summary.regions).map(crate::colormap::categorical).collect();
+        (0..run.summary.regions()).map(crate::colormap::categorical).collect();
     let [towards, up] = crate::render::default_view(&mesh);
     Ok(Some(json!({
         "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),

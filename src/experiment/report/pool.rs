@@ -25,18 +25,23 @@ pub struct Pool<'a> {
 }
 
 /// The runs of an instance whose energies are comparable: those with the costs of the instance, or those with parameters
-/// of their own, which have no common bound.
+/// of their own, which have no common bound. There are none for a surface, which has no bound at all: bounds and shares are
+/// not finite.
 pub struct Peers<'a> {
     fixed_costs: bool,
     pub runs: Vec<&'a Done>,
 }
 
 impl Peers<'_> {
+    fn summaries(&self) -> impl Iterator<Item = &Summary> {
+        self.runs.iter().filter_map(|run| run.summary.labels())
+    }
+
     /// D*, the best bound of any solver; with parameters of their own E*.
     pub fn bound(&self) -> f64 {
         match self.fixed_costs {
             true => {
-                let bounds = self.runs.iter().map(|run| run.summary.dual_bound);
+                let bounds = self.summaries().map(|summary| summary.dual_bound);
                 bounds.fold(f64::NEG_INFINITY, f64::max)
             }
             false => self.energy(),
@@ -45,7 +50,7 @@ impl Peers<'_> {
 
     /// L*, the best bound of any solver for labels; with parameters of their own the minimum energy of labels.
     pub fn label_bound(&self) -> f64 {
-        let summaries = self.runs.iter().map(|run| &run.summary);
+        let summaries = self.summaries();
         match self.fixed_costs {
             true => {
                 let bound = |it: &Summary| match &it.rounding {
@@ -60,7 +65,7 @@ impl Peers<'_> {
 
     /// E*, the minimum energy of any solver.
     pub fn energy(&self) -> f64 {
-        self.runs.iter().map(|run| run.summary.energy).fold(f64::INFINITY, f64::min)
+        self.summaries().map(|summary| summary.energy).fold(f64::INFINITY, f64::min)
     }
 
     /// (E - D*) / (E* - B).
@@ -70,7 +75,7 @@ impl Peers<'_> {
 
     /// A difference of energies, relative to E* - B.
     pub fn share(&self, difference: f64) -> f64 {
-        let baselines = self.runs.iter().map(|run| run.summary.baseline);
+        let baselines = self.summaries().map(|summary| summary.baseline);
         let baseline = baselines.fold(f64::INFINITY, f64::min);
         if difference == 0.0 { 0.0 } else { difference / (self.energy() - baseline) }
     }
@@ -150,8 +155,11 @@ impl<'a> Pool<'a> {
     pub fn peers(&self, cell: &Cell<'_>) -> Peers<'a> {
         let solves = |cell: &Cell<'_>| self.solver(cell).task.has_fixed_costs();
         let fixed_costs = solves(cell);
-        let same =
-            |other: &&Cell<'a>| other.instance == cell.instance && solves(other) == fixed_costs;
+        let evolves = |cell: &Cell<'_>| self.solver(cell).task.evolution().is_some();
+        let comparable = |other: &Cell<'_>| solves(other) == fixed_costs && !evolves(other);
+        let same = |other: &&Cell<'a>| {
+            other.instance == cell.instance && comparable(other) && !evolves(cell)
+        };
         let runs = self.cells.iter().filter(same).flat_map(|cell| cell.runs.clone()).collect();
         Peers { fixed_costs, runs }
     }
@@ -166,7 +174,7 @@ impl<'a> Pool<'a> {
     ) -> Option<Spread> {
         let peers = self.peers(cell);
         let reached = |point: &&Point| match target {
-            Target::Certificate => point.relative_gap <= gap,
+            Target::Certificate => point.relative_gap.is_some_and(|own| own <= gap),
             Target::Optimum => peers.suboptimality(point.energy) <= gap,
         };
         let at = |run: &Done| {
@@ -174,7 +182,7 @@ impl<'a> Pool<'a> {
             first.map_or(f64::INFINITY, |point| clock.of(point))
         };
         let times: Vec<f64> = match clock {
-            Clock::Iterations => cell.runs.iter().map(|run| at(run)).collect(),
+            Clock::Iterations | Clock::Steps => cell.runs.iter().map(|run| at(run)).collect(),
             Clock::Seconds => self.timed(cell).map(at).collect(),
         };
         (!times.is_empty()).then(|| Spread::of(times))
@@ -229,7 +237,7 @@ impl<'a> Pool<'a> {
 impl Clock {
     pub fn of(self, point: &Point) -> f64 {
         match self {
-            Clock::Iterations => point.iteration as f64,
+            Clock::Iterations | Clock::Steps => point.iteration as f64,
             Clock::Seconds => point.seconds,
         }
     }

@@ -27,6 +27,14 @@ pub struct DrawnSurfaces<'a> {
 /// The width of a figure in a column, in millimeters.
 const COLUMN_WIDTH: &str = "85mm";
 
+/// The width of a figure.
+pub fn page_width(figure: &FigureSpec) -> PageWidth {
+    match figure.page {
+        true => PageWidth::default(),
+        false => COLUMN_WIDTH.parse().expect("a width"),
+    }
+}
+
 /// An instance whose surface and labels are there.
 struct Shows<'a> {
     label: &'a str,
@@ -86,6 +94,7 @@ pub fn draw<'a>(
                 data: Some(ShownData::Colors(colors)),
                 regions: Some(regions.clone()),
                 means: None,
+                frame: None,
             });
             if s == 0 {
                 panels.extend(of_instance.iter().map(|&shown| panel(index, shown)));
@@ -97,10 +106,6 @@ pub fn draw<'a>(
         1 => Vec::new(),
         _ => all.iter().map(|shows| shows.label.to_owned()).collect(),
     };
-    let width = match figure.page {
-        true => PageWidth::default(),
-        false => COLUMN_WIDTH.parse().expect("a width"),
-    };
     let drawn = Panels {
         surfaces: &surfaces,
         panels: &panels,
@@ -108,7 +113,7 @@ pub fn draw<'a>(
         columns: Some(columns.len()),
         row_headings: &row_headings,
         column_headings: &columns,
-        width,
+        width: page_width(figure),
         transparent: false,
     };
     let png = drawn.png()?;
@@ -135,7 +140,7 @@ fn shows<'a>(
     }
     let mesh = io::read(&path)?;
     let names = |run: &Done| match by_column {
-        true => Ok((0..run.summary.regions).collect()),
+        true => Ok((0..run.summary.regions()).collect()),
         false => matched(run, runs[0]),
     };
     let regions = runs.iter().map(|run| Ok(regions(run, &names(run)?))).collect::<Result<_>>()?;
@@ -149,7 +154,7 @@ fn matched(run: &Done, first: &Done) -> Result<Vec<usize>> {
     };
     let (labels, reference) = (integers(run), integers(first));
     let confusion = Confusion::new(&labels, &reference, &vec![1.0; labels.len()])?;
-    let m = run.summary.regions;
+    let m = run.summary.regions();
     let mut names: Vec<Option<usize>> = vec![None; m];
     for (row, column) in confusion.matching().into_iter().enumerate() {
         let name = column.map(|column| confusion.truth_labels[column] as usize);
@@ -167,7 +172,7 @@ fn regions(run: &Done, names: &[usize]) -> Regions {
         .certainty
         .as_ref()
         .map(|certainty| certainty.iter().map(|&byte| f64::from(byte) / 255.0).collect());
-    match (run.summary.regions, certainty) {
+    match (run.summary.regions(), certainty) {
         (2, Some(certainty)) => {
             let row =
                 |(label, u): (usize, f64)| if label == 0 { [u, 1.0 - u] } else { [1.0 - u, u] };

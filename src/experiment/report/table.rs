@@ -74,7 +74,7 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
                     TableEntry::Censored(match cell.runs.first().and_then(|run| run.trace.last()) {
                         Some(last) => {
                             let gap = match to {
-                                Target::Certificate => last.relative_gap,
+                                Target::Certificate => last.relative_gap.unwrap_or(f64::NAN),
                                 Target::Optimum => pool.peers(cell).suboptimality(last.energy),
                             };
                             format!("> {} ({gap:.0e})", number(clock.of(last)))

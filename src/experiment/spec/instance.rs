@@ -7,17 +7,19 @@ use super::super::choice::DataChoice;
 use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
-use super::super::photographs::{self, Photography, Sampling};
+use super::super::photographs::{self, Pattern, Photography, Sampling};
 use super::cell::{Cell, label_of};
 use crate::data::ModelName;
-use crate::data::input::DataSource;
 use crate::data::projection::Projection;
+use crate::data::views::MaskRule;
+use crate::evolve::shots::Behind;
 use crate::mesh::curvature::CurvatureKind;
 use crate::mesh::{Normalize, Source};
 use crate::names::Named;
 use crate::operator::Mass;
 use crate::regions;
 use crate::relaxation::Relaxation;
+use crate::triple::Triple;
 
 /// A problem to be solved.
 #[derive(Clone, Debug)]
@@ -25,11 +27,16 @@ pub struct InstanceCell {
     /// Its name in figures, tables and messages.
     pub label: String,
     pub(crate) keys: Keys,
-    /// The mesh, named as the argument MESH, see [`Source::parse`].
-    pub mesh: String,
+    /// The mesh, named as the argument MESH, see [`Source::parse`]; `None` if it is unknown, and to be reconstructed from
+    /// views.
+    pub mesh: Option<String>,
     pub(crate) data: DataChoice,
     /// How photographs are made and read, if the data are photographs; which pixels count, if they are views.
     pub(crate) photography: Photography,
+    /// What is behind the surface in photographs or views.
+    pub(crate) background: Option<Behind>,
+    /// How masks of views are made.
+    pub(crate) mask: Option<MaskRule>,
     /// The folder of the images of views.
     pub(crate) images: Option<String>,
     /// Standard deviation of the normal noise that is added to every entry of the data; 0 for none.
@@ -42,7 +49,7 @@ pub struct InstanceCell {
     pub(crate) project: Option<Projection>,
     /// Labels that are right: a `.npy` file of V integers, or a `.mat` file of human segmentations.
     pub(crate) truth: Option<String>,
-    /// m, from 2 to 64; 0 if the number of columns of a costs file determines it.
+    /// m, from 2 to 64, or 1 for a reconstruction; 0 if the number of columns of a costs file determines it.
     pub regions: usize,
     pub(crate) lambda: LambdaChoice,
     /// The relaxation of the problem.
@@ -54,6 +61,13 @@ pub struct InstanceCell {
     /// The spans of its mesh and its data in the file.
     pub(crate) mesh_span: Range<usize>,
     pub(crate) data_span: Range<usize>,
+}
+
+impl InstanceCell {
+    /// The name of the mesh. Panics if there is none, in which case only reconstructions run on the instance.
+    pub fn mesh_name(&self) -> &str {
+        self.mesh.as_deref().expect("the file was checked for this")
+    }
 }
 
 /// The key `lambda` of an instance.
@@ -97,10 +111,12 @@ pub(super) fn read_instances(
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
     let first = ["mesh", "data", "model", "project"];
     let last = ["truth", "noise", "seed", "regions", "lambda", "relaxation", "mass", "normalize"];
-    for key in first.into_iter().chain(["images"]).chain(photographs::KEYS).chain(last) {
+    for key in
+        first.into_iter().chain(OF_VIEWS).chain(["background"]).chain(photographs::KEYS).chain(last)
+    {
         match section.list(key)? {
             Some(values) => group.keys.push((key.to_owned(), values)),
-            None if ["mesh", "data", "lambda"].contains(&key) => {
+            None if ["data", "lambda"].contains(&key) => {
                 return Err(SpanError::at(&section.span, format!("{} needs {key}", section.name)));
             }
             None => {}
@@ -110,7 +126,8 @@ pub(super) fn read_instances(
     let table = section.span.clone();
     section.end()?;
     let cells = group.cells(&table)?;
-    cells.iter().map(|cell| read_cell(&Cell(cell), &group, label.as_deref(), folder)).collect()
+    let read = |cell| read_cell(&Cell(cell), &group, label.as_deref(), folder, &table);
+    cells.iter().map(|cell| read(cell)).collect()
 }
 
 fn read_cell(
@@ -118,10 +135,14 @@ fn read_cell(
     group: &Group,
     label: Option<&str>,
     folder: &Path,
+    table: &Range<usize>,
 ) -> SpanResult<InstanceCell> {
-    let (mesh, mesh_span) = cell.text("mesh")?.expect("it is needed");
-    if !mesh.starts_with("data:") && !folder.join(mesh).exists() {
-        Source::parse(mesh).map_err(|error| SpanError::at(mesh_span, error.to_string()))?;
+    let mesh = cell.text("mesh")?;
+    if let Some((mesh, span)) = mesh
+        && !mesh.starts_with("data:")
+        && !folder.join(mesh).exists()
+    {
+        Source::parse(mesh).map_err(|error| SpanError::at(span, error.to_string()))?;
     }
     let (data, data_span) = cell.text("data")?.expect("it is needed");
     let data: DataChoice = data.parse().map_err(|message: String| {
@@ -131,16 +152,27 @@ fn read_cell(
         let known = known.iter().map(String::as_str);
         SpanError::at(data_span, message + &did_you_mean(data, known))
     })?;
+    if mesh.is_none() && !data.is_views() {
+        return Err(SpanError::at(table, "[[instance]] needs mesh"));
+    }
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
     let regions = region_count(cell, &data, data_span)?;
     let of_costs = matches!(data, DataChoice::Costs(_));
     check_keys(cell, &data)?;
+    let background = read_background(cell, &data)?;
     Ok(InstanceCell {
-        photography: read_photography(cell)?,
+        photography: read_photography(cell, background)?,
+        background,
+        mask: read_mask(cell)?,
         images: cell.text("images")?.map(|(folder, _)| folder.to_owned()),
-        label: label_of(label, plain_label(cell, group, mesh, &data, regions), cell, group),
+        label: label_of(
+            label,
+            plain_label(cell, group, mesh.map(|(mesh, _)| mesh), &data, regions),
+            cell,
+            group,
+        ),
         keys: cell.keys(),
-        mesh: mesh.to_owned(),
+        mesh: mesh.map(|(mesh, _)| mesh.to_owned()),
         data,
         model: read_model(cell, of_costs)?,
         project: read_projection(cell)?,
@@ -152,7 +184,7 @@ fn read_cell(
         relaxation: cell.named("relaxation", Relaxation::Frobenius)?,
         mass: cell.named("mass", Mass::Barycentric)?,
         normalize: cell.named("normalize", Normalize::Area)?,
-        mesh_span: mesh_span.clone(),
+        mesh_span: mesh.map_or(data_span, |(_, span)| span).clone(),
         data_span: data_span.clone(),
     })
 }
@@ -171,16 +203,19 @@ fn read_projection(cell: &Cell<'_>) -> SpanResult<Option<Projection>> {
     projection.map(Some)
 }
 
+/// The keys of views alone.
+const OF_VIEWS: [&str; 2] = ["images", "mask"];
+
 /// The keys of photographs that views have too.
-const OF_BOTH: [&str; 2] = ["pure", "grazing"];
+const OF_BOTH: [&str; 3] = ["pure", "grazing", "background"];
 
 /// Refuses keys that do not apply to the data.
 fn check_keys(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<()> {
-    let is_views = matches!(data, DataChoice::Source(DataSource::Views(_)));
+    let is_views = data.is_views();
     let is_photographs = matches!(data, DataChoice::Photographs(_));
-    for key in photographs::KEYS.into_iter().chain(["images"]) {
+    for key in photographs::KEYS.into_iter().chain(OF_VIEWS).chain(["background"]) {
         let Some(given) = cell.get(key) else { continue };
-        let (applies, needed) = if key == "images" {
+        let (applies, needed) = if OF_VIEWS.contains(&key) {
             (is_views, "\"views:FILE\"")
         } else if OF_BOTH.contains(&key) {
             (is_views || is_photographs, "\"photographs:N:WxH\" or \"views:FILE\"")
@@ -202,27 +237,43 @@ fn check_keys(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<()> {
     }
 }
 
+/// What is behind the surface: for photographs a color.
+fn read_background(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Option<Behind>> {
+    let Some((text, span)) = cell.text("background")? else { return Ok(None) };
+    let behind: Behind =
+        text.parse().map_err(|message| SpanError::at(span, format!("background {message}")))?;
+    match behind {
+        Behind::Images | Behind::Masks if !data.is_views() => Err(SpanError::at(
+            span,
+            "photographs are taken in front of a color: background must be three numbers from 0 to 1, such as \"0.9,0.9,0.9\"",
+        )),
+        behind => Ok(Some(behind)),
+    }
+}
+
+/// How masks of views are made.
+fn read_mask(cell: &Cell<'_>) -> SpanResult<Option<MaskRule>> {
+    let Some((text, span)) = cell.text("mask")? else { return Ok(None) };
+    let rule = text.parse().map_err(|message| SpanError::at(span, format!("mask {message}")));
+    rule.map(Some)
+}
+
 /// The keys that photographs have.
-fn read_photography(cell: &Cell<'_>) -> SpanResult<Photography> {
+fn read_photography(cell: &Cell<'_>, background: Option<Behind>) -> SpanResult<Photography> {
     let light = match cell.text("light")? {
         None => None,
-        Some((text, span)) => {
-            let numbers: Vec<f64> = text.split(',').filter_map(|x| x.trim().parse().ok()).collect();
-            match numbers[..] {
-                [x, y, z]
-                    if text.split(',').count() == 3
-                        && [x, y, z].iter().all(|x| x.is_finite())
-                        && [x, y, z] != [0.0; 3] =>
-                {
-                    Some([x, y, z])
-                }
-                _ => {
-                    let message =
-                        "light must be a direction of three numbers, not all 0, as in \"1,0,2\"";
-                    return Err(SpanError::at(span, message));
-                }
+        Some((text, span)) => match text.parse() {
+            Ok(Triple(light))
+                if light.iter().all(|x| x.is_finite()) && light.iter().any(|&x| x != 0.0) =>
+            {
+                Some(light)
             }
-        }
+            _ => {
+                let message =
+                    "light must be a direction of three numbers, not all 0, as in \"1,0,2\"";
+                return Err(SpanError::at(span, message));
+            }
+        },
     };
     if let (None, Some(given)) = (light, cell.get("ambient")) {
         let message = "ambient needs light: without one the colors stay as they are";
@@ -230,7 +281,7 @@ fn read_photography(cell: &Cell<'_>) -> SpanResult<Photography> {
     }
     let sampling = cell.named("sampling", Sampling::default())?;
     if let (Sampling::Vertices, Some((key, given))) =
-        (sampling, OF_BOTH.iter().find_map(|key| Some((key, cell.get(key)?))))
+        (sampling, ["pure", "grazing"].iter().find_map(|key| Some((key, cell.get(key)?))))
     {
         return Err(SpanError::at(&given.span, format!("{key} needs sampling = \"pixels\"")));
     }
@@ -239,6 +290,11 @@ fn read_photography(cell: &Cell<'_>) -> SpanResult<Photography> {
         return Err(SpanError::at(&given.span, "grazing must be a cosine, below 1"));
     }
     Ok(Photography {
+        pattern: cell.named("pattern", Pattern::default())?,
+        background: match background {
+            Some(Behind::Color(color)) => color,
+            _ => photographs::BACKGROUND,
+        },
         light,
         ambient: cell.number("ambient", 0.0, 0.0)?,
         principal_error: cell.number("principal-error", 0.0, 0.0)?,
@@ -266,7 +322,12 @@ fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) ->
         (None, DataChoice::Costs(_)) => Ok(0),
         (None, _) => Err(SpanError::at(data_span, "these data need the key regions")),
         (Some(_), _) => {
-            let range = *regions::REGIONS.start() as u64..=*regions::REGIONS.end() as u64;
+            let least = match data.is_views() || matches!(data, DataChoice::Photographs(_)) {
+                // One region can be reconstructed.
+                true => 1,
+                false => *regions::REGIONS.start() as u64,
+            };
+            let range = least..=*regions::REGIONS.end() as u64;
             Ok(cell.count("regions", 0, range)? as usize)
         }
     }
@@ -276,21 +337,22 @@ fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) ->
 fn plain_label(
     cell: &Cell<'_>,
     group: &Group,
-    mesh: &str,
+    mesh: Option<&str>,
     data: &DataChoice,
     regions: usize,
 ) -> String {
     let text = |key: &str| cell.get(key).map(|value| value.value.text());
+    let mesh = mesh.map_or(String::new(), |mesh| format!("{mesh}, "));
     let regions = if regions > 0 { format!(", {regions} regions") } else { String::new() };
     let lambda = text("lambda").expect("it is needed");
     let given = |key: &str| text(key).map_or(String::new(), |name| format!(", {name}"));
     let (relaxation, mass) = (given("relaxation"), given("mass"));
-    let varied = ["model", "project", "images"].into_iter();
+    let varied = ["model", "project", "images", "mask", "background"].into_iter();
     let varied = varied.chain(photographs::KEYS).chain(["noise", "seed"]);
     let varied = varied.filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));
     format!(
-        "{mesh}, {data}{regions}, lambda {lambda}{relaxation}{mass}{}",
+        "{mesh}{data}{regions}, lambda {lambda}{relaxation}{mass}{}",
         varied.collect::<String>()
     )
 }

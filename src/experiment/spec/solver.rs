@@ -9,6 +9,7 @@ use super::super::document::{Scalar, Section, SpanError, SpanResult, Spanned};
 use super::super::grid::{Group, Keys};
 use super::super::nearest::did_you_mean;
 use super::cell::{Cell, label_of};
+use super::reconstruct::{Evolution, RECONSTRUCT};
 use crate::error::Result;
 use crate::mesh::Source;
 use crate::names::Named;
@@ -27,7 +28,7 @@ pub struct SolverCell {
     /// Those values.
     pub(crate) varied: Keys,
     pub(crate) keys: Keys,
-    /// The name of a method, or `external`.
+    /// The name of a method or of a baseline, `external` or `reconstruct`.
     pub name: String,
     /// Its settings, as in the file.
     pub options: Options,
@@ -58,12 +59,22 @@ pub enum Task {
     Segment(Estimation),
     /// Labels without regard to cuts.
     Baseline(BaselineName),
+    /// A surface from photographs.
+    Reconstruct(Evolution),
 }
 
 impl Task {
     /// Whether it uses the costs of the instance. All others have parameters, and thus costs, of their own.
     pub fn has_fixed_costs(&self) -> bool {
         matches!(self, Task::Solve | Task::External(_))
+    }
+
+    /// How a surface evolves, if one does.
+    pub fn evolution(&self) -> Option<&Evolution> {
+        match self {
+            Task::Reconstruct(evolution) => Some(evolution),
+            _ => None,
+        }
     }
 
     /// The command, if it is one.
@@ -174,6 +185,7 @@ fn read_cell(
     let baseline = BaselineName::named(name);
     let task = match (name, baseline) {
         (EXTERNAL, _) => Task::External(read_external(cell, span, stop)?),
+        (RECONSTRUCT, _) => Task::Reconstruct(Evolution::read(cell)?),
         (_, Some(baseline)) => Task::Baseline(baseline),
         _ => read_estimation(cell)?.map_or(Task::Solve, Task::Segment),
     };
@@ -198,7 +210,7 @@ fn read_cell(
     }
     let method = match task {
         Task::Solve | Task::Segment(_) => Some(method_named(name, span)?),
-        Task::External(_) | Task::Baseline(_) => None,
+        Task::External(_) | Task::Baseline(_) | Task::Reconstruct(_) => None,
     };
     if let (Task::Baseline(_), Some((_, given))) =
         (&task, cell.0.iter().find(|(key, _)| key.starts_with("options.")))
@@ -273,10 +285,10 @@ fn method_named(name: &str, span: &Range<usize>) -> SpanResult<Method> {
         let known = known.iter().map(Method::name);
         let meant = did_you_mean(
             name,
-            known.chain(BaselineName::names().iter().copied()).chain([EXTERNAL]),
+            known.chain(BaselineName::names().iter().copied()).chain([EXTERNAL, RECONSTRUCT]),
         );
         let others = BaselineName::names().join(", ");
-        SpanError::at(span, format!("{error}, {others}, {EXTERNAL}{meant}"))
+        SpanError::at(span, format!("{error}, {others}, {EXTERNAL}, {RECONSTRUCT}{meant}"))
     })
 }
 

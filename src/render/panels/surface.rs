@@ -26,6 +26,9 @@ pub struct Surface<'a> {
     pub regions: Option<Regions>,
     /// The mean color of each region, sRGB in [0, 1]; without them, those of the data.
     pub means: Option<Vec<[f64; 3]>>,
+    /// A mesh whose views and scale it has instead of its own, such as all surfaces on the way of one that moves. It contains
+    /// the surface.
+    pub frame: Option<&'a Mesh>,
 }
 
 /// Data at the vertices.

@@ -36,7 +36,7 @@ fn page<'a>(surfaces: &'a [Surface<'a>], panels: &'a [Panel], views: &'a [View])
 }
 
 fn surface<'a>(mesh: &'a Mesh, colors: &'a [[f64; 3]], regions: Option<Regions>) -> Surface<'a> {
-    Surface { mesh, data: Some(ShownData::Colors(colors)), regions, means: None }
+    Surface { mesh, data: Some(ShownData::Colors(colors)), regions, means: None, frame: None }
 }
 
 fn white(panels: &Panels) -> RgbImage {
@@ -214,6 +214,7 @@ fn the_bytes_do_not_depend_on_the_threads() {
         data: Some(ShownData::Numbers { values: &values, range: [0.0, 36.0], label: "numbers" }),
         regions: Some(Regions::of_u(u, 2)),
         means: None,
+        frame: None,
     }];
     let all = [
         DATA,
@@ -289,13 +290,18 @@ fn regions_have_the_mean_of_their_data() {
 
     let numbers =
         ShownData::Numbers { values: &[1.0, 3.0, 3.0, 1.0], range: [1.0, 5.0], label: "" };
-    let surfaces =
-        [Surface { mesh: &mesh, data: Some(numbers), regions: Some(labels.clone()), means: None }];
+    let surfaces = [Surface {
+        mesh: &mesh,
+        data: Some(numbers),
+        regions: Some(labels.clone()),
+        means: None,
+        frame: None,
+    }];
     let found = pixel(&surfaces, Shown::Means, 350);
     assert!(found.iter().zip(bytes(sequential(0.5))).all(|(a, b)| a.abs_diff(b) <= 1), "{found:?}");
     // Means that are given need no data.
     let means = Some(vec![GREEN, blue]);
-    let surfaces = [Surface { mesh: &mesh, data: None, regions: Some(labels), means }];
+    let surfaces = [Surface { mesh: &mesh, data: None, regions: Some(labels), means, frame: None }];
     assert_eq!(pixel(&surfaces, Shown::Means, 50), bytes(GREEN));
 }
 
@@ -328,7 +334,7 @@ fn a_color_bar_is_below_its_panel() {
     let numbers = |range| ShownData::Numbers { values: &values, range, label: "heat in K" };
     for range in [[0.0, 1.0], [2.0, 2.0], [-1e-9, 1e9]] {
         let data = Some(numbers(range));
-        let surfaces = [Surface { mesh: &mesh, data, regions: None, means: None }];
+        let surfaces = [Surface { mesh: &mesh, data, regions: None, means: None, frame: None }];
         let image = white(&page(&surfaces, &[panel(DATA)], &[View::Auto]));
         let first = bytes(sequential(0.5 / 320.0));
         let bar = |y: u32| image.get_pixel(40, y).0 == first;
@@ -418,7 +424,7 @@ fn what_is_missing_is_an_error() {
     let colors = [GREEN; 4];
     let labels = || Some(Regions::of_labels(&[0, 1, 1, 0], 2, None));
     let u = Some(Regions::of_u(vec![0.5; 12], 3));
-    let bare = Surface { mesh: &mesh, data: None, regions: None, means: None };
+    let bare = Surface { mesh: &mesh, data: None, regions: None, means: None, frame: None };
     let labeled = Surface { regions: labels(), ..surface(&mesh, &colors, None) };
     let relaxed = Surface { regions: u, ..surface(&mesh, &colors, None) };
     let error = |surface: &Surface, shown| surface.check(shown).unwrap_err().to_string();
@@ -455,4 +461,26 @@ fn quantities_have_names() {
     for wrong in ["", "u", "u:", "u:-1", "u:x", "Data", "label"] {
         assert!(wrong.parse::<Shown>().is_err(), "{wrong}");
     }
+}
+
+/// A half as large, at the right end of the frame: half as wide in the picture, and the right ends meet.
+#[test]
+fn surfaces_keep_their_places_in_a_frame() {
+    let frame = shape("sphere:4");
+    let mut half = shape("sphere:4").scaled(0.5);
+    half.vertices.iter_mut().for_each(|x| x.x += 0.5);
+    let colors = vec![GREEN; frame.vertices.len()];
+    let (panels, views) = ([panel(Shown::Data { cut: false })], ["front".parse().unwrap()]);
+    let drawn = |mesh: &Mesh| {
+        let surfaces = [Surface { frame: Some(&frame), ..surface(mesh, &colors, None) }];
+        let image = white(&page(&surfaces, &panels, &views));
+        (image.dimensions(), bounds(&image))
+    };
+    let (size, [left, top, right, bottom]) = drawn(&frame);
+    let (same, [half_left, half_top, half_right, half_bottom]) = drawn(&half);
+    assert_eq!(size, same);
+    let near = |a: u32, b: u32| a.abs_diff(b) <= (right - left) / 30;
+    assert!(near(half_right, right) && near(half_left, left.midpoint(right)));
+    assert!(near(half_bottom - half_top, (bottom - top) / 2));
+    assert!(near(half_bottom + half_top, bottom + top));
 }

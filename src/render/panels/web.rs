@@ -15,7 +15,6 @@ use crate::colormap::{categorical, sequential};
 use crate::error::{Error, Result};
 use crate::mesh::orient::orient;
 use crate::mesh::{Mesh, Weld, coarsen::Coarsening};
-use crate::render::view::default_view;
 use crate::render::web;
 
 /// The largest size of the surfaces and colors of a page, in characters of base64.
@@ -41,6 +40,21 @@ impl Panels<'_> {
     /// # Panics
     /// An array of a surface is not of its vertices.
     pub fn html(&self, title: &str, program: &str) -> Result<String> {
+        self.page(title, program, false)
+    }
+
+    /// The same as a film: a surface for each row, with its columns on a slider.
+    ///
+    /// # Errors
+    /// Those of [`Panels::png`].
+    ///
+    /// # Panics
+    /// An array of a surface is not of its vertices.
+    pub fn film(&self, title: &str, program: &str) -> Result<String> {
+        self.page(title, program, true)
+    }
+
+    fn page(&self, title: &str, program: &str, film: bool) -> Result<String> {
         self.check()?;
         let stages = Stage::all(self.surfaces, self.views);
         let count = self.panels.len();
@@ -73,7 +87,7 @@ impl Panels<'_> {
             value
         });
         Ok(web::page(&json!({ "figure": {
-            "title": title, "program": program, "columns": columns,
+            "title": title, "program": program, "columns": columns, "film": film,
             "column_headings": self.column_headings, "row_headings": self.row_headings,
             "panels": panels.collect::<Vec<_>>(),
             "surfaces": bodies.iter().map(|body| body.as_ref().map(Body::json)).collect::<Vec<_>>(),
@@ -130,7 +144,7 @@ impl Body {
     fn of(stage: &Stage, most: usize) -> Result<Option<Self>> {
         let Some((scene, camera)) = stage.scene_and_camera() else { return Ok(None) };
         let [_, up, towards] = [0, 1, 2].map(|i| camera.axes().row(i).transpose());
-        let upright = default_view(&scene.mesh)[1];
+        let upright = stage.upright(scene);
         let along: f64 = (0..3).map(|i| upright[i] * towards[i]).sum();
         let up = if along.abs() < STEEP { upright } else { up.into() };
 

@@ -3,6 +3,7 @@
 mod cluster;
 mod files;
 mod labeling;
+mod reconstruct;
 mod report;
 mod runs;
 

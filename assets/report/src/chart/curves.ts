@@ -41,7 +41,7 @@ export function curvesOf(report: Report, instance: Instance, view: View): Curves
 
 function strandOf(run: Run, view: View, result: Curves): Sample[] {
   const xs = run.trace[view.axis];
-  const ys = run.trace[view.quantity];
+  const ys = run.trace[view.quantity] ?? [];
   const samples: Sample[] = [];
   for (let index = 0; index < xs.length; index++) {
     const x = xs[index];

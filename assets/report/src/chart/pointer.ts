@@ -29,6 +29,9 @@ const VALUE_NAMES: Record<Quantity, string> = {
   relative_gap: "relative gap",
   suboptimality: "suboptimality",
   energy: "energy",
+  distance: "distance",
+  mislabeled: "mislabeled",
+  silhouette_iou: "silhouettes",
 };
 
 export function trackPointer(host: HTMLElement, listener: Listener, quantity: () => Quantity): { clear(): void } {
@@ -68,10 +71,10 @@ export function trackPointer(host: HTMLElement, listener: Listener, quantity: ()
       }),
     );
     const name = quantity();
-    const value = run.trace[name][index];
+    const value = run.trace[name]?.[index];
     const rows: [string, string][] = [
-      [VALUE_NAMES[name], name === "energy" ? significant(value, 7) : gap(value)],
-      ["iteration", significant(run.trace.iteration[index])],
+      [VALUE_NAMES[name], name === "energy" ? significant(value, 7) : name === "silhouette_iou" ? significant(value, 4) : gap(value)],
+      [run.dual_bound === null ? "step" : "iteration", significant(run.trace.iteration[index])],
       ["seconds", seconds(run.trace.seconds[index])],
       ["run", curve.strands.length > 1 ? `${run.id}, repetition ${run.repetition + 1}` : run.id],
     ];

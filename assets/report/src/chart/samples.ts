@@ -2,7 +2,7 @@
 
 import type { Run } from "../data";
 
-export type Quantity = "relative_gap" | "suboptimality" | "energy";
+export type Quantity = "relative_gap" | "suboptimality" | "energy" | "distance" | "mislabeled" | "silhouette_iou";
 export type Axis = "iteration" | "seconds";
 
 export interface View {

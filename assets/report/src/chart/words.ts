@@ -9,8 +9,11 @@ export const Y_LABELS: Record<Quantity, string> = {
   relative_gap: "certified relative gap",
   suboptimality: "suboptimality",
   energy: "energy",
+  distance: "mean distance to the truth / diagonal",
+  mislabeled: "share that is mislabeled",
+  silhouette_iou: "agreement of silhouettes",
 };
-export const X_LABELS: Record<Axis, string> = { iteration: "iterations", seconds: "seconds in the solver" };
+export const X_LABELS: Record<Axis, string> = { iteration: "iterations or steps", seconds: "seconds in the solver" };
 
 export function factsOf(instance: Instance): string {
   return [
@@ -19,7 +22,7 @@ export function factsOf(instance: Instance): string {
     counted(instance.faces, "face"),
     counted(instance.regions, "region"),
     instance.lambda === null ? null : `λ = ${significant(instance.lambda)}`,
-    `${instance.mass} mass`,
+    instance.mass === null ? null : `${instance.mass} mass`,
     instance.best_energy === null ? null : `best energy ${significant(instance.best_energy, 7)}`,
     instance.best_bound === null ? null : `best lower bound ${significant(instance.best_bound, 7)}`,
   ]

@@ -7,7 +7,7 @@ import { trackPointer } from "../chart/pointer";
 import type { Axis, Quantity, View } from "../chart/samples";
 import { domainOf, type Domain } from "../chart/scale";
 import { emptyText, factsOf, notesOf, X_LABELS, Y_LABELS } from "../chart/words";
-import type { Instance, Report } from "../data";
+import type { Instance, Report, Run } from "../data";
 import { h } from "../dom";
 import { fileStem, save, svgBlob } from "../download";
 import { ink, onThemeChange, PAPER } from "../theme";
@@ -17,11 +17,31 @@ import { combobox } from "../widgets/combobox";
 /** The size of a saved chart, about half a slide. */
 const SAVED = { width: 900, height: 540 };
 
+/** The quantities that some run has. */
+function recorded(runs: Run[]): { value: Quantity; label: string; hint?: string }[] {
+  const all: { value: Quantity; label: string; hint?: string }[] = [
+    { value: "relative_gap", label: "gap", hint: Y_LABELS.relative_gap },
+    { value: "suboptimality", label: "suboptimality" },
+    { value: "energy", label: "energy" },
+    { value: "distance", label: "distance", hint: Y_LABELS.distance },
+    { value: "mislabeled", label: "mislabeled", hint: Y_LABELS.mislabeled },
+    { value: "silhouette_iou", label: "silhouettes", hint: Y_LABELS.silhouette_iou },
+  ];
+  const has = (quantity: Quantity) => runs.some((run) => run.trace[quantity]?.some((value) => value !== null));
+  return all.filter(({ value }) => has(value));
+}
+
 export function charts(report: Report): Node {
   const { instances, runs } = report.data;
   let instance = instances.find((one) => runs.some((run) => run.instance === one.id)) as Instance;
-  const view: View = { quantity: "relative_gap", axis: "iteration", logX: true, logY: true };
-  const logOf: Record<Quantity, boolean> = { relative_gap: true, suboptimality: true, energy: false };
+  const quantities = recorded(runs);
+  // Surfaces are also measured before the first step, which a logarithmic axis cannot show.
+  const certified = quantities.some(({ value }) => value === "relative_gap");
+  const logOf: Record<Quantity, boolean> = {
+    relative_gap: true, suboptimality: true, energy: false, distance: true, mislabeled: true, silhouette_iou: false,
+  };
+  const first = quantities[0]?.value ?? "energy";
+  const view: View = { quantity: first, axis: "iteration", logX: certified, logY: logOf[first] };
   let every = false;
   let zoom: { x: Domain; y: Domain } | null = null;
   let data: Curves;
@@ -134,11 +154,7 @@ export function charts(report: Report): Node {
     { class: "controls" },
     choice<Quantity>(
       "y",
-      [
-        { value: "relative_gap", label: "gap", hint: Y_LABELS.relative_gap },
-        { value: "suboptimality", label: "suboptimality" },
-        { value: "energy", label: "energy" },
-      ],
+      quantities,
       view.quantity,
       (quantity) => {
         view.quantity = quantity;

@@ -101,7 +101,9 @@ function cardsOf(report: Report, verdicts: Verdict[], target: number | null): HT
   const statuses = tally(runs.map((run) => run.status));
   const converged = statuses.find(([status]) => status === "converged")?.[1] ?? 0;
   const others = statuses.filter(([status]) => status !== "converged").map(([status, count]) => `${count} ${status}`);
-  cards.push(card(`${converged} of ${runs.length} converged`, others.length > 0 ? `the others: ${others.join(", ")}` : "every run reached its tolerance"));
+  const surfaces = runs.every((run) => run.relative_gap === null && run.dual_bound === null);
+  if (surfaces) cards.push(card("surfaces without a bound", statuses.map(([status, count]) => `${count} ${status}`).join(", ")));
+  else cards.push(card(`${converged} of ${runs.length} converged`, others.length > 0 ? `the others: ${others.join(", ")}` : "every run reached its tolerance"));
 
   const compared = verdicts.filter(({ row }) => row[4] !== null);
   const winners = tally(compared.flatMap(({ fastest }) => fastest ?? []));

@@ -2,7 +2,7 @@
 
 import {
   BufferAttribute, BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, Quaternion,
-  Vector3,
+  Sphere, Vector3,
 } from "three";
 import type { ViewData } from "../data";
 import { cut, type Smooth } from "./cut";
@@ -19,6 +19,8 @@ export interface Shape {
   positions: Float32Array;
   faces: Uint32Array;
   view: ViewData;
+  /** Whether it keeps its place in the unit ball; otherwise it fills the ball. */
+  placed?: boolean;
 }
 
 export interface Solid {
@@ -52,7 +54,7 @@ export function solid(): Solid {
 
   return {
     object,
-    show({ positions, faces, view }) {
+    show({ positions, faces, view, placed }) {
       geometry.setAttribute("position", new BufferAttribute(positions, 3));
       geometry.setIndex(new BufferAttribute(faces, 1));
       geometry.deleteAttribute("normal");
@@ -61,7 +63,7 @@ export function solid(): Solid {
       smooth = { positions, faces, normals: geometry.getAttribute("normal").array as Float32Array };
       // Every surface is scaled to the unit ball, upright, and has its viewer in the plane of y and z, so that one
       // camera suits all.
-      const sphere = geometry.boundingSphere;
+      const sphere = placed ? new Sphere(new Vector3(), 1) : geometry.boundingSphere;
       const scale = sphere && sphere.radius > 0 ? 1 / sphere.radius : 1;
       const turn = new Quaternion().setFromUnitVectors(new Vector3(...view.up).normalize(), UP);
       const towards = new Vector3(...view.towards).applyQuaternion(turn);

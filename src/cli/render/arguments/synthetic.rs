@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
+use meshseg::triple::Triple;
 use meshseg::{Error, Result};
-
-use crate::cli::triple::Triple;
 
 /// The options of synthetic photographs.
 #[derive(clap::Args)]

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::super::super::figures::{Clock, Target};
+use super::super::super::numbers::Numbers;
 use super::super::super::plan::run_toml;
 use super::super::super::results::{Done, Point};
 use super::super::super::spec::Spec;
@@ -71,16 +72,19 @@ fn done(
         iteration,
         seconds: 0.01 * (iteration * (repetition + 1)) as f64,
         energy,
-        dual_bound,
-        relative_gap: (energy - dual_bound) / (energy - 10.0),
+        relative_gap: Some((energy - dual_bound) / (energy - 10.0)),
         smoothed_energy: smoothed,
+        distance: None,
+        mislabeled: None,
+        silhouette_iou: None,
     };
     let trace: Vec<Point> = samples.iter().map(point).collect();
     let last = trace[trace.len() - 1];
+    let (_, energy, dual_bound) = samples[samples.len() - 1];
     let summary = json!({
         "solver": "s", "solver_options": {}, "status": "converged", "status_sentence": "", "iterations": last.iteration, "seconds": last.seconds,
-        "energy": last.energy, "dual_bound": last.dual_bound, "baseline": 10.0,
-        "gap": last.energy - last.dual_bound, "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
+        "energy": last.energy, "dual_bound": dual_bound, "baseline": 10.0,
+        "gap": energy - dual_bound, "relative_gap": last.relative_gap, "rounded_energy": rounded, "rounded_relative_gap": 0.5,
         "vertices": 240, "faces": 480, "regions": 2, "empty_regions": [1], "lambda": 0.0125,
         "mass": "barycentric", "area": 1.0, "coarse_to_fine": null, "warnings": []
     });
@@ -88,10 +92,11 @@ fn done(
         folder: PathBuf::new(),
         spec: toml.parse().unwrap(),
         manifest: serde_json::from_value(manifest(repetition, host, start)).unwrap(),
-        summary: serde_json::from_value(summary).unwrap(),
+        summary: Numbers::Labels(serde_json::from_value(summary).unwrap()),
         trace,
         labels,
         certainty: None,
+        frames: Vec::new(),
     }
 }
 

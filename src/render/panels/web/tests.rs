@@ -69,6 +69,7 @@ fn a_page_has_the_surface_and_what_its_panels_show() {
         data: Some(ShownData::Colors(&colors)),
         regions: Some(Regions::of_labels(&labels, 2, None)),
         means: None,
+        frame: None,
     }];
     let shown = [Shown::Data { cut: false }, Shown::Labels, Shown::Data { cut: true }];
     let (panels, views) = (showing(&shown), ["x".parse().unwrap()]);
@@ -112,6 +113,7 @@ fn large_surfaces_are_coarsened_to_a_size() {
         data: Some(ShownData::Colors(&colors)),
         regions: None,
         means: None,
+        frame: None,
     }];
     for count in [1, 100] {
         let panels = showing(&vec![Shown::Data { cut: false }; count]);
@@ -150,7 +152,7 @@ fn soups_are_welded_and_confetti_is_refused() {
     let html = |mesh: &Mesh| {
         let grays = vec![[0.5; 3]; mesh.vertices.len()];
         let data = Some(ShownData::Colors(&grays));
-        let surfaces = [Surface { mesh, data, regions: None, means: None }];
+        let surfaces = [Surface { mesh, data, regions: None, means: None, frame: None }];
         page(&surfaces, &showing(&[Shown::Data { cut: false }]), &["x".parse().unwrap()])
             .html("t", "meshseg")
     };
@@ -171,8 +173,47 @@ fn a_mesh_without_area_has_no_surface() {
         data: Some(ShownData::Colors(&[[0.5; 3]])),
         regions: None,
         means: None,
+        frame: None,
     }];
     let panels = showing(&[Shown::Data { cut: false }]);
     let figure = data(&page(&surfaces, &panels, &[View::Auto]).html("t", "meshseg").unwrap());
     assert!(figure["surfaces"][0].is_null() && figure["panels"][0]["surface"].is_null());
+}
+
+/// Surfaces of a film lie where they lay in their frame, and begin with one view.
+#[test]
+fn a_film_has_the_surfaces_in_their_frame() {
+    let frame = shape("sphere:2");
+    let tall = {
+        let mut mesh = shape("sphere:2").scaled(0.5);
+        mesh.vertices.iter_mut().for_each(|x| x.z *= 1.9);
+        mesh
+    };
+    let colors = vec![[0.5; 3]; frame.vertices.len()];
+    let surfaces = [&frame, &tall].map(|mesh| Surface {
+        mesh,
+        data: Some(ShownData::Colors(&colors)),
+        regions: None,
+        means: None,
+        frame: Some(&frame),
+    });
+    let shown = Shown::Data { cut: false };
+    let panels = [0, 1].map(|surface| Panel { surface, shown, caption: None });
+    let headings = ["start", "end"].map(String::from);
+    let views = ["front".parse().unwrap()];
+    let grid =
+        Panels { columns: Some(2), column_headings: &headings, ..page(&surfaces, &panels, &views) };
+    let film = data(&grid.film("t", "meshseg").unwrap());
+    assert_eq!((&film["film"], &film["column_headings"][1]), (&json!(true), &json!("end")));
+    assert_eq!(film["surfaces"][0]["view"], film["surfaces"][1]["view"]);
+    assert_eq!(data(&grid.html("t", "meshseg").unwrap())["film"], json!(false));
+    let places = |i: usize| -> Vec<f64> {
+        let numbers = numbers(&film["surfaces"][i]["positions"]);
+        numbers.into_iter().map(|x| f64::from(x) / 32767.5 - 1.0).collect()
+    };
+    for (frame, tall) in places(0).chunks(3).zip(places(1).chunks(3)) {
+        assert!(
+            (tall[0] - 0.5 * frame[0]).abs() < 1e-4 && (tall[2] - 0.95 * frame[2]).abs() < 1e-4
+        );
+    }
 }

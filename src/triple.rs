@@ -1,9 +1,9 @@
-//! Three numbers as an argument, such as a direction or a color.
+//! Three numbers as a text, such as a direction or a color.
 
 use std::str::FromStr;
 
 /// Three numbers, separated by commas.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Triple(pub [f64; 3]);
 
 impl FromStr for Triple {
