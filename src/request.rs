@@ -38,7 +38,8 @@ impl Request {
         self.keep_dual || self.label_gap.is_some()
     }
 
-    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method is out of range.
+    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method is out of range or does not apply
+    /// to the relaxation.
     pub fn check(&self) -> Result<()> {
         check_lambda(self.lambda)?;
         if let Some(gap) = self.label_gap
@@ -48,7 +49,8 @@ impl Request {
                 "the label gap is {gap:?}: it must be a finite number, 0 or more"
             )));
         }
-        self.method.check()
+        self.method.check()?;
+        self.method.check_relaxation(self.relaxation)
     }
 }
 

@@ -24,6 +24,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
 use crate::coarse::{Pair, is_certified};
+use crate::counted::counted;
 use crate::data::{DataModel, Weights};
 use crate::empty_regions;
 use crate::error::{Error, Result};
@@ -151,7 +152,7 @@ fn segment_compiled<const M: usize>(
         seeds: &alternation.seeds,
         alternation,
         request,
-        merge: true,
+        is_finest: true,
     };
     let mut problem = joint.problem::<M>(estimate)?;
     let start = |labels: &Vec<usize>| Pair {
@@ -183,7 +184,8 @@ fn segment_compiled<const M: usize>(
             _ => "",
         };
         warnings.push(format!(
-            "the region parameters still changed after {estimates} re-estimations{certificate}{advice}"
+            "the region parameters still changed after {}{certificate}{advice}",
+            counted(estimates, "re-estimation", "re-estimations")
         ));
     }
     let mut solution =

@@ -55,6 +55,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let (regions, counts) = region_count(arguments, &labeler, &surface, observed, request.mass)?;
     let relaxation = solving.relaxation.unwrap_or_else(|| Relaxation::for_labels(regions));
     let request = Request { relaxation, ..request };
+    request.check()?;
     let seeds = surface.seeds(arguments, regions)?;
     let seed_vertices = seeds.count();
     let labeling = labeled(&surface, observed, &labeler, regions, seeds, arguments, &request)

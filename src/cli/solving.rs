@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use meshseg::coarse::Record;
+use meshseg::counted::rounded_up;
 use meshseg::empty_regions;
 use meshseg::mesh::io::check_labeled_faces;
 use meshseg::names::Named;
@@ -236,8 +237,7 @@ fn percent_or_less(share: f64) -> String {
     if percent == 0.0 || percent >= 0.01 {
         return format!("{:.2} %", (100.0 * percent).ceil() / 100.0);
     }
-    let unit = 10_f64.powf(percent.log10().floor() - 1.0);
-    format!("{:.1e} %", (percent / unit).ceil() * unit)
+    format!("{:.1e} %", rounded_up(percent))
 }
 
 /// The lines of the summary that every run prints.

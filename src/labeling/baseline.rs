@@ -18,9 +18,11 @@ use crate::empty_regions;
 use crate::error::{Error, Result};
 use crate::evaluate::{Question, evaluate};
 use crate::mesh::Mesh;
+use crate::names::Named;
 use crate::problem::{label_gap, relative_gap};
+use crate::rounding::Rounding;
 use crate::run::{Sample, Status};
-use crate::solve::{Observer, Request, Solution, Summary, model_mesh, solve};
+use crate::solve::{Observer, Request, RoundingRecord, Solution, Summary, model_mesh, solve};
 use crate::start::Start;
 use ndarray::Array2;
 use rand::SeedableRng;
@@ -148,6 +150,13 @@ pub fn labeled(
     let scored = evaluate(mesh, &s, &u, question, &mut |_| ControlFlow::Continue(()))?;
     let (energy, dual_bound) = (scored.energy, solved.dual_bound);
     let above = |x: f64| x - solved.baseline;
+    // The classes are not rounded; a bound for labelings is one for them as well.
+    let rounding = solved.rounding.clone().map(|record| RoundingRecord {
+        rounding: Rounding::Argmax.name().into(),
+        argmax_energy: energy,
+        ..record
+    });
+    let label_bound = rounding.as_ref().map_or(dual_bound, |record| record.label_bound);
     let gap = energy - dual_bound;
     let relative_gap = relative_gap(above(energy), above(dual_bound));
     let status = match solved.status {
@@ -191,7 +200,8 @@ pub fn labeled(
         gap,
         relative_gap,
         rounded_energy: energy,
-        rounded_relative_gap: label_gap(above(energy), above(dual_bound)),
+        rounding,
+        rounded_relative_gap: label_gap(above(energy), above(label_bound)),
         empty_regions,
         cut_threshold: None,
         coarse_to_fine: None,

@@ -31,6 +31,10 @@ pub const MAX_ESTIMATES: usize = 200;
 /// Parameters have settled when none changes by more than this fraction of the scale of changes.
 pub const SETTLED_CHANGE: f64 = 1e-4;
 
+/// Settled parameters are re-estimated further if those of the solved labels differ by more than this fraction of the scale:
+/// in a few steps U may hardly change although it is far from the solution.
+pub const UNSETTLED_CHANGE: f64 = 1e-3;
+
 /// The settings of the alternation, in addition to the [`Request`] to the solver.
 #[derive(Clone, Debug)]
 pub struct Alternation {
@@ -59,8 +63,9 @@ pub struct JointProblem<'a> {
     pub alternation: &'a Alternation,
     /// Its `stop` is that of the whole segmentation, not of one mesh.
     pub request: &'a Request,
-    /// Whether regions with the same parameters are merged: not on a coarse mesh, since a finer one may separate them.
-    pub merge: bool,
+    /// Whether this is the given mesh. On a coarse one, regions with the same parameters are not merged, since a finer mesh may
+    /// separate them, and settled parameters are not verified.
+    pub is_finest: bool,
 }
 
 /// The final state of the alternation.
@@ -151,25 +156,38 @@ impl JointProblem<'_> {
         let status = loop {
             let stop = remaining(run.iterations());
             if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
-                break run.advance(&mut *solver, &problem, &stop, observe);
-            }
-            // The bound of a round is void after it: it is sampled once, for the trace.
-            let one_round = Stop {
-                iterations: Some(alternation.every),
-                interval: Some(alternation.every),
-                time: stop.time,
-                ..Stop::default()
-            };
-            match run.advance(&mut *solver, &problem, &one_round, observe) {
-                Status::IterationLimit => {}
-                end => break end,
+                let end = run.advance(&mut *solver, &problem, &stop, observe);
+                let solved =
+                    matches!(end, Status::Converged | Status::Stalled | Status::Settled);
+                let limited = matches!(end, Status::IterationLimit | Status::TimeLimit);
+                if !(self.is_finest && (solved || limited)) {
+                    break end;
+                }
+                let weights = self.mass.integrate(solver.labels());
+                let change = estimate.change(Weights::of(&weights))?;
+                settled &= change <= UNSETTLED_CHANGE * self.scale.change;
+                if settled || limited || estimates >= MAX_ESTIMATES {
+                    break end;
+                }
+            } else {
+                // The bound of a round is void after it: it is sampled once, for the trace.
+                let one_round = Stop {
+                    iterations: Some(alternation.every),
+                    interval: Some(alternation.every),
+                    time: stop.time,
+                    ..Stop::default()
+                };
+                match run.advance(&mut *solver, &problem, &one_round, observe) {
+                    Status::IterationLimit | Status::Settled => {}
+                    end => break end,
+                }
             }
             let weights = self.mass.integrate(solver.labels());
             let change = estimate.fit(Weights::of(&weights))?;
             estimates += 1;
             settled = change <= SETTLED_CHANGE * self.scale.change || estimates == MAX_ESTIMATES;
             let distance = |a: usize, b: usize| estimate.distance(a, b);
-            let pairs = match self.merge {
+            let pairs = match self.is_finest {
                 true => merger.merge(distance, &weights, settled),
                 false => Vec::new(),
             };

@@ -40,8 +40,8 @@ pub fn start<const M: usize>(
         let (mesh, weights) = (&hierarchy.levels[l].mesh, &weights[l + 1]);
         let mass = Quadrature::Lumped(weights.clone());
         let scale = estimate.scale(weights);
-        let (seeds, merge) = (&seeds[l + 1], false);
-        let joint = JointProblem { mesh, mass: &mass, scale, seeds, merge, ..*finest };
+        let (seeds, is_finest) = (&seeds[l + 1], false);
+        let joint = JointProblem { mesh, mass: &mass, scale, seeds, is_finest, ..*finest };
         let spent = begin.elapsed();
         let stop = coarse::level_stop(request, spent);
         let problem = joint.problem::<M>(estimate)?;
@@ -134,7 +134,7 @@ mod tests {
             let scale = model.scale(&request.mass.weights(mesh));
             let seeds = &alternation.seeds;
             let finest =
-                JointProblem { mesh, mass, scale, seeds, alternation, request, merge: true };
+                JointProblem { mesh, mass, scale, seeds, alternation, request, is_finest: true };
             let given = given.map(|x| Mean { mean: vec![x] }).to_vec();
             let mut estimate = ModelEstimate::new(Cow::Borrowed(model), given);
             let mut go = |sample: Option<&crate::run::Sample>| {

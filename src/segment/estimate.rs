@@ -51,6 +51,12 @@ pub trait Estimate: Sync {
     /// Those of [`DataModel::fit`].
     fn fit(&mut self, weights: Weights<'_>) -> Result<f64>;
 
+    /// The change that [`DataModel::fit`] would make to mu, which stays as it is.
+    ///
+    /// # Errors
+    /// Those of [`DataModel::fit`].
+    fn change(&self, weights: Weights<'_>) -> Result<f64>;
+
     /// The distance between regions a and b.
     fn distance(&self, a: usize, b: usize) -> f64;
 
@@ -150,6 +156,10 @@ impl<D: DataModel> Estimate for ModelEstimate<'_, D> {
     fn fit(&mut self, weights: Weights<'_>) -> Result<f64> {
         let ModelEstimate { models, mu, .. } = self;
         models.last().expect("the finest is never removed").fit(weights, mu)
+    }
+
+    fn change(&self, weights: Weights<'_>) -> Result<f64> {
+        self.model().fit(weights, &mut self.mu.clone())
     }
 
     fn distance(&self, a: usize, b: usize) -> f64 {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::coarse::Record;
 use crate::contour::{CutRecord, threshold};
+use crate::counted::rounded_up;
 use crate::empty_regions;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
@@ -207,8 +208,16 @@ pub(crate) fn conclude<const M: usize>(
         tightened = tighten(model, problem, m, q, tightened, gap, &mut go_on);
         let reached = label_gap(tightened.rounded.energy, tightened.bound);
         if reached > gap && !interrupted {
+            let reached = match reached.is_finite() {
+                true => format!("{:.1e}", rounded_up(reached)),
+                // The bound is the baseline.
+                false => {
+                    let above = tightened.rounded.energy - tightened.bound;
+                    format!("{:.1e} in energy", rounded_up(above))
+                }
+            };
             warnings.push(format!(
-                "the labels are at most {reached:.1e} above any labeling, not {gap:.1e} as requested: the bound rises no \
+                "the labels are at most {reached} above any labeling, not {gap:.1e} as requested: the bound rises no \
                  further, or the time is over"
             ));
         }

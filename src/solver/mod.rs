@@ -20,6 +20,7 @@ pub use step::{OneByOne, Step};
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
+use crate::relaxation::Relaxation;
 
 /// Turns each line into a solver: its module, and its settings as a variant of [`Method`].
 macro_rules! solvers {
@@ -138,6 +139,14 @@ impl Method {
     /// Fails if a setting is out of range, naming it.
     pub fn check(&self) -> Result<()> {
         settings::check(&self.clone().settings())
+    }
+
+    /// Fails if the settings do not apply to a relaxation.
+    pub fn check_relaxation(&self, relaxation: Relaxation) -> Result<()> {
+        match self {
+            Method::ChambollePock(settings) => settings.check_relaxation(relaxation),
+            _ => Ok(()),
+        }
     }
 
     /// The name in `--solver NAME`.

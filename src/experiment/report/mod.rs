@@ -10,6 +10,7 @@ mod relation;
 mod surface;
 mod table;
 mod why;
+mod written;
 
 #[cfg(test)]
 mod tests;
@@ -17,8 +18,6 @@ mod tests;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
-
-use serde_json::json;
 
 use self::page::{PageContent, PageFigure};
 use self::pool::Pool;
@@ -37,6 +36,7 @@ use crate::figure::{self, tex};
 use crate::file;
 
 pub use why::{Why, why};
+use written::{WrittenFigures, write_sources};
 
 /// The files that were written.
 pub struct Report {
@@ -140,15 +140,6 @@ impl Unlabeled {
             if path.is_file() { "is unchanged" } else { "is left out" }
         )
     }
-}
-
-#[derive(Default)]
-struct WrittenFigures {
-    paths: Vec<PathBuf>,
-    shown: Vec<PageFigure>,
-    /// As in [`Report`].
-    kept: Vec<String>,
-    empty: Option<Error>,
 }
 
 fn write_figures(
@@ -350,13 +341,4 @@ fn definition(name: &str, value: &str) -> String {
 fn created(folder: PathBuf) -> Result<PathBuf> {
     fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
     Ok(folder)
-}
-
-/// Records the runs behind the numbers of a figure or a table.
-fn write_sources(folder: &Path, stem: &str, runs: &[&Done]) -> Result<()> {
-    let ids: Vec<&str> = runs.iter().map(|run| run.manifest.id.as_str()).collect();
-    file::write(&folder.join(format!("{stem}.runs.json")), |out| {
-        serde_json::to_writer_pretty(&mut *out, &json!({ "runs": ids }))?;
-        out.write_all(b"\n")
-    })
 }

@@ -6,7 +6,7 @@ use super::super::figures::FigureSpec;
 use super::super::store::PHOTOGRAPHS;
 use super::page::PageFigure;
 use super::pool::{Cell, Pool};
-use super::{WrittenFigures, write_sources};
+use super::written::{WrittenFigures, write_sources};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::outcome::write_png;

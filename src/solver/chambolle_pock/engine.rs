@@ -87,21 +87,8 @@ pub fn build<'a, K: Engines + 'a, const M: usize>(
         Stepping { steps: Steps::new(problem, steps, step_ratio), balance, rho }
     };
     let start = (u, q);
+    settings.check_relaxation(problem.relaxation)?;
     let is_fused = K::IS_FUSED && problem.relaxation != Relaxation::Envelope;
-    if problem.relaxation == Relaxation::Envelope {
-        let unsuitable = match (engine, precision) {
-            (Engine::Fused, _) => {
-                "engine=fused: the fused engine has no relaxation envelope; use engine=auto"
-            }
-            (_, Precision::Single) => {
-                "precision=f32 needs the fused engine, which has no relaxation envelope; use precision=f64"
-            }
-            _ => "",
-        };
-        if !unsuitable.is_empty() {
-            return Err(Error::unsuitable(format!("solver option {unsuitable}")));
-        }
-    }
     let fused = engine == Engine::Fused || engine == Engine::Auto && is_fused;
     match (fused, precision) {
         (true, _) => K::fused(problem, start, precision, stepping),

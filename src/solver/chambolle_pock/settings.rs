@@ -3,6 +3,8 @@
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
 use super::steps::Rule;
+use crate::error::{Error, Result};
+use crate::relaxation::Relaxation;
 use crate::solver::balance::{self, Balancing};
 use crate::solver::{Adjustable, Setting};
 
@@ -68,13 +70,27 @@ const STEP_RATIO: f64 = 1.5;
 const STEP_RATIO_OF_ESTIMATES: f64 = 0.5;
 
 impl Settings {
+    /// Fails if the settings do not apply to a relaxation: the fused engine, and with it single precision, lacks `envelope`.
+    pub fn check_relaxation(&self, relaxation: Relaxation) -> Result<()> {
+        let unsuitable = match (relaxation, self.engine, self.precision) {
+            (Relaxation::Envelope, Engine::Fused, _) => {
+                "engine=fused: the fused engine has no relaxation envelope; use engine=auto"
+            }
+            (Relaxation::Envelope, _, Precision::Single) => {
+                "precision=f32 needs the fused engine, which has no relaxation envelope; use precision=f64"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::unsuitable(format!("solver option {unsuitable}")))
+    }
+
     /// The step ratio that was chosen, or that of fixed costs.
     pub(super) fn step_ratio(&self) -> f64 {
         self.step_ratio.unwrap_or(STEP_RATIO)
     }
 
     /// The settings for costs that are re-estimated: what was chosen stays.
-    pub(in crate::solver) fn for_estimates(self) -> Self {
+    pub fn for_estimates(self) -> Self {
         Settings { step_ratio: self.step_ratio.or(Some(STEP_RATIO_OF_ESTIMATES)), ..self }
     }
 }
