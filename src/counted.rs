@@ -19,7 +19,9 @@ mod tests {
 
     #[test]
     fn two_digits_are_rounded_upwards() {
-        for (x, up) in [(2.039e-3, "2.1e-3"), (9.91e-6, "1.0e-5"), (0.643, "6.5e-1"), (1e300, "1.0e300")] {
+        for (x, up) in
+            [(2.039e-3, "2.1e-3"), (9.91e-6, "1.0e-5"), (0.643, "6.5e-1"), (1e300, "1.0e300")]
+        {
             assert_eq!(format!("{:.1e}", rounded_up(x)), up);
         }
         for x in [0.0, f64::INFINITY] {

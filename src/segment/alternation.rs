@@ -149,16 +149,17 @@ impl JointProblem<'_> {
             iterations: stop.iterations.map(|n| n.saturating_sub(used)),
             ..stop.after(begin.elapsed())
         };
+        // Whether they do not suffice for another estimate.
+        let few = |left: &Stop| left.iterations.is_some_and(|left| left <= alternation.every);
         let mut estimates = 0;
         let mut settled = false;
         let seeded = self.seeds.seeded(alternation.regions);
         let mut merger = Merger::new(seeded, self.scale.distance);
         let status = loop {
             let stop = remaining(run.iterations());
-            if settled || stop.iterations.is_some_and(|left| left <= alternation.every) {
+            if settled || few(&stop) {
                 let end = run.advance(&mut *solver, &problem, &stop, observe);
-                let solved =
-                    matches!(end, Status::Converged | Status::Stalled | Status::Settled);
+                let solved = matches!(end, Status::Converged | Status::Stalled | Status::Settled);
                 let limited = matches!(end, Status::IterationLimit | Status::TimeLimit);
                 if !(self.is_finest && (solved || limited)) {
                     break end;
@@ -166,7 +167,8 @@ impl JointProblem<'_> {
                 let weights = self.mass.integrate(solver.labels());
                 let change = estimate.change(Weights::of(&weights))?;
                 settled &= change <= UNSETTLED_CHANGE * self.scale.change;
-                if settled || limited || estimates >= MAX_ESTIMATES {
+                let last = limited || few(&remaining(run.iterations()));
+                if settled || last || estimates >= MAX_ESTIMATES {
                     break end;
                 }
             } else {

@@ -145,7 +145,8 @@ fn find_separating_compiled<const M: usize>(
     for i in 0..MAX_TRIALS {
         let request = &Request { lambda: request.lambda * 0.5_f64.powi(i), ..request.clone() };
         let is_finest = false;
-        let joint = JointProblem { mesh, mass: &mass, scale, seeds, alternation, request, is_finest };
+        let joint =
+            JointProblem { mesh, mass: &mass, scale, seeds, alternation, request, is_finest };
         estimate.reset();
         let problem = joint.problem::<M>(estimate)?;
         let mut flow = std::ops::ControlFlow::Continue(());

@@ -34,6 +34,35 @@ fn re_estimations_end_when_the_parameters_settle() {
     }
 }
 
+/// The parameters fit the solved labels, with any solver, fast or slow, and any number of steps between re-estimations.
+#[test]
+fn settled_parameters_fit_the_labels() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.4);
+    let model = PiecewiseConstant::new(&data);
+    let area = Mass::Barycentric.weights(&mesh);
+    let scale = model.scale(&area).change;
+    for method in Method::all() {
+        for every in [1, 10, 100] {
+            let mut request =
+                Request { method: method.clone(), ..request(0.02, Mass::Barycentric) };
+            request.stop.relative_gap = Some(1e-3);
+            let alternation = Alternation { every, ..alternation(Initial::Random, 5) };
+            let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
+            let (name, Solution { summary, u, .. }) = (method.name(), found.solution);
+            assert!(found.estimates > 1, "{name} {every}: {}", found.estimates);
+            let weights: Vec<f64> = u.indexed_iter().map(|((k, _), u)| area[k] * u).collect();
+            let change =
+                model.fit(Weights::new(&weights, 3), &mut found.parameters.clone()).unwrap();
+            let fits = change <= 2.0 * UNSETTLED_CHANGE * scale;
+            let reported = summary.warnings.iter().any(|w| w.contains("still changed"));
+            assert!(fits || reported, "{name} {every}: {}", change / scale);
+            let fast = ["chambolle-pock", "douglas-rachford", "alpha-expansion"].contains(&name);
+            assert!(!fast || fits && !reported, "{name} {every}: {:?}", summary.warnings);
+        }
+    }
+}
+
 /// The iteration limit counts all steps, before and after re-estimations, and a warning reports unsettled parameters.
 #[test]
 fn the_iteration_limit_counts_all_steps() {

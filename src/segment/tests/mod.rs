@@ -15,7 +15,7 @@ use std::time::Duration;
 use rand::RngExt;
 use strum::IntoEnumIterator;
 
-use super::alternation::SETTLED_CHANGE;
+use super::alternation::{SETTLED_CHANGE, UNSETTLED_CHANGE};
 use super::*;
 use crate::data::constant::Mean;
 use crate::data::gaussian::{Gaussian, Moments};
@@ -127,7 +127,8 @@ fn the_step_ratio_is_that_of_estimates() {
         let request = Request { method, ..request(0.05, Mass::Barycentric) };
         let alternation = alternation(Initial::KMeans, 1);
         let model = PiecewiseConstant::new(&data);
-        segment(&mesh, &model, &alternation, &request, &mut go).unwrap().solution.u
+        let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
+        found.solution.trace.iter().map(|sample| sample.energy).collect::<Vec<_>>()
     };
     let default = found(None);
     assert_eq!(default, found(Some(0.5)));
