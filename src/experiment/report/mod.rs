@@ -7,6 +7,7 @@ mod page;
 mod photographs;
 mod pool;
 mod relation;
+mod requested;
 mod surface;
 mod table;
 mod why;
@@ -21,11 +22,10 @@ use std::time::SystemTime;
 
 use self::page::{PageContent, PageFigure};
 use self::pool::Pool;
+use self::requested::requested;
 use self::surface::DrawnSurfaces;
 use self::table::Table;
-use super::figures::{
-    Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
-};
+use super::figures::{FigureKind, FigureSpec, TableSpec};
 use super::results::Done;
 use super::spec::Spec;
 use super::store::MAX_SHOWN_VERTICES;
@@ -285,36 +285,6 @@ fn lacks_labels(run: &Done) -> bool {
         && run.summary.labels().is_some()
         && run.manifest.repetition == 0
         && run.summary.vertices() <= MAX_SHOWN_VERTICES
-}
-
-/// The figures and tables of the file; by default decay over both clocks, and the times to gaps.
-fn requested(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
-    let decay = |name: &str, x: Clock| FigureSpec {
-        name: name.into(),
-        title: None,
-        kind: FigureKind::Decay { x, y: Measure::Suboptimality },
-        page: true,
-        columns: 2,
-        only: None,
-        solvers: None,
-        spans: FigureSpans::default(),
-    };
-    let figures = match &spec.figures[..] {
-        [] => vec![
-            decay("decay-iterations", Clock::Iterations),
-            decay("decay-seconds", Clock::Seconds),
-        ],
-        figures => figures.to_vec(),
-    };
-    let tables = match &spec.tables[..] {
-        [] => vec![TableSpec {
-            name: "time-to-gap".into(),
-            title: None,
-            kind: TableKind::TimeToGap { gaps: vec![1e-2, 1e-3, 1e-4], to: Target::Certificate },
-        }],
-        tables => tables.to_vec(),
-    };
-    (figures, tables)
 }
 
 /// `numbers.tex`: all numbers of the tables by name.

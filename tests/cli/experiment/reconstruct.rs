@@ -133,6 +133,12 @@ fn reports_have_no_bounds_of_surfaces() {
     // Two by two photographs of 60 x 45 pixels.
     let seen = image::open(folder.path("results/s/figures/seen.png")).unwrap();
     assert_eq!((seen.width(), seen.height()), (126, 96));
+    // A report that nobody asked for anything special.
+    folder.write("plain.toml", &SURFACES[..SURFACES.find("[[figure]]").unwrap()]);
+    folder.done("experiment run plain.toml");
+    folder.done("experiment report results/plain");
+    assert!(folder.path("results/plain/figures/decay-steps.svg").is_file());
+    assert!(folder.path("results/plain/tables/surfaces.md").is_file());
     // Without the surfaces, which are large, the figure stays as it is.
     for id in names(&folder.path("results/s/runs")) {
         fs::remove_dir_all(folder.path(&format!("results/s/runs/{id}/frames"))).unwrap();
