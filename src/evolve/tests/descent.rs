@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 
 use nalgebra::Point3;
 
-use crate::data::synthetic::checkerboard;
 use crate::data::views::synthetic::{Light, Paint, Photograph, Studio};
 use crate::data::views::{Ball, Picture, View, around};
 use crate::evolve::images::{Background, Shot};
@@ -186,19 +185,6 @@ fn silhouettes_alone_do_not_see_a_dent() {
     let plan = Plan { regions: 1, ..plan };
     let blind = evolved(&shots, &start, &truth, &plan, go_on).distances.unwrap();
     assert!(blind.largest > 0.02 && blind.largest > 1.2 * seen.largest, "{blind:?} {seen:?}");
-}
-
-/// Regions show the pit of `dent` only to the gradient of the interior: contours alone leave most of it closed.
-#[test]
-fn contours_alone_leave_a_dent_closed() {
-    let truth = shape("dent:5");
-    let shots = shots(&truth, &checkerboard(&truth, 2).labels, 16, 0.0);
-    let largest = |interior: bool| {
-        let plan = Plan { regions: 2, levels: 2, steps: 60, interior, ..Plan::default() };
-        evolved(&shots, &shape("sphere:3"), &truth, &plan, go_on).distances.unwrap().largest
-    };
-    let [whole, contours] = [largest(true), largest(false)];
-    assert!(contours > 0.06 && contours > 1.5 * whole, "{contours} {whole}");
 }
 
 /// An interruption ends with the surface reached, and the number of threads changes nothing.

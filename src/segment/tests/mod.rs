@@ -121,11 +121,11 @@ fn three_colors_are_recovered() {
 #[test]
 fn the_step_ratio_is_that_of_estimates() {
     let mesh = shape("sphere:3");
-    let (data, _) = painted(&mesh, 0.2);
+    let (data, _) = painted(&mesh, 0.9);
     let found = |step_ratio| {
         let method = chambolle_pock::Settings { step_ratio, ..Default::default() }.into();
         let request = Request { method, ..request(0.05, Mass::Barycentric) };
-        let alternation = alternation(Initial::KMeans, 1);
+        let alternation = alternation(Initial::Random, 5);
         let model = PiecewiseConstant::new(&data);
         let found = segment(&mesh, &model, &alternation, &request, &mut go).unwrap();
         found.solution.trace.iter().map(|sample| sample.energy).collect::<Vec<_>>()
