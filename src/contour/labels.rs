@@ -5,7 +5,7 @@ use ndarray::ArrayView1;
 use super::cells::{Cells, SEVERAL, share};
 use crate::mesh::Mesh;
 use crate::mesh::geometry::opposite_edges;
-use crate::sweep::{collect, sum};
+use crate::sweep::sum;
 
 /// The length of the cut that labels of the vertices describe: sum_j |(K U)_j| / sqrt 2 for their one-hot rows, in units of
 /// the mesh.
@@ -31,25 +31,25 @@ impl Cells<'_> {
     /// The share of the area in which the cells of U differ from those of the one-hot rows of labels; 0 without area.
     pub fn share_that_differs(&self, labels: ArrayView1<'_, i32>) -> f64 {
         let corners = |j: usize| self.mesh.faces[j].map(|v| labels[v as usize] as usize);
-        let areas = collect(self.whole.len(), |j| self.mesh.face_area(j));
-        let mut differs = 0.0;
-        for (j, &p) in self.whole.iter().enumerate().filter(|&(_, &p)| p != SEVERAL) {
-            let (p, labels) = (usize::from(p), corners(j));
-            if labels != [p; 3] {
-                let face = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-                differs += areas[j] * (1.0 - share(&clipped(&face, p, labels)));
+        let whole = sum(self.whole.len(), |j| {
+            let (p, labels) = (usize::from(self.whole[j]), corners(j));
+            if self.whole[j] == SEVERAL || labels == [p; 3] {
+                return 0.0;
             }
-        }
-        for face in &self.divided {
+            let face = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            self.mesh.face_area(j) * (1.0 - share(&clipped(&face, p, labels)))
+        });
+        let divided = sum(self.divided.len(), |i| {
+            let face = &self.divided[i];
             let labels = corners(face.face);
             let equal = face.cells.iter().map(|cell| {
                 let polygon = face.polygon(cell);
                 share(&clipped(&polygon, cell.region, labels))
             });
-            differs += areas[face.face] * (1.0 - equal.sum::<f64>()).max(0.0);
-        }
-        let whole: f64 = areas.iter().sum();
-        if whole > 0.0 { differs / whole } else { 0.0 }
+            self.mesh.face_area(face.face) * (1.0 - equal.sum::<f64>()).max(0.0)
+        });
+        let area = self.mesh.area();
+        if area > 0.0 { (whole + divided) / area } else { 0.0 }
     }
 }
 

@@ -17,7 +17,9 @@ use std::collections::VecDeque;
 use nalgebra::Matrix3;
 
 use super::Mesh;
+use super::incidence::Incidence;
 use super::sides::{self, Side, sides};
+use crate::sweep::{collect, ranges};
 
 /// A consistently oriented mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,20 +79,24 @@ pub fn orient(mesh: &Mesh) -> Oriented {
 
 /// The faces with three different corners in their order, without duplicates.
 fn once(faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let mut sets: Vec<([u32; 3], u32)> = (0..)
-        .zip(faces)
-        .map(|(j, &face)| {
-            let mut set = face;
-            set.sort_unstable();
-            (set, j)
-        })
-        .filter(|([a, b, c], _)| a != b && b != c)
-        .collect();
-    sets.sort_unstable();
-    sets.dedup_by_key(|(set, _)| *set);
-    let mut kept: Vec<u32> = sets.into_iter().map(|(_, j)| j).collect();
-    kept.sort_unstable();
-    kept.into_iter().map(|j| faces[j as usize]).collect()
+    let set = |j: usize| {
+        let mut set = faces[j];
+        set.sort_unstable();
+        set
+    };
+    let first = collect(faces.len(), |j| [set(j)[0]]);
+    let vertices = first.iter().map(|&[v]| v as usize + 1).max().unwrap_or(0);
+    let mut sets =
+        Incidence::in_ranges(&ranges(vertices), &first, |j, _| (set(j), j as u32)).into_values();
+    let mut is_kept = vec![false; faces.len()];
+    for same_first in sets.chunk_by_mut(|([a, ..], _), ([b, ..], _)| a == b) {
+        same_first.sort_unstable();
+        for same in same_first.chunk_by(|(a, _), (b, _)| a == b) {
+            let ([a, b, c], j) = same[0];
+            is_kept[j as usize] = a != b && b != c;
+        }
+    }
+    faces.iter().zip(is_kept).filter_map(|(&face, is_kept)| is_kept.then_some(face)).collect()
 }
 
 /// The direction in which the face traverses the edge, with its sign.

@@ -7,9 +7,13 @@
 
 use super::labels::Labels;
 use super::min_cut::{Edge, MinCut};
+use crate::sweep::results;
 
 /// The band reaches this many rings of vertices beyond a cut or a change.
 const RINGS: usize = 2;
+
+/// Number of vertices whose neighbors a thread finds at a time.
+const PART: usize = 2048;
 
 /// At most this many rounds over all labels.
 const MAX_ROUNDS: usize = 6;
@@ -88,30 +92,51 @@ impl Band {
     /// Notes that these vertices have changed: they and those within some rings of them are in the band.
     fn touch(&mut self, labels: &Labels<'_>, changed: Vec<u32>) {
         self.time += 1;
+        let known = self.vertices.len();
         let mut ring = changed;
-        ring.iter().for_each(|&v| self.add(labels, v));
+        ring.iter().for_each(|&v| self.add(v));
         for _ in 0..RINGS {
             let mut next = Vec::new();
             for &j in ring.iter().flat_map(|&v| labels.faces_at(v as usize)) {
                 for w in labels.face(j) {
                     if self.touched[w as usize] != self.time {
-                        self.add(labels, w);
+                        self.add(w);
                         next.push(w);
                     }
                 }
             }
             ring = next;
         }
+        self.add_neighbors(labels, known);
     }
 
-    fn add(&mut self, labels: &Labels<'_>, v: u32) {
+    fn add(&mut self, v: u32) {
         if self.touched[v as usize] == 0 {
-            let begin = self.neighbors.len();
-            labels.add_neighbors(v as usize, &mut self.neighbors);
-            self.range[v as usize] = [begin, self.neighbors.len()].map(|end| end as u32);
             self.vertices.push(v);
         }
         self.touched[v as usize] = self.time;
+    }
+
+    /// Adds the neighbors of the vertices from the given place on.
+    fn add_neighbors(&mut self, labels: &Labels<'_>, from: usize) {
+        let parts = self.vertices[from..].chunks(PART).collect();
+        let found = results(parts, |part: &[u32]| {
+            let (mut neighbors, mut ends) = (Vec::new(), Vec::with_capacity(part.len()));
+            for &v in part {
+                labels.add_neighbors(v as usize, &mut neighbors);
+                ends.push(neighbors.len());
+            }
+            (neighbors, ends)
+        });
+        let mut vertices = self.vertices[from..].iter();
+        for (neighbors, ends) in found {
+            let (first, mut begin) = (self.neighbors.len(), 0);
+            for (end, &v) in ends.into_iter().zip(&mut vertices) {
+                self.range[v as usize] = [first + begin, first + end].map(|end| end as u32);
+                begin = end;
+            }
+            self.neighbors.extend(neighbors);
+        }
     }
 
     /// Changes vertices to label p where this lowers the energy; whether any changed.

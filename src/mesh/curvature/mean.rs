@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 use super::size::of_ordinary_size;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::{cotangents, mixed_voronoi_areas, opposite_edges};
+use crate::mesh::sides::{edges, sides};
 
 /// H at the V vertices, in 1/length.
 ///
@@ -77,24 +78,16 @@ pub fn rounding_noise(mesh: &Mesh, delta: f64) -> Vec<f64> {
 
 /// Replaces the boundary values by the mean of their interior neighbors.
 fn fill_boundary(mesh: &Mesh, values: &mut [f64]) {
-    let mut edges: Vec<[u32; 2]> = (0..mesh.faces.len())
-        .filter(|&j| !mesh.is_degenerate(j))
-        .flat_map(|j| {
-            let [a, b, c] = mesh.faces[j];
-            [[a, b], [b, c], [c, a]].map(|[k, l]| [k.min(l), k.max(l)])
-        })
-        .collect();
-    edges.sort_unstable();
+    let with_area = (0..mesh.faces.len()).filter(|&j| !mesh.is_degenerate(j));
+    let sides = sides(&with_area.map(|j| mesh.faces[j]).collect::<Vec<_>>());
     let mut on_boundary = vec![false; values.len()];
-    for run in edges.chunk_by(|a, b| a == b) {
-        if let &[[k, l]] = run {
-            on_boundary[k as usize] = true;
-            on_boundary[l as usize] = true;
+    for edge in edges(&sides) {
+        if let [side] = edge {
+            side.edge.iter().for_each(|&v| on_boundary[v as usize] = true);
         }
     }
-    edges.dedup();
     let mut sums = vec![(0.0, 0.0); values.len()];
-    for [k, l] in edges.into_iter().map(|edge| edge.map(|k| k as usize)) {
+    for [k, l] in edges(&sides).map(|edge| edge[0].edge.map(|k| k as usize)) {
         for (v, neighbor) in [(k, l), (l, k)] {
             if on_boundary[v] && !on_boundary[neighbor] && !values[neighbor].is_nan() {
                 sums[v].0 += values[neighbor];
