@@ -35,6 +35,7 @@ mod lit;
 mod metric;
 mod plan;
 mod quality;
+mod quasi_newton;
 mod refine;
 pub mod remesh;
 mod roughness;

@@ -2,26 +2,28 @@
 //!
 //! ```text
 //! repeat: every few steps: statistics, U by the solver from the last U and q, mu
-//!   g = gradient;  d = -(I + beta Lu)^-1 g                            metric.rs
+//!   g = gradient;  d = -H g                                                           quasi_newton.rs
 //!   E(X + alpha d) <= E(X) + c1 alpha <g, d>,  alpha halved until then
 //!   X <- X + alpha d;  X += a part of the tangential part of (neighbor mean - X)      smoothing.rs
 //! ```
 //!
-//! The first alpha moves no vertex by more than a given length; later ones start from 1.5 times the last, with the same
-//! limit. A failed search is repeated with a new U and twice as many samples a row; after three more in a row the level ends.
+//! alpha starts at 1, or less if a vertex would move farther than a given length; at this length while H has no pairs. A
+//! failed search is repeated without pairs, with a new U and twice as many samples a row; after three more in a row the
+//! level ends.
 //!
 //! Reference: L. Armijo, *Minimization of functions having Lipschitz continuous first partial derivatives*, Pacific J.
 //! Math. 16, 1966.
 
 use std::ops::ControlFlow;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::edges::{Edges, Neighbors};
 use super::energy::{Energy, Sampling, Slope, Terms, Weights};
 use super::images::Image;
 use super::metric::Metric;
+use super::quasi_newton::QuasiNewton;
 use super::smoothing;
 use super::surface::{Evidence, Surface};
 use crate::error::Result;
@@ -33,9 +35,6 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// A search fails after this many halvings.
 const MAX_HALVINGS: u32 = 8;
-
-/// How much longer than the last a step may begin.
-const GROWTH: f64 = 1.5;
 
 /// After a failed search pixels are sampled twice as finely, up to this many samples a row: near the minimum the sampled
 /// energy is a step function, whose steps hide its slope.
@@ -157,7 +156,10 @@ pub fn descend(
     let stop =
         Stop { relative_gap: Some(GAP), iterations: Some(MAX_ITERATIONS), ..Stop::default() };
     let mut energy: Option<Energy> = None;
-    let (mut last, mut failures) = (None, 0);
+    let mut newton = QuasiNewton::default();
+    // The vertices and the gradient before the last step, if the energy has been the same since.
+    let mut before: Option<(Vec<Point3<f64>>, Vec<Vector3<f64>>)> = None;
+    let mut failures = 0;
     for step in 0..settings.steps {
         if step % settings.every == 0 || energy.is_none() {
             let sums = surface.statistics(images, sampling.samples);
@@ -169,13 +171,18 @@ pub fn descend(
             let topology = (&edges, &neighbors);
             let whole = Energy::new(images, sampling, weights, mesh, topology, coloring, *light);
             energy = Some(if settings.interior { whole } else { whole.contours_only() });
+            before = None;
         }
         let Some(current) = &energy else { unreachable!("it has just been made") };
         let Slope { terms, gradient, contour_pixels } = current.slope(&surface.mesh);
-        let direction = metric.descend(&gradient.iter().map(|&g| g.into()).collect::<Vec<_>>());
+        if let Some((x, g)) = before.take() {
+            let s = surface.mesh.vertices.iter().zip(x).map(|(next, x)| next - x);
+            newton.add(s.collect(), gradient.iter().zip(g).map(|(next, g)| next - g).collect());
+        }
+        let direction = newton.descend(&metric, &gradient);
         let search = Search { energy: current, mesh: &surface.mesh, before: terms.sum() };
-        let direction: Vec<Vector3<f64>> = direction.into_iter().map(Vector3::from).collect();
-        let found = search.along(&direction, &gradient, last, settings.max_move);
+        let longest_alpha = if newton.is_empty() { f64::INFINITY } else { 1.0 };
+        let found = search.along(&direction, &gradient, longest_alpha, settings.max_move);
         let (motion, halvings) =
             found.as_ref().map_or((0.0, MAX_HALVINGS), |found| (found.motion, found.halvings));
         let record = Step {
@@ -189,8 +196,9 @@ pub fn descend(
             contour_pixels,
         };
         match found {
-            Some(Found { mesh, alpha, .. }) => {
-                surface.mesh = mesh;
+            Some(Found { mesh, .. }) => {
+                let last = std::mem::replace(&mut surface.mesh, mesh);
+                before = Some((last.vertices, gradient));
                 if settings.smoothing > 0.0 {
                     surface.mesh.vertices =
                         smoothing::tangential(&surface.mesh, settings.smoothing)
@@ -198,7 +206,7 @@ pub fn descend(
                             .map(Into::into)
                             .collect();
                 }
-                (last, failures) = (Some(alpha), 0);
+                failures = 0;
             }
             None if 2 * sampling.samples <= MAX_SAMPLES => {
                 sampling.samples *= 2;
@@ -208,6 +216,9 @@ pub fn descend(
                 failures += 1;
                 energy = None;
             }
+        }
+        if energy.is_none() {
+            newton = QuasiNewton::default();
         }
         if observe(&record, surface).is_break() {
             return Ok(End::Interrupted);
@@ -230,19 +241,17 @@ struct Search<'a> {
 /// A step that lowers the energy enough.
 struct Found {
     mesh: Mesh,
-    alpha: f64,
     /// The largest motion of a vertex.
     motion: f64,
     halvings: u32,
 }
 
 impl Search<'_> {
-    /// `last` is the alpha of the last step.
     fn along(
         &self,
         direction: &[Vector3<f64>],
         gradient: &[Vector3<f64>],
-        last: Option<f64>,
+        longest_alpha: f64,
         max_move: f64,
     ) -> Option<Found> {
         let slope: f64 = gradient.iter().zip(direction).map(|(g, d)| g.dot(d)).sum();
@@ -250,8 +259,7 @@ impl Search<'_> {
         if !(slope < 0.0 && longest > 0.0) {
             return None;
         }
-        let limit = max_move / longest;
-        let mut alpha = last.map_or(limit, |last| limit.min(GROWTH * last));
+        let mut alpha = longest_alpha.min(max_move / longest);
         let mut mesh = self.mesh.clone();
         for halvings in 0..MAX_HALVINGS {
             for ((x, from), d) in mesh.vertices.iter_mut().zip(&self.mesh.vertices).zip(direction) {
@@ -259,7 +267,7 @@ impl Search<'_> {
             }
             let after = self.energy.terms(&mesh).sum();
             if after <= self.before + SUFFICIENT_DECREASE * alpha * slope {
-                return Some(Found { mesh, alpha, motion: alpha * longest, halvings });
+                return Some(Found { mesh, motion: alpha * longest, halvings });
             }
             alpha *= 0.5;
         }

@@ -1,15 +1,16 @@
-//! The direction of descent in a Sobolev metric.
+//! The gradient in a Sobolev metric.
 //!
 //! ```text
-//! d = -(I + beta L)^-1 g        L = D - A: degrees and adjacency of the vertices
+//! P g = (I + beta L)^-1 g        L = D - A: degrees and adjacency of the vertices
 //! ```
 //!
 //! L does not depend on positions, so that I + beta L is factored once per connectivity. A translation passes
-//! unchanged, and noise of neighboring vertices is damped by 1 / (1 + beta times an eigenvalue of L). The direction
-//! descends, since the matrix is positive definite.
+//! unchanged, and noise of neighboring vertices is damped by 1 / (1 + beta times an eigenvalue of L). -P g descends, since
+//! the matrix is positive definite.
 //!
 //! Reference: G. Sundaramoorthi, A. Yezzi, A. Mennucci, *Sobolev active contours*, IJCV 73(3), 2007.
 
+use nalgebra::Vector3;
 use sprs::TriMat;
 
 use crate::field::Row;
@@ -46,14 +47,14 @@ impl Metric {
         Metric(Cholesky::new(&matrix.to_csr()).expect("I + beta L is positive definite"))
     }
 
-    /// d for the gradient g, one vector per vertex each.
+    /// P g, one vector per vertex each.
     ///
     /// # Panics
     /// The number of vectors is not that of the vertices.
-    pub fn descend(&self, g: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let mut d: Vec<Row<3>> = g.iter().map(|&g| -Row(g)).collect();
+    pub fn smoothed(&self, g: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let mut d: Vec<Row<3>> = g.iter().map(|&g| Row(g.into())).collect();
         self.0.solve(&mut d);
-        d.into_iter().map(|Row(d)| d).collect()
+        d.into_iter().map(|Row(d)| d.into()).collect()
     }
 }
 
@@ -61,11 +62,11 @@ impl Metric {
 mod tests {
     use super::*;
     use crate::samples::{random_vector, rng, shape, zoo};
-    use nalgebra::{DMatrix, Vector3};
+    use nalgebra::DMatrix;
 
-    fn random(mesh: &Mesh, seed: u64) -> Vec<[f64; 3]> {
+    fn random(mesh: &Mesh, seed: u64) -> Vec<Vector3<f64>> {
         let mut rng = rng(seed);
-        mesh.vertices.iter().map(|_| random_vector(&mut rng).into()).collect()
+        mesh.vertices.iter().map(|_| random_vector(&mut rng)).collect()
     }
 
     /// I + beta L from the neighbors of each pair of vertices.
@@ -81,17 +82,17 @@ mod tests {
     }
 
     #[test]
-    fn directions_solve_the_dense_system() {
+    fn smoothed_gradients_solve_the_dense_system() {
         for (name, mesh) in zoo() {
             for beta in [0.5, 20.0] {
                 let g = random(&mesh, 3);
-                let d = Metric::new(&mesh, beta).descend(&g);
+                let d = Metric::new(&mesh, beta).smoothed(&g);
                 let matrix = dense(&mesh, beta);
                 for i in 0..3 {
-                    let column = |rows: &[[f64; 3]]| {
+                    let column = |rows: &[Vector3<f64>]| {
                         DMatrix::from_iterator(rows.len(), 1, rows.iter().map(|row| row[i]))
                     };
-                    let residual = (&matrix * column(&d) + column(&g)).amax();
+                    let residual = (&matrix * column(&d) - column(&g)).amax();
                     assert!(residual <= 1e-12, "{name} {beta}: {residual}");
                 }
             }
@@ -101,32 +102,31 @@ mod tests {
     #[test]
     fn translations_pass_unchanged() {
         for (name, mesh) in zoo() {
-            let d = Metric::new(&mesh, 50.0).descend(&vec![[1.0, -2.0, 0.5]; mesh.vertices.len()]);
-            for [x, y, z] in d {
-                let error = (Vector3::new(x, y, z) + Vector3::new(1.0, -2.0, 0.5)).amax();
+            let g = Vector3::new(1.0, -2.0, 0.5);
+            for d in Metric::new(&mesh, 50.0).smoothed(&vec![g; mesh.vertices.len()]) {
+                let error = (d - g).amax();
                 assert!(error <= 1e-12, "{name}: {error}");
             }
         }
     }
 
     #[test]
-    fn beta_0_is_the_negative_gradient() {
+    fn beta_0_is_the_gradient() {
         let mesh = shape("torus:9x7");
         let g = random(&mesh, 5);
-        let negative: Vec<[f64; 3]> = g.iter().map(|g| g.map(|x| -x)).collect();
-        assert_eq!(Metric::new(&mesh, 0.0).descend(&g), negative);
+        assert_eq!(Metric::new(&mesh, 0.0).smoothed(&g), g);
     }
 
     #[test]
-    fn directions_descend_and_are_smooth() {
+    fn smoothed_gradients_ascend_and_are_smooth() {
         for (name, mesh) in zoo() {
             for (seed, beta) in (0..).zip([0.0, 1.0, 20.0, 1e4]) {
                 let g = random(&mesh, seed);
-                let d = Metric::new(&mesh, beta).descend(&g);
-                let product = |a: &[[f64; 3]], b: &[[f64; 3]]| -> f64 {
-                    a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
+                let d = Metric::new(&mesh, beta).smoothed(&g);
+                let product = |a: &[Vector3<f64>], b: &[Vector3<f64>]| -> f64 {
+                    a.iter().zip(b).map(|(a, b)| a.dot(b)).sum()
                 };
-                assert!(product(&g, &d) < 0.0, "{name}");
+                assert!(product(&g, &d) > 0.0, "{name}");
                 assert!(product(&d, &d) <= product(&g, &g) * (1.0 + 1e-12), "{name}");
             }
         }

@@ -28,7 +28,7 @@ pub struct Plan {
     pub sampling: Sampling,
     /// kappa, the weight of the area, relative to the costs of squared colors.
     pub kappa: f64,
-    /// eta, the weight of the roughness.
+    /// eta, the weight of the roughness: larger for smoother surfaces, smaller for thin parts and sharp edges.
     pub eta: f64,
     /// The part of the tangential differences that smooths the mesh after each step.
     pub smoothing: f64,
@@ -52,7 +52,7 @@ impl Default for Plan {
             seed: 0,
             sampling: Sampling::default(),
             kappa: 0.0,
-            eta: 0.0,
+            eta: 2.0,
             smoothing: 0.1,
             background: true,
             interior: true,
@@ -74,7 +74,7 @@ impl Plan {
             ("lambda", self.lambda),
             ("the metric", self.beta),
             ("kappa", self.kappa),
-            ("eta", self.eta),
+            ("the roughness", self.eta),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return fail(format!("{name} is {value:?}: must be a finite number, 0 or more"));

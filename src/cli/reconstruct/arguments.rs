@@ -53,8 +53,12 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub steps: u16,
 
-    /// beta of the metric, in which steps are smooth: larger for smoother and safer steps, 0 for the steps of each vertex
-    /// alone
+    /// Weight of the roughness: larger for smoother surfaces, smaller for thin parts and sharp edges, which it rounds off
+    #[arg(long, value_name = "ETA", default_value_t = Plan::default().eta, allow_negative_numbers = true)]
+    pub roughness: f64,
+
+    /// beta of the metric, in which first steps are smooth: larger for smoother and safer steps, 0 for the steps of each
+    /// vertex alone
     #[arg(long, value_name = "BETA", default_value_t = Plan::default().beta, allow_negative_numbers = true)]
     pub metric: f64,
 
@@ -134,6 +138,7 @@ impl Arguments {
             levels: self.levels.into(),
             steps: self.steps.into(),
             lambda: self.lambda,
+            eta: self.roughness,
             beta: self.metric,
             split: self.split,
             light: self.lit()?,

@@ -121,7 +121,7 @@ impl Folder<'_> {
         }
         if quality.folds.folded_edges + quality.folds.intersecting_pairs > 0 {
             warnings.push(format!(
-                "the surface is folded at {} edges and intersects itself in {} pairs of faces; raise --metric, or start \
+                "the surface is folded at {} edges and intersects itself in {} pairs of faces; raise --roughness, or start \
                  from a surface of the right topology",
                 quality.folds.folded_edges, quality.folds.intersecting_pairs
             ));

@@ -17,8 +17,8 @@ use crate::evolve::{Plan, shots};
 pub const RECONSTRUCT: &str = "reconstruct";
 
 /// Its options.
-const OPTIONS: [&str; 7] =
-    ["start", "levels", "steps", "metric", "split", "background", "gradient"];
+const OPTIONS: [&str; 8] =
+    ["start", "levels", "steps", "roughness", "metric", "split", "background", "gradient"];
 
 /// How a surface evolves.
 #[derive(Clone, Debug)]
@@ -29,6 +29,8 @@ pub struct Evolution {
     pub levels: usize,
     /// The largest number of steps on each.
     pub steps: usize,
+    /// eta.
+    pub roughness: f64,
     /// beta.
     pub metric: f64,
     /// Longer edges than this many times the median are divided; `None` if all faces are divided into four.
@@ -65,6 +67,7 @@ impl Evolution {
         Plan {
             levels: self.levels,
             steps: self.steps,
+            eta: self.roughness,
             beta: self.metric,
             split: self.split,
             background: self.background == Behind::Known,
@@ -103,6 +106,7 @@ impl Evolution {
             },
             levels: count("options.levels", plan.levels, 8)?,
             steps: count("options.steps", plan.steps, 65_535)?,
+            roughness: cell.number("options.roughness", plan.eta, 0.0)?,
             metric: cell.number("options.metric", plan.beta, 0.0)?,
             split: match cell.get("options.split") {
                 None => None,
