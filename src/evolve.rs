@@ -121,6 +121,8 @@ pub fn reconstruct(
     let weights = weights(&images.1, &start, plan).ok_or_else(unseen)?;
     let mut surface = first_surface(start, shots, plan)?;
     let (mut trace, mut levels) = (Vec::new(), Vec::new());
+    // That of the surface before the next step.
+    let mut distance = truth.map(|truth| between(&surface.mesh, truth).mean);
     loop {
         let level = levels.len();
         let (shrunk, of_level) = &images;
@@ -150,8 +152,8 @@ pub fn reconstruct(
             };
             let flow = tell(Event::Step(step, surface));
             let truth = truth.filter(|_| flow.is_continue() && step.is_compared());
-            let distance = truth.map(|truth| between(&surface.mesh, truth).mean);
-            trace.push((step.clone(), distance));
+            trace.push((step.clone(), distance.take()));
+            distance = truth.map(|truth| between(&surface.mesh, truth).mean);
             match distance {
                 Some(distance) => tell(Event::Distance(distance)),
                 None => flow,
@@ -228,9 +230,14 @@ fn first_surface(mesh: Mesh, shots: &[Shot], plan: &Plan) -> Result<Surface> {
     if of_masks && plan.regions > 1 {
         return Err(Error::unsuitable("masks have one region; use --regions 1"));
     }
+    if of_masks && plan.light.is_some() {
+        return Err(Error::unsuitable(
+            "masks have no light: leave out --model albedo, or give the color of the background instead of the masks",
+        ));
+    }
     let mu = match of_masks {
         true => vec![[1.0; 3]],
-        false => clusters::colors(shots, plan.regions, plan.seed)?,
+        false => clusters::colors(shots, plan.regions, plan.seed, &mesh, plan.light)?,
     };
     let u = if plan.regions == 1 { vec![1.0; mesh.vertices.len()] } else { Vec::new() };
     let coloring = Coloring { u, mu };

@@ -4,6 +4,7 @@ mod arguments;
 mod folder;
 mod progress;
 mod report;
+mod warnings;
 
 use std::ops::ControlFlow;
 

@@ -45,7 +45,7 @@ pub struct Reconstruction {
     pub quality: Quality,
     /// Distances to the true surface, if that is given.
     pub distances: Option<Distances>,
-    /// All steps.
+    /// All steps, now and then with the distance of the surface before the step to the truth.
     pub trace: Vec<(Step, Option<f64>)>,
     /// The levels so far.
     pub levels: Vec<Level>,

@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! repeat: every few steps: statistics, U by the solver from the last U and q, mu
-//!   g = gradient;  d = -H g                                                           quasi_newton.rs
-//!   E(X + alpha d) <= E(X) + c1 alpha <g, d>,  alpha halved until then
-//!   X <- X + alpha d;  X += a part of the tangential part of (neighbor mean - X)      smoothing.rs
+//!   g = gradient;  d = -H g                                                                 quasi_newton.rs
+//!   X' = X + alpha d, then a part of the tangential part of (neighbor mean - X') added      smoothing.rs
+//!   E(X') <= E(X) + c1 alpha <g, d>,  alpha halved until then
 //! ```
+//!
+//! Where the smoothing costs more than the step gains, the step is made without it, so that E never rises.
 //!
 //! alpha starts at 1, or less if a vertex would move farther than a given length; at this length while H has no pairs. A
 //! failed search is repeated without pairs, with a new U and twice as many samples a row; after three more in a row the
@@ -86,7 +88,7 @@ pub struct Step {
     /// Its terms.
     #[serde(flatten)]
     pub terms: Terms,
-    /// The largest motion of a vertex, in units of the mesh; 0 if the search failed.
+    /// The largest motion of a vertex with the smoothing, in units of the mesh; 0 if the search failed.
     #[serde(rename = "move")]
     pub motion: f64,
     /// How often alpha was halved.
@@ -180,7 +182,12 @@ pub fn descend(
             newton.add(s.collect(), gradient.iter().zip(g).map(|(next, g)| next - g).collect());
         }
         let direction = newton.descend(&metric, &gradient);
-        let search = Search { energy: current, mesh: &surface.mesh, before: terms.sum() };
+        let search = Search {
+            energy: current,
+            mesh: &surface.mesh,
+            before: terms.sum(),
+            smoothing: settings.smoothing,
+        };
         let longest_alpha = if newton.is_empty() { f64::INFINITY } else { 1.0 };
         let found = search.along(&direction, &gradient, longest_alpha, settings.max_move);
         let (motion, halvings) =
@@ -199,13 +206,6 @@ pub fn descend(
             Some(Found { mesh, .. }) => {
                 let last = std::mem::replace(&mut surface.mesh, mesh);
                 before = Some((last.vertices, gradient));
-                if settings.smoothing > 0.0 {
-                    surface.mesh.vertices =
-                        smoothing::tangential(&surface.mesh, settings.smoothing)
-                            .into_iter()
-                            .map(Into::into)
-                            .collect();
-                }
                 failures = 0;
             }
             None if 2 * sampling.samples <= MAX_SAMPLES => {
@@ -236,6 +236,8 @@ struct Search<'a> {
     mesh: &'a Mesh,
     /// E here.
     before: f64,
+    /// The part of the tangential differences that is added.
+    smoothing: f64,
 }
 
 /// A step that lowers the energy enough.
@@ -265,9 +267,20 @@ impl Search<'_> {
             for ((x, from), d) in mesh.vertices.iter_mut().zip(&self.mesh.vertices).zip(direction) {
                 *x = from + alpha * d;
             }
-            let after = self.energy.terms(&mesh).sum();
-            if after <= self.before + SUFFICIENT_DECREASE * alpha * slope {
-                return Some(Found { mesh, motion: alpha * longest, halvings });
+            let enough = self.before + SUFFICIENT_DECREASE * alpha * slope;
+            let smoothed = (self.smoothing > 0.0).then(|| Mesh {
+                vertices: smoothing::tangential(&mesh, self.smoothing)
+                    .into_iter()
+                    .map(Point3::from)
+                    .collect(),
+                ..mesh.clone()
+            });
+            for mesh in smoothed.into_iter().chain([mesh.clone()]) {
+                if self.energy.terms(&mesh).sum() <= enough {
+                    let moves = mesh.vertices.iter().zip(&self.mesh.vertices);
+                    let motion = moves.map(|(x, from)| (x - from).norm()).fold(0.0, f64::max);
+                    return Some(Found { mesh, motion, halvings });
+                }
             }
             alpha *= 0.5;
         }

@@ -19,7 +19,7 @@ use crate::mesh::sides::{edges, sides};
 use crate::operator::Cholesky;
 
 /// A larger beta leaves hardly any direction but translations, and no digits.
-const MAX_BETA: f64 = 1e9;
+pub const MAX_BETA: f64 = 1e9;
 
 /// I + beta L of a mesh, factored.
 pub struct Metric(Cholesky);

@@ -2,7 +2,11 @@
 
 use super::energy::Sampling;
 use super::lit::Light;
+use super::metric;
 use crate::error::{Error, Result};
+
+/// beta is twice as large on the first level.
+const MAX_BETA: f64 = metric::MAX_BETA / super::FIRST_BETA;
 
 /// The request to [`reconstruct`](super::reconstruct).
 #[derive(Clone, Debug)]
@@ -79,6 +83,9 @@ impl Plan {
             if !(value >= 0.0 && value.is_finite()) {
                 return fail(format!("{name} is {value:?}: must be a finite number, 0 or more"));
             }
+        }
+        if self.beta > MAX_BETA {
+            return fail(format!("the metric is {:?}: must be at most {MAX_BETA:e}", self.beta));
         }
         match self.split {
             Some(split) if !(split >= 1.0 && split.is_finite()) => {

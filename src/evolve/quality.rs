@@ -20,6 +20,9 @@ pub struct Quality {
     pub silhouette_iou: f64,
     /// What the silhouettes are: `truth`, `masks`, or `colors` (pixels nearer to a region than to the background).
     pub silhouettes: Cow<'static, str>,
+    /// The share of all pixels of all images that are in these silhouettes.
+    #[serde(default)]
+    pub filled_share: f64,
     /// The share of the area that is in no image.
     pub unseen_share: f64,
     /// Folds and self-intersections.
@@ -58,6 +61,9 @@ impl Quality {
                 })
             })
         });
+        let inside = given.iter().flat_map(|silhouette| &silhouette.inside);
+        let (filled, pixels) = inside
+            .fold((0_u64, 0_u64), |(filled, all), &inside| (filled + u64::from(inside), all + 1));
         let areas = barycentric_areas(mesh);
         let unseen = areas.iter().zip(sums).filter(|(_, sums)| sums.w == 0.0).map(|(area, _)| area);
         // An empty sum is -0.
@@ -70,6 +76,7 @@ impl Quality {
                 None => "colors",
             }
             .into(),
+            filled_share: filled as f64 / pixels as f64,
             unseen_share: unseen / areas.iter().sum::<f64>(),
             folds: folds::count(mesh),
         }

@@ -6,8 +6,9 @@
 //! ```
 //!
 //! The rule is exact for quadratic functions, and its points include the vertices, where a piecewise linear surface
-//! reaches out farthest. Both directions are needed: a surface that lacks a horn lies on the whole one. All lengths are
-//! divided by the diagonal of the bounding box of the second surface.
+//! reaches out farthest. Faces of a coarse surface, across which the signed distance changes its sign, are divided until
+//! there are some tens of thousands. Both directions are needed: a surface that lacks a horn lies on the whole one. All
+//! lengths are divided by the diagonal of the bounding box of the second surface.
 //!
 //! Reference: P. Cignoni, C. Rocchini, R. Scopigno, *Metro: measuring error on simplified surfaces*, Computer Graphics
 //! Forum 17(2), 1998.
@@ -19,6 +20,9 @@ use super::Mesh;
 use super::geometry::barycentric_areas;
 use super::tree::{Bounds, Tree};
 use crate::sweep;
+
+/// A surface with fewer faces is divided.
+const MIN_FACES: usize = 20_000;
 
 /// Distances relative to the diagonal of the second surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,6 +65,12 @@ struct Sampled {
 impl Sampled {
     fn new(from: &Mesh, to: &Mesh) -> Self {
         let tree = Tree::new(to);
+        assert!(!from.faces.is_empty(), "there is a face with an area");
+        let mut divided = Mesh::new(from.vertices.clone(), from.faces.clone());
+        while divided.faces.len() < MIN_FACES {
+            divided = divided.subdivided();
+        }
+        let from = &divided;
         let areas = barycentric_areas(from);
         let vertices = from.vertices.len();
         let mut samples = sweep::collect(vertices + from.faces.len(), |i| {
@@ -176,6 +186,19 @@ mod tests {
         let found = between(&tilted, &plane);
         let diagonal = 8.0 * 2.0_f64.sqrt();
         assert!((found.mean * diagonal - 0.35).abs() <= 1e-14, "{found:?}");
+    }
+
+    /// Two faces that a plane crosses: the mean of |x - 1/2| over the unit square, up to the faces of the subdivision in
+    /// which the sign changes.
+    #[test]
+    fn distances_of_changing_sign_are_integrated_on_coarse_faces() {
+        let plane = moved(shape("grid:1x1").scaled(8.0), [-4.0, -4.0, 0.0]);
+        let mut crossing = shape("grid:1x1");
+        crossing.vertices.iter_mut().for_each(|x| x.z = x.x - 0.45);
+        let found = between(&crossing, &plane);
+        let exact = (0.45_f64.powi(2) + 0.55_f64.powi(2)) / 2.0;
+        let mean = found.mean * 8.0 * 2.0_f64.sqrt();
+        assert!((mean - exact).abs() <= 1e-4, "{mean} {exact}");
     }
 
     #[test]

@@ -18,6 +18,7 @@ use ndarray::{Array1, Array2};
 use serde::Serialize;
 
 use super::arguments::Arguments;
+use super::warnings;
 use crate::cli::preview;
 
 /// The colors of the regions are measured where pixels are pure and not seen at a grazing angle.
@@ -72,7 +73,7 @@ impl Folder<'_> {
         let viewed = self.viewed(found)?;
         let areas = barycentric_areas(mesh);
         let regions = regions(found, &viewed, &labels, &areas);
-        let warnings = self.warnings(found);
+        let warnings = warnings::about(found, &self.photographs.shots);
         let record = Record {
             numbers: Summary::of(found, seconds),
             views: self.photographs.shots.len(),
@@ -111,22 +112,6 @@ impl Folder<'_> {
         of_pictures(&views, &pictures, &found.surface.mesh, &options).or_else(|_| {
             of_pictures(&views, &pictures, &found.surface.mesh, &ViewOptions::default())
         })
-    }
-
-    fn warnings(&self, found: &Reconstruction) -> Vec<String> {
-        let quality = &found.quality;
-        let mut warnings = Vec::new();
-        if let Some(solution) = &found.solution {
-            warnings.extend(solution.summary.warnings.iter().cloned());
-        }
-        if quality.folds.folded_edges + quality.folds.intersecting_pairs > 0 {
-            warnings.push(format!(
-                "the surface is folded at {} edges and intersects itself in {} pairs of faces; raise --roughness, or start \
-                 from a surface of the right topology",
-                quality.folds.folded_edges, quality.folds.intersecting_pairs
-            ));
-        }
-        warnings
     }
 
     fn write_pictures(
