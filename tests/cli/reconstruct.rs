@@ -84,6 +84,27 @@ fn silhouettes_need_no_colors() {
     }
 }
 
+/// What is wrong with a surface is said, with what to do next.
+#[test]
+fn surfaces_that_are_wrong_come_with_warnings() {
+    let folder = photographs();
+    let warned = |line: &str, clause: &str| {
+        let output = folder.run(&format!("{line} --levels 1 --steps 2 --no-preview --out run"));
+        assert!(output.status.success(), "{line}\n{}", stderr(&output));
+        assert!(stderr(&output).contains(clause), "{line}\n{}", stderr(&output));
+        let answer = folder.answer("run");
+        let warnings = answer.summary["warnings"].as_array().unwrap();
+        assert!(warnings.iter().any(|warning| warning.as_str().unwrap().contains(clause)));
+    };
+    warned(&format!("{RUN} --start sphere:0,0,0,0.05"), "give a --start nearer to it");
+    warned(
+        "reconstruct --views p/views.toml --regions 2 --background 0,0,0",
+        "% of the images, so that nothing bounds the surface",
+    );
+    warned(&format!("{RUN} --start sphere:0,0,0,4.2"), "reach behind");
+    warned(&format!("{RUN} --regions 16").replace("--regions 2 ", ""), "try fewer --regions");
+}
+
 #[test]
 fn bad_input_is_refused_in_one_line() {
     let folder = photographs();
@@ -120,6 +141,8 @@ fn bad_input_is_refused_in_one_line() {
     refuse(&format!("{RUN} --lambda -1"), "lambda");
     refuse(&format!("{RUN} --split 0.5"), "split");
     refuse(&format!("{RUN} --metric nan"), "metric");
+    refuse(&format!("{RUN} --metric 6e8"), "at most 5e8");
+    refuse(&format!("{RUN} --roughness -1"), "roughness");
     let line = "reconstruct --views p/views.toml --regions 1 --background";
     refuse(&format!("{line} masks"), "has no mask");
     refuse(&format!("{line} images"), "has no background");
