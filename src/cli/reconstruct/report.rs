@@ -47,6 +47,14 @@ pub fn text(found: &Reconstruction, arguments: &Arguments, seconds: f64) -> Stri
     }
     let of_level = |level: &Level| format!("{} on {} vertices", level.steps, level.vertices);
     lines.push(("steps", levels.iter().map(of_level).collect::<Vec<_>>().join(", ")));
+    if let Some(Level { shrunk, .. }) = levels.last().filter(|level| level.shrunk > 1) {
+        lines.push((
+            "images",
+            format!(
+                "at 1/{shrunk} of their resolution, which suits this mesh; more --levels use more"
+            ),
+        ));
+    }
     lines.push(("time", format!("{seconds:.1} s")));
     lines.push(("written to", arguments.out.display().to_string()));
     let picture = if arguments.no_preview { "mesh.ply" } else { "views.png" };
