@@ -82,12 +82,13 @@ impl Sampled {
             [if weight > 0.0 { tree.distance_squared(x).sqrt() } else { 0.0 }, weight]
         });
         samples.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-        let area = samples.iter().map(|sample| sample[1]).sum();
+        let area = sweep::sum(samples.len(), |i| samples[i][1]);
         Sampled { samples, area }
     }
 
     fn mean(&self) -> f64 {
-        self.samples.iter().map(|[distance, weight]| distance * weight).sum::<f64>() / self.area
+        let term = |i: usize| self.samples[i][0] * self.samples[i][1];
+        sweep::sum(self.samples.len(), term) / self.area
     }
 
     fn percentile(&self, share: f64) -> f64 {
