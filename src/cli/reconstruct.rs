@@ -32,6 +32,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
         Photographs::read(views, images.as_deref(), *background, None, usize::from(*regions))?;
     photographs.notes.iter().for_each(|line| note(line));
     let start = arguments.start.mesh(&photographs.shots, inputs::mesh_with_area)?;
+    warnings::check_start(&start, &photographs.shots)?;
     let folder = Folder { arguments, photographs: &photographs, plan: &plan };
     let mut steps = Steps::new(&plan);
     let found =

@@ -101,7 +101,7 @@ fn surfaces_that_are_wrong_come_with_warnings() {
         "reconstruct --views p/views.toml --regions 2 --background 0,0,0",
         "% of the images, so that nothing bounds the surface",
     );
-    warned(&format!("{RUN} --start sphere:0,0,0,4.2"), "reach behind");
+    warned(&format!("{RUN} --start sphere:1,0,0,3.9"), "reach behind");
     warned(&format!("{RUN} --regions 16").replace("--regions 2 ", ""), "try fewer --regions");
 }
 
@@ -134,6 +134,7 @@ fn bad_input_is_refused_in_one_line() {
     refuse(&of("size.toml"), "80 x 60 pixels");
     refuse(&of("none.toml"), "none.toml");
     refuse(&format!("{RUN} --start sphere:90,0,0,1"), "no view sees the start");
+    refuse(&format!("{RUN} --start sphere:0,0,0,9"), "behind every camera");
     refuse(&format!("{RUN} --truth nothing.ply"), "nothing.ply");
     refuse(&format!("{RUN} --start nothing.ply"), "nothing.ply");
     refuse(&format!("{RUN} --light 1,0,0"), "--model albedo");

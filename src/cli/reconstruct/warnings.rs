@@ -4,6 +4,8 @@ use meshseg::counted::counted;
 use meshseg::empty_regions;
 use meshseg::evolve::Reconstruction;
 use meshseg::evolve::images::Shot;
+use meshseg::mesh::Mesh;
+use meshseg::{Error, Result};
 
 /// A smaller agreement of silhouettes means that the surface is somewhere else.
 const MIN_AGREEMENT: f64 = 0.5;
@@ -47,7 +49,8 @@ pub fn about(found: &Reconstruction, shots: &[Shot]) -> Vec<String> {
             100.0 * quality.unseen_share
         ));
     }
-    let behind = shots.iter().filter(|shot| reaches_behind(found, shot)).count();
+    let mesh = &found.surface.mesh;
+    let behind = shots.iter().filter(|shot| reaches_behind(mesh, shot)).count();
     if behind > 0 {
         warnings.push(format!(
             "faces reach behind {}, which do not see them; give a smaller --start",
@@ -66,7 +69,17 @@ pub fn about(found: &Reconstruction, shots: &[Shot]) -> Vec<String> {
     warnings
 }
 
+/// Fails if a start surface is in front of no camera.
+pub fn check_start(start: &Mesh, shots: &[Shot]) -> Result<()> {
+    if shots.iter().all(|shot| reaches_behind(start, shot)) {
+        return Err(Error::unsuitable(
+            "the start surface reaches behind every camera; give a smaller --start that lies in front of them",
+        ));
+    }
+    Ok(())
+}
+
 /// Whether a vertex is not in front of the camera.
-fn reaches_behind(found: &Reconstruction, shot: &Shot) -> bool {
-    found.surface.mesh.vertices.iter().any(|&x| shot.view.camera.to_camera(x).z <= 0.0)
+fn reaches_behind(mesh: &Mesh, shot: &Shot) -> bool {
+    mesh.vertices.iter().any(|&x| shot.view.camera.to_camera(x).z <= 0.0)
 }
