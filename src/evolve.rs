@@ -85,9 +85,6 @@ const EDGE_PIXELS: f64 = 4.0;
 const FIRST_MOVE: f64 = 0.03;
 const LATER_MOVE: f64 = 1.5;
 
-/// beta on the first level, on which vertices move far, in units of that of later ones.
-const FIRST_BETA: f64 = 2.0;
-
 /// Steps between new labels.
 const EVERY: usize = 5;
 
@@ -129,7 +126,7 @@ pub fn reconstruct(
         let settings = Settings {
             steps: plan.steps,
             every: EVERY,
-            beta: if level == 0 { FIRST_BETA * plan.beta } else { plan.beta },
+            beta: if level == 0 { plan::FIRST_BETA * plan.beta } else { plan.beta },
             // Clusters of pixels do not depend on the surface; albedos do.
             fits_colors: level > 0 || plan.light.is_some(),
             smoothing: plan.smoothing,

@@ -5,8 +5,10 @@ use super::lit::Light;
 use super::metric;
 use crate::error::{Error, Result};
 
-/// beta is twice as large on the first level.
-const MAX_BETA: f64 = metric::MAX_BETA / super::FIRST_BETA;
+/// beta on the first level, on which vertices move far, in units of that of later ones.
+pub const FIRST_BETA: f64 = 2.0;
+
+const MAX_BETA: f64 = metric::MAX_BETA / FIRST_BETA;
 
 /// The request to [`reconstruct`](super::reconstruct).
 #[derive(Clone, Debug)]
