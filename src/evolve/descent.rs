@@ -159,8 +159,7 @@ pub fn descend(
         Stop { relative_gap: Some(GAP), iterations: Some(MAX_ITERATIONS), ..Stop::default() };
     let mut energy: Option<Energy> = None;
     let mut newton = QuasiNewton::default();
-    // The vertices and the gradient before the last step, if the energy has been the same since.
-    let mut before: Option<(Vec<Point3<f64>>, Vec<Vector3<f64>>)> = None;
+    let mut before: Option<Before> = None;
     let mut failures = 0;
     for step in 0..settings.steps {
         if step % settings.every == 0 || energy.is_none() {
@@ -177,7 +176,7 @@ pub fn descend(
         }
         let Some(current) = &energy else { unreachable!("it has just been made") };
         let Slope { terms, gradient, contour_pixels } = current.slope(&surface.mesh);
-        if let Some((x, g)) = before.take() {
+        if let Some(Before { vertices: x, gradient: g }) = before.take() {
             let s = surface.mesh.vertices.iter().zip(x).map(|(next, x)| next - x);
             newton.add(s.collect(), gradient.iter().zip(g).map(|(next, g)| next - g).collect());
         }
@@ -205,7 +204,7 @@ pub fn descend(
         match found {
             Some(Found { mesh, .. }) => {
                 let last = std::mem::replace(&mut surface.mesh, mesh);
-                before = Some((last.vertices, gradient));
+                before = Some(Before { vertices: last.vertices, gradient });
                 failures = 0;
             }
             None if 2 * sampling.samples <= MAX_SAMPLES => {
@@ -228,6 +227,12 @@ pub fn descend(
         }
     }
     Ok(End::StepLimit)
+}
+
+/// The vertices and the gradient before the last step, if the energy has been the same since.
+struct Before {
+    vertices: Vec<Point3<f64>>,
+    gradient: Vec<Vector3<f64>>,
 }
 
 /// A search along a direction.
