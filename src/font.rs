@@ -23,5 +23,10 @@ pub fn width(text: &str, size: f64) -> f64 {
     let glyphs = shape(text);
     let advance: i64 =
         glyphs.glyph_positions().iter().map(|glyph| i64::from(glyph.x_advance)).sum();
-    advance as f64 * size / f64::from(FACE.units_per_em())
+    advance as f64 * scale(size)
+}
+
+/// The length of a unit of the font at a size.
+pub(crate) fn scale(size: f64) -> f64 {
+    size / f64::from(FACE.units_per_em())
 }

@@ -62,6 +62,8 @@ pub mod operator;
 pub mod optics;
 #[cfg(feature = "experiments")]
 pub mod outcome;
+#[cfg(feature = "experiments")]
+pub mod paper;
 pub mod problem;
 pub mod prox;
 pub mod regions;

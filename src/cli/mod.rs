@@ -13,6 +13,7 @@ mod means;
 mod mesh;
 mod operators;
 mod output;
+mod paper;
 mod preview;
 mod problem;
 mod progress;
@@ -70,6 +71,8 @@ enum Verb {
     Problem(problem::Verb),
     #[command(subcommand)]
     Experiment(experiment::Verb),
+    #[command(subcommand)]
+    Paper(paper::Verb),
     Solvers(solvers::Arguments),
     Completions(completions::Arguments),
 }
@@ -95,6 +98,7 @@ pub fn main() -> ExitCode {
         Verb::Mesh(verb) => mesh::run(&verb),
         Verb::Problem(verb) => problem::run(&verb),
         Verb::Experiment(verb) => experiment::run(&verb),
+        Verb::Paper(verb) => paper::run(&verb),
         Verb::Solvers(arguments) => solvers::run(&arguments),
         Verb::Completions(arguments) => completions::run(&arguments, &mut Cli::command()),
     };

@@ -11,6 +11,15 @@ use crate::names::{Named, must_be_one_of};
 use crate::render::View;
 use crate::render::panels::Shown;
 
+/// What a figure or a table shows: parts of labels, or `=` and a whole label; all if there are none.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Of instances.
+    pub only: Vec<Spanned<String>>,
+    /// Of solvers.
+    pub solvers: Vec<Spanned<String>>,
+}
+
 /// `[[figure]]`.
 #[derive(Clone, Debug)]
 pub struct FigureSpec {
@@ -21,20 +30,11 @@ pub struct FigureSpec {
     pub page: bool,
     /// Panels in a row.
     pub columns: usize,
-    /// Only instances whose label contains this.
-    pub only: Option<String>,
-    /// Only solvers whose label contains this.
-    pub solvers: Option<String>,
-    pub spans: FigureSpans,
-}
-
-/// The spans of a figure in the file.
-#[derive(Clone, Debug, Default)]
-pub struct FigureSpans {
-    /// The content: the key y, or the whole table.
+    pub selection: Selection,
+    /// What the author says in the caption, after the title.
+    pub caption: Option<String>,
+    /// The span of the content in the file: the key y, or the whole table.
     pub shown: Range<usize>,
-    pub only: Range<usize>,
-    pub solvers: Range<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -57,6 +57,13 @@ pub enum FigureKind {
     Photographs,
     /// (E(t) - E) / (E - B) over the thresholds t of two regions, of labels and of level lines, a panel for each instance.
     Thresholds,
+}
+
+impl FigureKind {
+    /// Whether it is a PNG file, not drawn from numbers.
+    pub fn is_picture(&self) -> bool {
+        matches!(self, FigureKind::Surface(_) | FigureKind::Evolution(_) | FigureKind::Photographs)
+    }
 }
 
 /// Pictures of the instances, a row for each: what needs no regions once, all else for each solver.
@@ -155,13 +162,29 @@ pub struct TableSpec {
     pub name: String,
     pub title: Option<String>,
     pub kind: TableKind,
+    pub selection: Selection,
+    /// Columns of names that are left out in LaTeX.
+    pub without: Vec<NameColumn>,
+}
+
+/// The columns of a table that name its rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString, IntoStaticStr, VariantNames)]
+#[strum(serialize_all = "kebab-case")]
+pub enum NameColumn {
+    Instance,
+    Solver,
 }
 
 #[derive(Clone, Debug)]
 pub enum TableKind {
     /// Time and iterations to gaps for every instance and solver: to the gaps that each run certifies itself, or to
     /// gaps from the best bound of all runs.
-    TimeToGap { gaps: Vec<f64>, to: Target },
+    TimeToGap {
+        gaps: Vec<f64>,
+        to: Target,
+        /// Both, or one.
+        clocks: Vec<Clock>,
+    },
     /// Given variables of every cell.
     Cells { columns: Vec<Variable> },
 }
@@ -196,7 +219,18 @@ enum TableKindName {
 }
 
 fn choice<T: Named>(section: &mut Section<'_>, key: &'static str, default: T) -> SpanResult<T> {
-    let Some(Spanned { value, span }) = section.text(key)? else { return Ok(default) };
+    section.text(key)?.map_or(Ok(default), |text| one_of(key, text))
+}
+
+/// The clocks of a table of times, by default iterations and seconds.
+fn clocks(section: &mut Section<'_>) -> SpanResult<Vec<Clock>> {
+    Ok(match section.text("clock")? {
+        None => vec![Clock::Iterations, Clock::Seconds],
+        Some(text) => vec![one_of("clock", text)?],
+    })
+}
+
+fn one_of<T: Named>(key: &str, Spanned { value, span }: Spanned<String>) -> SpanResult<T> {
     T::named(&value).ok_or_else(|| {
         let meant = did_you_mean(&value, T::names().iter().copied());
         let quoted = T::names().iter().map(|name| format!("{name:?}"));
@@ -318,6 +352,34 @@ fn read_evolution(section: &mut Section<'_>) -> SpanResult<KindRead> {
     Ok((FigureKind::Evolution(EvolutionFigure { steps, views: read_views(section)? }), None))
 }
 
+impl Selection {
+    fn read(section: &mut Section<'_>) -> SpanResult<Self> {
+        Ok(Selection { only: section.texts("only")?, solvers: section.texts("solvers")? })
+    }
+
+    /// Whether it has an instance with a label.
+    pub fn has_instance(&self, label: &str) -> bool {
+        is_selected(label, &self.only)
+    }
+
+    /// Whether it has a solver with a label.
+    pub fn has_solver(&self, label: &str) -> bool {
+        is_selected(label, &self.solvers)
+    }
+}
+
+fn is_selected(label: &str, wanted: &[Spanned<String>]) -> bool {
+    wanted.is_empty() || wanted.iter().any(|wanted| matches(label, &wanted.value))
+}
+
+/// Whether a label is what follows `=`, or contains what is wanted.
+pub fn matches(label: &str, wanted: &str) -> bool {
+    match wanted.strip_prefix('=') {
+        Some(whole) => label == whole,
+        None => label.contains(wanted),
+    }
+}
+
 /// A point and its label.
 fn read_reference(list: Vec<Spanned<Scalar>>) -> SpanResult<(String, [f64; 2])> {
     let wrong = |span| SpanError::at(span, "reference = [\"label\", x, y]");
@@ -346,30 +408,21 @@ impl FigureSpec {
         }?;
         let page = choice(&mut section, "width", WidthName::Page)? == WidthName::Page;
         let columns = section.count("columns", 1)?;
-        let only = section.text("only")?;
-        let solvers = section.text("solvers")?;
+        let selection = Selection::read(&mut section)?;
+        let caption = section.text("caption")?.map(|caption| caption.value);
         section.end()?;
-        let span = |text: &Option<Spanned<String>>| {
-            text.as_ref().map_or(Range::default(), |text| text.span.clone())
-        };
         Ok(FigureSpec {
             name,
             title,
             kind,
             page,
             columns: columns.map_or(if page { 2 } else { 1 }, |columns| columns.value as usize),
-            spans: FigureSpans {
-                shown: shown.unwrap_or(table),
-                only: span(&only),
-                solvers: span(&solvers),
-            },
-            only: only.map(|text| text.value),
-            solvers: solvers.map(|text| text.value),
+            selection,
+            caption,
+            shown: shown.unwrap_or(table),
         })
     }
-}
 
-impl FigureSpec {
     /// The variables of the cells that it shows.
     pub fn variables(&self) -> Vec<&Variable> {
         match &self.kind {
@@ -407,6 +460,7 @@ impl TableSpec {
                     })
                     .collect::<SpanResult<_>>()?;
                 TableKind::TimeToGap {
+                    clocks: clocks(&mut section)?,
                     to: choice(&mut section, "to", Target::Certificate)?,
                     gaps: if gaps.is_empty() { vec![1e-2, 1e-3, 1e-4] } else { gaps },
                 }
@@ -424,7 +478,11 @@ impl TableSpec {
                 TableKind::Cells { columns }
             }
         };
+        let selection = Selection::read(&mut section)?;
+        let without = section.texts("without")?;
+        let without = without.into_iter().map(|text| one_of("without", text));
+        let without = without.collect::<SpanResult<_>>()?;
         section.end()?;
-        Ok(TableSpec { name, title, kind })
+        Ok(TableSpec { name, title, kind, selection, without })
     }
 }

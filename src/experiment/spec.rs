@@ -32,7 +32,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::document::{self, Scalar, Section, SpanError, SpanResult, Spanned};
-use super::figures::{FigureSpec, TableSpec};
+use super::figures::{FigureSpec, Selection, TableSpec, matches};
 use super::grid::{Exclusion, MAX_RUNS};
 use super::nearest::did_you_mean;
 use crate::error::{Error, Result};
@@ -112,10 +112,13 @@ impl Spec {
             check_reconstructions(&instances, &solvers, &exclusions)?;
             let figures = read_all(file, "figure", FigureSpec::read)?;
             for figure in &figures {
-                check_filters(figure, &instances, &solvers)?;
+                check_selection(&figure.selection, &instances, &solvers)?;
                 check_columns(figure, &instances)?;
             }
             let tables = read_all(file, "table", TableSpec::read)?;
+            for table in &tables {
+                check_selection(&table.selection, &instances, &solvers)?;
+            }
             Ok(Spec {
                 path: path.to_owned(),
                 name,
@@ -249,25 +252,28 @@ impl Labeled for SolverCell {
     }
 }
 
-/// Checks that a figure selects something.
-fn check_filters(
-    figure: &FigureSpec,
+/// Checks that a figure or a table selects something.
+fn check_selection(
+    selection: &Selection,
     instances: &[InstanceCell],
     solvers: &[SolverCell],
 ) -> SpanResult<()> {
-    let check = |key: &str, part: &Option<String>, span: &Range<usize>, labels: Vec<&str>| {
-        let Some(part) = part else { return Ok(()) };
-        if labels.iter().any(|label| label.contains(&part[..])) {
-            return Ok(());
-        }
-        let meant = did_you_mean(part, labels);
-        let message = format!("{key}: no label of [[{}]] contains {part:?}{meant}", &key_of(key));
+    let check = |key: &str, parts: &[Spanned<String>], labels: &[&str]| {
+        let is_there = |wanted: &str| labels.iter().any(|label| matches(label, wanted));
+        let Some(part) = parts.iter().find(|part| !is_there(&part.value)) else { return Ok(()) };
+        let Spanned { value, span } = part;
+        let (verb, text) = match value.strip_prefix('=') {
+            Some(whole) => ("is", whole),
+            None => ("contains", &value[..]),
+        };
+        let meant = did_you_mean(text, labels.iter().copied());
+        let message = format!("{key}: no label of [[{}]] {verb} {text:?}{meant}", key_of(key));
         Err(SpanError::at(span, message))
     };
-    let labels = instances.iter().map(|cell| cell.label.as_str()).collect();
-    check("only", &figure.only, &figure.spans.only, labels)?;
-    let labels = solvers.iter().map(|cell| cell.label.as_str()).collect();
-    check("solvers", &figure.solvers, &figure.spans.solvers, labels)
+    let labels: Vec<&str> = instances.iter().map(|cell| cell.label.as_str()).collect();
+    check("only", &selection.only, &labels)?;
+    let labels: Vec<&str> = solvers.iter().map(|cell| cell.label.as_str()).collect();
+    check("solvers", &selection.solvers, &labels)
 }
 
 /// The tables whose labels a key of a figure names.

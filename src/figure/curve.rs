@@ -23,6 +23,8 @@ pub struct Curve {
     /// x, low, high.
     pub bars: Vec<[f64; 3]>,
     pub marks: Vec<[f64; 2]>,
+    /// Where arrows upward start.
+    pub arrows: Vec<[f64; 2]>,
 }
 
 impl Curve {
@@ -32,10 +34,11 @@ impl Curve {
         let points = runs(&series.points, |p| is_drawn(x, p[0]) && is_drawn(y, p[1]));
         let bands =
             runs(&series.band, |b| is_drawn(x, b[0]) && b[1..].iter().all(|&b| is_drawn(y, b)));
+        let arrows = runs(&series.beyond, |p| is_drawn(x, p[0]) && is_drawn(y, p[1])).concat();
+        let mut curve = Curve { arrows, ..Curve::default() };
         if series.primitive == Primitive::Marks {
-            return Curve { bars: bands.concat(), marks: points.concat(), ..Curve::default() };
+            return Curve { bars: bands.concat(), marks: points.concat(), ..curve };
         }
-        let mut curve = Curve::default();
         for band in bands {
             if let [alone] = band[..] {
                 curve.bars.push(alone);

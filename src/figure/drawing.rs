@@ -11,8 +11,6 @@ pub struct Figure {
     pub width: Width,
     /// Panels in a row; fewer are used if they would be too narrow.
     pub columns: usize,
-    /// A small line under the panels.
-    pub note: Option<String>,
 }
 
 /// The printed width.
@@ -76,6 +74,27 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// x, low, high, such as quartiles: bars at [`Primitive::Marks`], an area behind lines.
     pub band: Vec<[f64; 3]>,
+    /// Lower bounds of values that are not known, such as those of runs that ended too early: arrows upward.
+    pub beyond: Vec<[f64; 2]>,
+}
+
+impl Series {
+    /// A series without bands and arrows.
+    pub fn new(
+        label: impl Into<String>,
+        style: usize,
+        primitive: Primitive,
+        points: Vec<[f64; 2]>,
+    ) -> Self {
+        Series {
+            label: label.into(),
+            style,
+            primitive,
+            points,
+            band: Vec::new(),
+            beyond: Vec::new(),
+        }
+    }
 }
 
 /// How the points of a series are drawn.
@@ -89,7 +108,7 @@ pub enum Primitive {
     Marks,
     /// A line with about eight marks, or fewer if it has fewer points.
     LineMarks,
-    /// A thin, gray, dashed line: a fitted power law or a value from the literature.
+    /// A thin, dashed line: a fitted power law.
     Reference,
 }
 

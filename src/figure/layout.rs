@@ -17,7 +17,6 @@ pub const TICK_GAP: f64 = 2.0;
 /// Distance between tick labels and the label of the axis.
 const LABEL_GAP: f64 = 3.0;
 const BETWEEN_PANELS: f64 = 9.0;
-const ABOVE_NOTE: f64 = 2.0;
 const BELOW_LEGEND: f64 = 5.0;
 const BELOW_TITLE: f64 = 3.5;
 /// Height of a plot relative to the width of its panel, and the bounds of this height.
@@ -86,8 +85,6 @@ pub struct Layout<'a> {
     pub panels: Vec<PlacedPanel<'a>>,
     /// Distances between neighboring plots.
     pub gaps: [f64; 2],
-    pub note: Vec<String>,
-    pub note_at: [f64; 2],
 }
 
 impl<'a> Layout<'a> {
@@ -129,7 +126,7 @@ impl<'a> Extents<'a> {
             let ends = bands
                 .filter(|b| b[1..].iter().all(|&b| drawable(&panel.y, b)))
                 .flat_map(|&[x, low, high]| [[x, low], [x, high]]);
-            points.extend(series.points.iter().copied().chain(ends));
+            points.extend(series.points.iter().chain(&series.beyond).copied().chain(ends));
         }
         points.retain(|&[x, y]| drawable(&panel.x, x) && drawable(&panel.y, y));
         let range =
@@ -265,21 +262,13 @@ impl<'a> Grid<'a> {
         let x_labels = x_labels(&self.figure.panels, columns, self.plot[0]);
         let rows = self.rows(&legend, &titles, &x_labels);
         let gaps = [self.right + BETWEEN_PANELS + self.left[1], rows.gap];
-        let note = text::wrap(self.figure.note.as_deref().unwrap_or(""), SMALL_SIZE, inside);
-        let note_at = [MARGIN, rows.bottom + ABOVE_NOTE + ASCENT * SMALL_SIZE];
-        let bottom = match note.len() {
-            0 => rows.bottom,
-            lines => note_at[1] + (LINE_SPACING * (lines - 1) as f64 + DESCENT) * SMALL_SIZE,
-        };
         Layout {
             width,
-            height: bottom + MARGIN,
+            height: rows.bottom + MARGIN,
             columns,
             legend,
             panels: self.placed(titles, x_labels, rows.top, gaps),
             gaps,
-            note,
-            note_at,
         }
     }
 

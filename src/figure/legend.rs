@@ -4,12 +4,12 @@ use super::text::{self, LABEL_SIZE, LINE_SPACING};
 use super::{Panel, Primitive, Series};
 
 /// Widths of samples with and without a line.
-const LINE_SAMPLE_WIDTH: f64 = 23.0;
+const LINE_SAMPLE_WIDTH: f64 = 19.0;
 const MARK_SAMPLE_WIDTH: f64 = 8.0;
 /// Distance between a sample and its text.
-const SAMPLE_GAP: f64 = 4.0;
+const SAMPLE_GAP: f64 = 3.0;
 /// Distance between columns.
-const COLUMN_GAP: f64 = 13.0;
+const COLUMN_GAP: f64 = 10.0;
 
 pub struct LegendEntry<'a> {
     pub series: &'a Series,

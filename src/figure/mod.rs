@@ -16,6 +16,7 @@ mod curve;
 mod drawing;
 mod layout;
 mod legend;
+mod outlines;
 mod pgfplots;
 pub(crate) mod range;
 mod style;
@@ -32,24 +33,35 @@ use crate::error::Result;
 use crate::file;
 use drawing::unsuitable;
 use layout::Layout;
-use svg::Font;
+use svg::Text;
 
 pub use drawing::{Axis, Figure, Panel, Primitive, Scale, Series, Width};
+pub use style::COLOR_COUNT;
 
-/// Writes `stem.svg`, `stem.png` (300 dots per inch), `stem.pdf`, `stem.tex` and `stem.dat`. Fails if the figure cannot
-/// be laid out, such as one without panels, or a file cannot be written.
-pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
+/// The formats of a figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formats {
+    /// SVG, PNG (300 dots per inch), PDF, LaTeX with its table.
+    All,
+    /// SVG, LaTeX with its table.
+    Texts,
+}
+
+/// Writes `stem.svg`, `stem.tex` and `stem.dat`, and with all formats `stem.png` and `stem.pdf`. Fails if the figure cannot be
+/// laid out, such as one without panels, or a file cannot be written.
+pub fn write(figure: &Figure, folder: &Path, stem: &str, formats: Formats) -> Result<()> {
     let layout = Layout::new(figure)?;
-    let svg = svg::draw(&layout, Font::Readers);
-    let tree = convert::tree(&svg::draw(&layout, Font::Bundled))?;
     let (tex, dat) = pgfplots::draw(&layout, stem);
-    let contents = [
-        ("svg", svg.into_bytes()),
-        ("png", convert::png(&tree)?),
-        ("pdf", convert::pdf(&tree)?),
+    let mut contents = vec![
+        ("svg", svg::draw(&layout, Text::Outlined).into_bytes()),
         ("tex", tex.into_bytes()),
         ("dat", dat.into_bytes()),
     ];
+    if formats == Formats::All {
+        let tree = convert::tree(&svg::draw(&layout, Text::Typeset))?;
+        contents.push(("png", convert::png(&tree)?));
+        contents.push(("pdf", convert::pdf(&tree)?));
+    }
     for (extension, content) in contents {
         let path = folder.join(format!("{stem}.{extension}"));
         file::write(&path, |file| file.write_all(&content))?;
@@ -59,5 +71,5 @@ pub fn write(figure: &Figure, folder: &Path, stem: &str) -> Result<()> {
 
 /// The figure as SVG text, with its size in points. Fails if it cannot be laid out.
 pub fn svg(figure: &Figure) -> Result<String> {
-    Ok(svg::draw(&Layout::new(figure)?, Font::Readers))
+    Ok(svg::draw(&Layout::new(figure)?, Text::Outlined))
 }

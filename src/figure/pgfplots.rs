@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use super::curve::{self, Curve};
 use super::layout::{Frame, Layout, PlacedPanel};
 use super::range::Range;
-use super::style::{self, Outline, Style};
+use super::style::{self, ARROW, Outline, Style};
 use super::tex::escaped;
 use super::text::{LABEL_SIZE, LINE_SPACING, SMALL_SIZE};
 use super::ticks::{Decimal, Label, MINUS, Ticks};
@@ -41,17 +41,22 @@ pub fn draw(layout: &Layout, stem: &str) -> (String, String) {
         }
     }
     tex.push_str("\\end{groupplot}\n");
-    tex.push_str(&around(layout, stem));
+    tex.push_str(&above(layout, stem));
     tex.push_str("\\end{tikzpicture}\n");
     (tex, table.text())
 }
 
 fn head(layout: &Layout, stem: &str) -> String {
+    let tip = ARROW - 2.4;
     let mut tex = format!(
         "% \\input{{{stem}.tex}} in a document with \\usepackage{{pgfplots, pgfplotstable}}, \
          \\pgfplotsset{{compat=1.16}} and \\usepgfplotslibrary{{groupplots}}.\n\
          % Run LaTeX twice for the legend. {stem}.dat is looked for in \\figurefolder.\n\
          \\providecommand\\figurefolder{{.}}\n\
+         \\pgfdeclareplotmark{{beyond}}{{\\pgfpathmoveto{{\\pgfpointorigin}}\
+         \\pgfpathlineto{{\\pgfqpoint{{0bp}}{{{ARROW}bp}}}}\
+         \\pgfpathmoveto{{\\pgfqpoint{{-1.6bp}}{{{tip}bp}}}}\\pgfpathlineto{{\\pgfqpoint{{0bp}}{{{ARROW}bp}}}}\
+         \\pgfpathlineto{{\\pgfqpoint{{1.6bp}}{{{tip}bp}}}}\\pgfusepathqstroke}}\n\
          \\begin{{tikzpicture}}\n\
          \\pgfplotstableread{{\\figurefolder/{stem}.dat}}\\figuretable\n"
     );
@@ -195,12 +200,10 @@ fn legend(layout: &Layout) -> String {
     tex
 }
 
-/// The legend above and the note below the panels.
-fn around(layout: &Layout, stem: &str) -> String {
+/// The legend above the panels.
+fn above(layout: &Layout, stem: &str) -> String {
     let mut tex = String::new();
-    let (Some(first), Some(last)) = (layout.panels.first(), layout.panels.last()) else {
-        return tex;
-    };
+    let Some(first) = layout.panels.first() else { return tex };
     if !layout.legend.entries.is_empty() {
         let above = first.frame.top - layout.legend.height;
         let _ = writeln!(
@@ -209,19 +212,6 @@ fn around(layout: &Layout, stem: &str) -> String {
              {{\\pgfplotslegendfromname{{figure-{}}}}} (group c{}r1.north east);",
             name(stem),
             layout.columns
-        );
-    }
-    if !layout.note.is_empty() {
-        let rows = layout.panels.len().div_ceil(layout.columns);
-        let below = layout.note_at[1] - last.frame.bottom() + X_LABEL_DROP;
-        let note: Vec<String> = layout.note.iter().map(|line| escaped(line)).collect();
-        let _ = writeln!(
-            tex,
-            "\\node[anchor=base west, inner sep=0, align=left, xshift=-{:.2}bp, yshift=-{below:.2}bp, \
-             {}] at (group c1r{rows}.south west) {{{}}};",
-            first.frame.left - layout.note_at[0],
-            font(SMALL_SIZE),
-            note.join(r" \\ ")
         );
     }
     tex
@@ -255,6 +245,10 @@ fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> Strin
         style::BAR_WIDTH
     );
     plot(look, "bar", &bars);
+    let points = if curve.arrows.is_empty() { Vec::new() } else { vec![curve.arrows.clone()] };
+    let look =
+        format!("only marks, mark=beyond, figure{color}, line width={}bp", style::ARROW_WIDTH);
+    plot(look, "beyond", &points);
     tex
 }
 

@@ -7,24 +7,27 @@ use super::{Primitive, Series};
 pub const DATA_WIDTH: f64 = 1.2;
 pub const REFERENCE_WIDTH: f64 = 0.8;
 pub const BAR_WIDTH: f64 = 0.7;
+pub const ARROW_WIDTH: f64 = 0.9;
+/// The length of an arrow.
+pub const ARROW: f64 = 7.0;
 pub const FRAME_WIDTH: f64 = 0.5;
 pub const GRID_WIDTH: f64 = 0.4;
 /// Colors, as written in SVG and in LaTeX.
 pub const WHITE: &str = "FFFFFF";
 pub const INK: &str = "222222";
-pub const REFERENCE_INK: &str = "6E6E6E";
 pub const GRID_INK: &str = "E2E2E2";
 /// Opacity of areas.
 pub const AREA_OPACITY: f64 = 0.18;
 
-const LOOK_COUNT: usize = 8;
+/// The number of different colors.
+pub const COLOR_COUNT: usize = 8;
 
 /// The yellow of the palette is darkened, since it would be invisible as a line on white.
-const COLORS: [&str; LOOK_COUNT] =
+const COLORS: [&str; COLOR_COUNT] =
     ["0072B2", "D55E00", "009E73", "CC79A7", "E69F00", "000000", "56B4E9", "A89B00"];
 
 /// Lengths on, off, on, off, for each style.
-const DASHES: [&[f64]; LOOK_COUNT] = [
+const DASHES: [&[f64]; COLOR_COUNT] = [
     &[],
     &[5.0, 1.8],
     &[1.3, 1.5],
@@ -80,7 +83,7 @@ impl Mark {
     }
 }
 
-const MARKS: [Mark; LOOK_COUNT] = [
+const MARKS: [Mark; COLOR_COUNT] = [
     Mark { outline: Outline::Circle, filled: true },
     Mark { outline: Outline::Square, filled: false },
     Mark { outline: Outline::Triangle, filled: true },
@@ -104,13 +107,14 @@ impl Style {
         let style = series.style;
         // Beyond eight styles, the colors repeat with other dashes and other marks: 32 distinct styles without color,
         // 64 with it.
-        let round = style / LOOK_COUNT % LOOK_COUNT;
-        let mark = MARKS[(style + 5 * round) % LOOK_COUNT];
+        let round = style / COLOR_COUNT % COLOR_COUNT;
+        let mark = MARKS[(style + 5 * round) % COLOR_COUNT];
+        let color = COLORS[style % COLOR_COUNT];
         if series.primitive == Primitive::Reference {
             let dashes = REFERENCE_DASHES[style % REFERENCE_DASHES.len()];
-            return Style { color: REFERENCE_INK, dashes, width: REFERENCE_WIDTH, mark };
+            return Style { color, dashes, width: REFERENCE_WIDTH, mark };
         }
-        let dashes = DASHES[(style + 3 * round) % LOOK_COUNT];
-        Style { color: COLORS[style % LOOK_COUNT], dashes, width: DATA_WIDTH, mark }
+        let dashes = DASHES[(style + 3 * round) % COLOR_COUNT];
+        Style { color, dashes, width: DATA_WIDTH, mark }
     }
 }

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::curve::Curve;
-use super::layout::{Frame, Layout, PlacedPanel, TICK_GAP, TICK_LENGTH, label_width};
+use super::layout::{Frame, Layout, PlacedPanel, TICK_GAP, TICK_LENGTH};
 use super::legend::LegendEntry;
+use super::outlines::Outlines;
 use super::style::{self, Mark, Outline, Style};
 use super::text::{
     DIGIT_HEIGHT, EXPONENT_RAISE, EXPONENT_SIZE, LABEL_SIZE, LINE_SPACING, SMALL_SIZE, width,
@@ -15,34 +16,35 @@ use crate::font;
 
 const MINOR_TICK_LENGTH: f64 = 1.5;
 
-/// The font that shows the text.
+/// How text is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Font {
-    /// The bundled one, with which everything is measured.
-    Bundled,
-    /// Any other, such as that of a browser; each line states its width.
-    Readers,
+pub enum Text {
+    /// In the bundled font, which the reader must have.
+    Typeset,
+    /// As outlines, for viewers with any fonts; an invisible copy can be searched and selected.
+    Outlined,
 }
 
-pub fn draw(layout: &Layout, font: Font) -> String {
+pub fn draw(layout: &Layout, text: Text) -> String {
     let (width, height) = (number(layout.width), number(layout.height));
-    let text = format!(
+    let head = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}pt\" height=\"{height}pt\" \
          viewBox=\"0 0 {width} {height}\" font-family=\"'{}', 'Source Sans Pro', sans-serif\" \
          fill=\"#{}\">\n<rect width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n",
         font::FAMILY,
         style::INK
     );
-    let mut page = Page { text, font };
+    let mut page = Page { svg: head, text, outlines: Outlines::default() };
     for panel in &layout.panels {
         page.panel(panel);
     }
     for entry in &layout.legend.entries {
         page.entry(entry);
     }
-    page.lines(&layout.note, SMALL_SIZE, layout.note_at, Anchor::Start);
-    page.text.push_str("</svg>\n");
-    page.text
+    if text == Text::Outlined {
+        let _ = write!(page.svg, "<defs>\n{}</defs>\n", page.outlines.definitions());
+    }
+    page.svg + "</svg>\n"
 }
 
 #[derive(Clone, Copy)]
@@ -53,8 +55,19 @@ enum Anchor {
 }
 
 struct Page {
-    text: String,
-    font: Font,
+    svg: String,
+    text: Text,
+    outlines: Outlines,
+}
+
+/// A line of text, with an exponent or without.
+struct Line<'a> {
+    text: &'a str,
+    exponent: &'a str,
+    size: f64,
+    anchor: Anchor,
+    /// Whether it runs upward.
+    upward: bool,
 }
 
 impl Page {
@@ -67,13 +80,12 @@ impl Page {
         let center = frame.top + frame.height / 2.0;
         for (i, line) in placed.y_label.iter().enumerate() {
             let x = placed.y_label_at + LINE_SPACING * LABEL_SIZE * i as f64;
-            let turn = format!(" transform=\"rotate(-90 {} {})\"", number(x), number(center));
-            let more = turn + &self.room(width(line, LABEL_SIZE));
-            self.put(&escaped(line), LABEL_SIZE, [x, center], Anchor::Middle, &more);
+            let upward = Line { upward: true, ..Line::plain(line, LABEL_SIZE, Anchor::Middle) };
+            self.put(&upward, [x, center]);
         }
         if !placed.has_data {
             let at = [middle, center + DIGIT_HEIGHT * LABEL_SIZE / 2.0];
-            self.put("no data", LABEL_SIZE, at, Anchor::Middle, "");
+            self.put(&Line::plain("no data", LABEL_SIZE, Anchor::Middle), at);
             return;
         }
         let series = &placed.panel.series;
@@ -135,7 +147,7 @@ impl Page {
             let outline = path(area.iter().map(|&point| frame.at(point)));
             let (color, cover) = (style.color, style::AREA_OPACITY);
             let _ = writeln!(
-                self.text,
+                self.svg,
                 "<path d=\"{outline}Z\" fill=\"#{color}\" fill-opacity=\"{cover}\"/>"
             );
         }
@@ -158,6 +170,14 @@ impl Page {
             }
         }
         self.stroke(&bars, style.color, style::BAR_WIDTH, &[]);
+        let mut arrows = String::new();
+        for &point in &curve.arrows {
+            let [x, y] = frame.at(point);
+            segment(&mut arrows, [x, y], [x, y - style::ARROW]);
+            let tip = y - style::ARROW;
+            arrows.push_str(&path([[x - 1.6, tip + 2.4], [x, tip], [x + 1.6, tip + 2.4]]));
+        }
+        self.stroke(&arrows, style.color, style::ARROW_WIDTH, &[]);
     }
 
     fn entry(&mut self, entry: &LegendEntry) {
@@ -179,15 +199,15 @@ impl Page {
             return;
         }
         let _ = write!(
-            self.text,
+            self.svg,
             "<path d=\"{path}\" fill=\"none\" stroke=\"#{color}\" stroke-width=\"{width}\" \
              stroke-linejoin=\"round\""
         );
         if !dashes.is_empty() {
             let dashes: Vec<String> = dashes.iter().map(|&dash| number(dash)).collect();
-            let _ = write!(self.text, " stroke-dasharray=\"{}\"", dashes.join(" "));
+            let _ = write!(self.svg, " stroke-dasharray=\"{}\"", dashes.join(" "));
         }
-        self.text.push_str("/>\n");
+        self.svg.push_str("/>\n");
     }
 
     fn mark(&mut self, mark: Mark, color: &str, [x, y]: [f64; 2]) {
@@ -213,51 +233,96 @@ impl Page {
         };
         let ([fill, edge], pen) = (mark.colors(color), mark.pen());
         let _ = writeln!(
-            self.text,
+            self.svg,
             "<path d=\"{d}\" fill=\"#{fill}\" stroke=\"#{edge}\" stroke-width=\"{pen}\"/>"
         );
     }
 
     fn tick_label(&mut self, label: &Label, at: [f64; 2], anchor: Anchor) {
-        let mut content = escaped(&label.text);
-        if let Some(exponent) = &label.exponent {
-            let _ = write!(
-                content,
-                "<tspan dy=\"-{EXPONENT_RAISE}\" font-size=\"{EXPONENT_SIZE}\">{exponent}</tspan>"
-            );
-        }
-        self.put(&content, SMALL_SIZE, at, anchor, &self.room(label_width(label)));
+        let exponent = label.exponent.as_deref().unwrap_or("");
+        self.put(&Line { exponent, ..Line::plain(&label.text, SMALL_SIZE, anchor) }, at);
     }
 
     fn lines(&mut self, lines: &[String], size: f64, [x, y]: [f64; 2], anchor: Anchor) {
         for (i, line) in lines.iter().enumerate() {
-            let at = [x, y + LINE_SPACING * size * i as f64];
-            self.put(&escaped(line), size, at, anchor, &self.room(width(line, size)));
+            self.put(&Line::plain(line, size, anchor), [x, y + LINE_SPACING * size * i as f64]);
         }
     }
 
-    fn room(&self, width: f64) -> String {
-        match self.font {
-            Font::Bundled => String::new(),
-            Font::Readers => {
-                let length = number(width);
-                format!(" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"")
+    fn put(&mut self, line: &Line<'_>, at: [f64; 2]) {
+        match self.text {
+            Text::Typeset => self.typeset(line, at, ""),
+            Text::Outlined => {
+                self.outlined(line, at);
+                let length = number(line.width());
+                let hidden = format!(
+                    " fill-opacity=\"0\" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\""
+                );
+                self.typeset(line, at, &hidden);
             }
         }
     }
 
-    /// `content` is XML, `more` are attributes.
-    fn put(&mut self, content: &str, size: f64, [x, y]: [f64; 2], anchor: Anchor, more: &str) {
-        let anchor = match anchor {
+    /// `more` are attributes.
+    fn typeset(&mut self, line: &Line<'_>, [x, y]: [f64; 2], more: &str) {
+        let anchor = match line.anchor {
             Anchor::Start => "",
             Anchor::Middle => " text-anchor=\"middle\"",
             Anchor::End => " text-anchor=\"end\"",
         };
         let (x, y) = (number(x), number(y));
+        let turn = match line.upward {
+            true => format!(" transform=\"rotate(-90 {x} {y})\""),
+            false => String::new(),
+        };
+        let exponent = match line.exponent {
+            "" => String::new(),
+            exponent => format!(
+                "<tspan dy=\"-{EXPONENT_RAISE}\" font-size=\"{EXPONENT_SIZE}\">{exponent}</tspan>"
+            ),
+        };
+        let (size, text) = (line.size, escaped(line.text));
         let _ = writeln!(
-            self.text,
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{more}>{content}</text>"
+            self.svg,
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{turn}{more}>{text}{exponent}</text>"
         );
+    }
+
+    fn outlined(&mut self, line: &Line<'_>, [x, y]: [f64; 2]) {
+        let shift = line.width()
+            * match line.anchor {
+                Anchor::Start => 0.0,
+                Anchor::Middle => -0.5,
+                Anchor::End => -1.0,
+            };
+        let turn = if line.upward { "rotate(-90)" } else { "" };
+        let (x, y) = (number(x), number(y));
+        let _ = write!(self.svg, "<g transform=\"translate({x} {y}){turn}\">");
+        let exponent_at = [shift + width(line.text, line.size), -EXPONENT_RAISE];
+        let parts =
+            [(line.text, line.size, [shift, 0.0]), (line.exponent, EXPONENT_SIZE, exponent_at)];
+        for (text, size, [x, y]) in parts {
+            let uses = self.outlines.uses(text);
+            if !uses.is_empty() {
+                let scale = font::scale(size);
+                let (x, y) = (number(x), number(y));
+                let _ = write!(
+                    self.svg,
+                    "<g transform=\"matrix({scale} 0 0 -{scale} {x} {y})\">{uses}</g>"
+                );
+            }
+        }
+        self.svg.push_str("</g>\n");
+    }
+}
+
+impl<'a> Line<'a> {
+    fn plain(text: &'a str, size: f64, anchor: Anchor) -> Self {
+        Line { text, exponent: "", size, anchor, upward: false }
+    }
+
+    fn width(&self) -> f64 {
+        width(self.text, self.size) + width(self.exponent, EXPONENT_SIZE)
     }
 }
 

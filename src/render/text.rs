@@ -5,7 +5,7 @@
 use image::RgbImage;
 use rustybuzz::ttf_parser::{GlyphId, OutlineBuilder};
 
-use crate::font::{FACE, shape, width};
+use crate::font::{FACE, scale, shape, width};
 
 /// Sub-scanlines per scanline.
 const SUBSCANLINES: usize = 5;
@@ -42,7 +42,7 @@ pub(super) fn cover(
     extent: [usize; 2],
     ink: impl FnMut([usize; 2], f64),
 ) {
-    let scale = size / f64::from(FACE.units_per_em());
+    let scale = scale(size);
     let glyphs = shape(text);
     let mut outline = Outline { scale, ..Outline::default() };
     let [mut pen, baseline] = start;

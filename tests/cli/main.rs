@@ -11,6 +11,7 @@ mod labeling;
 mod mesh;
 mod mixture;
 mod operators;
+mod paper;
 mod photographs;
 mod readme;
 mod reconstruct;

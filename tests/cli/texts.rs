@@ -47,6 +47,8 @@ fn every_verb_has_help_with_examples() {
         ("mesh distance", "Print how far apart two surfaces are"),
         ("mesh generate", "For example torus:400x250, sphere:6, grid:100x100"),
         ("mesh convert", "in the same vertex order"),
+        ("paper", "meshseg paper check other/paper"),
+        ("paper check", "measurements that are typed by hand"),
         ("solvers", "List the solvers"),
         ("completions", "meshseg completions bash >"),
     ] {

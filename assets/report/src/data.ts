@@ -70,6 +70,8 @@ export interface TableData {
 
 export interface FigureData {
   title: string;
+  /** What the title does not say; may be empty. */
+  caption: string;
   svg: string;
   stem: string;
   /** The page on which its surfaces can be turned, if it has some. */

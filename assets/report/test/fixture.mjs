@@ -51,8 +51,8 @@ export function fixture() {
     runs,
     tables: [seconds(runs), { title: "An empty table", columns: [{ label: "nothing", numeric: false }], rows: [] }],
     figures: [
-      { title: "Decay of the gap over iterations", svg: figure("#0072b2"), stem: "decay-iterations" },
-      { title: "Decay of the gap over seconds", svg: figure("#d55e00"), stem: "decay-seconds" },
+      { title: "Decay of the gap over iterations", caption: "Medians of 3 runs.", svg: figure("#0072b2"), stem: "decay-iterations" },
+      { title: "Decay of the gap over seconds", caption: "", svg: figure("#d55e00"), stem: "decay-seconds" },
     ],
     scenes: { g0: torus(48, 28) },
   };

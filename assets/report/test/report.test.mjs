@@ -203,6 +203,8 @@ describe("a report", { skip: missing }, () => {
     const shown = await page.$$eval(".paper", (all) => all.map((one) => one.shadowRoot.querySelector("svg")?.getBoundingClientRect().height ?? 0));
     assert.equal(shown.length, data.figures.length);
     for (const height of shown) assert.ok(height > 50);
+    const captions = await page.$$eval("#figures figcaption p", (all) => all.map((one) => one.textContent));
+    assert.deepEqual(captions, data.figures.map((one) => one.caption).filter(Boolean));
     const saved = await download(page, () => press("#figures figcaption button"));
     assert.deepEqual(saved, { name: `${data.figures[0].stem}.svg`, text: data.figures[0].svg });
   });

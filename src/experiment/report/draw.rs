@@ -1,38 +1,31 @@
 //! The figures of an experiment file, as plain numbers.
 
+use std::collections::BTreeSet;
+
 use super::super::figures::{Clock, FigureKind, FigureSpec, Measure, Target};
 use super::super::results::{Done, Point};
 use super::super::variable::Variable;
+use super::caption;
 use super::pool::{Cell, Peers, Pool, given};
 use super::relation::relation;
-use crate::figure::{Axis, Figure, Panel, Primitive, Series, Width};
+use crate::figure::{Axis, COLOR_COUNT, Figure, Panel, Primitive, Series, Width};
 use crate::level_sets::LevelSet;
 
-/// A figure and the runs behind its numbers.
+/// A figure, its caption and the runs behind its numbers.
 pub struct Drawn<'a> {
     pub figure: Figure,
+    pub caption: String,
     pub sources: Vec<&'a Done>,
-}
-
-/// The cells that a figure selects.
-pub fn selected<'p, 'a>(pool: &'p Pool<'a>, spec: &FigureSpec) -> Vec<&'p Cell<'a>> {
-    let wanted = |cell: &&Cell<'a>| {
-        let contains = |label: &str, part: &Option<String>| {
-            part.as_ref().is_none_or(|part| label.contains(part.as_str()))
-        };
-        contains(&pool.instance(cell).label, &spec.only)
-            && contains(&pool.solver(cell).label, &spec.solvers)
-    };
-    pool.cells.iter().filter(wanted).collect()
 }
 
 /// Draws a figure of numbers. Panics if it is one of pictures.
 pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
-    let cells = selected(pool, spec);
+    let cells = pool.selected(&spec.selection);
+    let styles = styles(pool, &cells);
     let (panels, timed) = match &spec.kind {
-        FigureKind::Decay { x, y } => (decay(pool, &cells, *x, *y), *x == Clock::Seconds),
+        FigureKind::Decay { x, y } => (decay(pool, &cells, &styles, *x, *y), *x == Clock::Seconds),
         FigureKind::Profile { x, gap } => {
-            (vec![profile(pool, &cells, *x, *gap)], *x == Clock::Seconds)
+            (vec![profile(pool, &cells, &styles, *x, *gap)], *x == Clock::Seconds)
         }
         FigureKind::Relation(spec) => {
             let timed = [&spec.x, &spec.y].into_iter().any(Variable::is_time);
@@ -43,19 +36,36 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
             unreachable!("pictures have files of their own")
         }
     };
-    let figure = Figure {
-        panels,
-        width: if spec.page { Width::Page } else { Width::Column },
-        columns: spec.columns,
-        note: pool.note(timed),
-    };
+    let caption = caption::of_numbers(pool, spec, &cells, &panels, timed);
+    let width = if spec.page { Width::Page } else { Width::Column };
+    let figure = Figure { panels, width, columns: spec.columns };
     let counts = |run: &&Done| !timed || run.manifest.machine.host == pool.host;
     let sources = cells.iter().flat_map(|cell| cell.runs.iter().copied()).filter(counts).collect();
-    Drawn { figure, sources }
+    Drawn { figure, caption, sources }
+}
+
+/// The style of each solver: its index in the file, as in all figures and on the page. If this gives two solvers of a
+/// figure the same color, its solvers are numbered by themselves.
+fn styles(pool: &Pool<'_>, cells: &[&Cell<'_>]) -> Vec<usize> {
+    let mut styles: Vec<usize> = (0..pool.spec.solvers.len()).collect();
+    let shown: BTreeSet<usize> = cells.iter().map(|cell| cell.solver).collect();
+    let colors: BTreeSet<usize> = shown.iter().map(|solver| solver % COLOR_COUNT).collect();
+    if colors.len() < shown.len() {
+        for (rank, solver) in shown.into_iter().enumerate() {
+            styles[solver] = rank;
+        }
+    }
+    styles
 }
 
 /// A panel for each instance, a curve for each solver.
-fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<Panel> {
+fn decay<'a>(
+    pool: &Pool<'a>,
+    cells: &[&Cell<'a>],
+    styles: &[usize],
+    x: Clock,
+    y: Measure,
+) -> Vec<Panel> {
     let mut instances: Vec<usize> = cells.iter().map(|cell| cell.instance).collect();
     instances.dedup();
     let measure = |peers: &Peers<'_>, point: &Point| match y {
@@ -72,19 +82,15 @@ fn decay<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, y: Measure) -> Vec<
         let series = cells.iter().filter(|cell| cell.instance == instance).map(|cell| {
             let peers = pool.peers(cell);
             let bound = peers.bound();
-            Series {
-                label: pool.solver(cell).label.clone(),
-                style: cell.solver,
-                primitive: Primitive::LineMarks,
-                points: pool
-                    .trace(cell, x == Clock::Seconds)
-                    .iter()
-                    .filter_map(|point| Some([x.of(point), measure(&peers, point)?]))
-                    .filter(|[x, _]| *x > 0.0 || !logx)
-                    .filter(|[_, y]| bound.is_finite() || y.is_finite())
-                    .collect(),
-                band: Vec::new(),
-            }
+            let points = pool
+                .trace(cell, x == Clock::Seconds)
+                .iter()
+                .filter_map(|point| Some([x.of(point), measure(&peers, point)?]))
+                .filter(|[x, _]| *x > 0.0 || !logx)
+                .filter(|[_, y]| bound.is_finite() || y.is_finite())
+                .collect();
+            let label = &pool.solver(cell).label;
+            Series::new(label, styles[cell.solver], Primitive::LineMarks, points)
         });
         let series: Vec<Series> = series.filter(|series| !series.points.is_empty()).collect();
         (!series.is_empty()).then(|| Panel {
@@ -111,13 +117,9 @@ fn thresholds<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>]) -> Vec<Panel> {
             let kinds: [(&str, Energy); 2] =
                 [("labels", |set| set.labels), ("level lines", |set| set.lines)];
             for (i, (name, energy)) in kinds.into_iter().enumerate() {
-                series.push(Series {
-                    label: format!("{}: {name}", pool.solver(cell).label),
-                    style: 2 * cell.solver + i,
-                    primitive: Primitive::LineMarks,
-                    points: sets.iter().map(|set| [set.threshold, above(energy(set))]).collect(),
-                    band: Vec::new(),
-                });
+                let label = format!("{}: {name}", pool.solver(cell).label);
+                let points = sets.iter().map(|set| [set.threshold, above(energy(set))]).collect();
+                series.push(Series::new(label, 2 * cell.solver + i, Primitive::LineMarks, points));
             }
         }
         (!series.is_empty()).then(|| Panel {
@@ -131,7 +133,13 @@ fn thresholds<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>]) -> Vec<Panel> {
 }
 
 /// The share of instances that a solver solves to a gap within a multiple of the time of the fastest solver.
-fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Panel {
+fn profile<'a>(
+    pool: &Pool<'a>,
+    cells: &[&Cell<'a>],
+    styles: &[usize],
+    x: Clock,
+    gap: f64,
+) -> Panel {
     let time = |cell: &Cell<'a>| {
         pool.time_to(cell, x, gap, Target::Certificate)
             .map_or(f64::INFINITY, |spread| spread.median)
@@ -162,13 +170,7 @@ fn profile<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], x: Clock, gap: f64) -> Pane
             ratios.iter().enumerate().skip(at_one).map(|(n, &ratio)| [ratio, share(n + 1)]),
         );
         points.push([last, share(ratios.len())]);
-        Series {
-            label: cell.label.clone(),
-            style: solver,
-            primitive: Primitive::Steps,
-            points,
-            band: Vec::new(),
-        }
+        Series::new(&cell.label, styles[solver], Primitive::Steps, points)
     });
     Panel {
         title: None,

@@ -1,8 +1,10 @@
 //! Figures, tables and a page, drawn from the files of the runs alone.
 
+mod caption;
 mod cell_value;
 mod draw;
 mod evolution;
+mod latex;
 mod page;
 mod photographs;
 mod pool;
@@ -32,7 +34,7 @@ use super::store::MAX_SHOWN_VERTICES;
 use super::store::Store;
 use super::variable::{Quantity, Variable};
 use crate::error::{Error, Result};
-use crate::figure::{self, tex};
+use crate::figure::{self, Formats};
 use crate::file;
 
 pub use why::{Why, why};
@@ -64,6 +66,19 @@ pub struct Report {
 /// # Errors
 /// The folder has no runs, files in it are damaged, or a file cannot be written.
 pub fn report(folder: &Path, version: &str) -> Result<Report> {
+    write_report(folder, folder, version, Formats::All)
+}
+
+/// The texts of the report, without pictures and page, written into another folder; what is not written again is looked for
+/// there.
+///
+/// # Errors
+/// As [`report`].
+pub fn report_texts(folder: &Path, into: &Path, version: &str) -> Result<Report> {
+    write_report(folder, into, version, Formats::Texts)
+}
+
+fn write_report(folder: &Path, into: &Path, version: &str, formats: Formats) -> Result<Report> {
     let spec = kept_spec(folder)?;
     let store = Store::open(folder.to_owned())?;
     let done = Done::all(&store)?;
@@ -79,21 +94,24 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     let (figures, tables) = requested(&spec);
     let unlabeled =
         Unlabeled { lacking: pool.runs().filter(|run| lacks_labels(run)).count(), runs };
-    let into = created(folder.join("figures"))?;
+    let shown = created(into.join("figures"))?;
     let program = format!("meshseg {version}");
-    let figures = write_figures(&pool, &store, &figures, &unlabeled, &into, &program)?;
-    let tables = write_tables(&pool, &tables, &unlabeled, &created(folder.join("tables"))?)?;
+    let target = Target { folder: &shown, formats, program: &program };
+    let figures = write_figures(&pool, &store, &figures, &unlabeled, &target)?;
+    let tables = write_tables(&pool, &tables, &unlabeled, &created(into.join("tables"))?)?;
 
     let write = |path: &Path, text: &str| file::write(path, |out| out.write_all(text.as_bytes()));
-    write(&folder.join("numbers.tex"), &definitions(&tables.listed))?;
-    let content = PageContent {
-        figures: figures.shown,
-        tables: &tables.listed,
-        program: &program,
-        written: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
-    };
-    let page = folder.join("report.html");
-    write(&page, &page::page(&pool, &store, &content)?)?;
+    write(&into.join("numbers.tex"), &latex::numbers(&pool, &tables.listed, &figures.shown))?;
+    let page = into.join("report.html");
+    if formats == Formats::All {
+        let content = PageContent {
+            figures: figures.shown,
+            tables: &tables.listed,
+            program: &program,
+            written: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+        };
+        write(&page, &page::page(&pool, &store, &content)?)?;
+    }
     Ok(Report {
         figures: figures.paths,
         tables: tables.paths,
@@ -142,18 +160,32 @@ impl Unlabeled {
     }
 }
 
+/// Where figures are written, in which formats, and by which program.
+struct Target<'a> {
+    folder: &'a Path,
+    formats: Formats,
+    program: &'a str,
+}
+
 fn write_figures(
     pool: &Pool<'_>,
     store: &Store,
     figures: &[FigureSpec],
     unlabeled: &Unlabeled,
-    folder: &Path,
-    program: &str,
+    target: &Target<'_>,
 ) -> Result<WrittenFigures> {
+    let Target { folder, formats, program } = *target;
     let mut written = WrittenFigures::default();
     for figure in figures {
-        let (name, title) = (&figure.name[..], figure.title.as_deref());
-        let cells = draw::selected(pool, figure);
+        let name = &figure.name[..];
+        let cells = pool.selected(&figure.selection);
+        if formats == Formats::Texts && figure.kind.is_picture() {
+            let path = folder.join(format!("{name}.png"));
+            if path.is_file() {
+                written.shown.push(PageFigure::picture(figure, &path)?);
+            }
+            continue;
+        }
         if let FigureKind::Photographs = figure.kind {
             photographs::write(pool, &cells, figure, folder, &mut written)?;
             continue;
@@ -168,9 +200,8 @@ fn write_figures(
             _ => None,
         };
         if let Some(drawn) = surfaces {
-            let drawn =
-                drawn.map_err(|error| pool.spec.format_error(&figure.spans.shown, error))?;
-            write_surfaces(figure, drawn, folder, &mut written)?;
+            let drawn = drawn.map_err(|error| pool.spec.format_error(&figure.shown, error))?;
+            write_surfaces(pool, figure, drawn, folder, &mut written)?;
             continue;
         }
         let path = folder.join(format!("{name}.svg"));
@@ -179,16 +210,17 @@ fn write_figures(
             if !path.is_file() {
                 continue;
             }
-            PageFigure::kept(title, &path, name)?
+            PageFigure::kept(figure, &path)?
         } else {
             let drawn = draw::draw(pool, figure);
             if drawn.figure.panels.is_empty() {
                 written.empty.get_or_insert_with(|| nothing_to_show(pool.spec, figure));
                 continue;
             }
-            figure::write(&drawn.figure, folder, name)?;
+            figure::write(&drawn.figure, folder, name, formats)?;
             write_sources(folder, name, &drawn.sources)?;
-            PageFigure::drawn(title, &drawn, name)?
+            caption::write(folder, name, &drawn.caption)?;
+            PageFigure::drawn(figure, &drawn)?
         };
         written.shown.push(shown);
         written.paths.push(path);
@@ -198,12 +230,13 @@ fn write_figures(
 
 /// Writes a figure of surfaces, as PNG and as a page on which they can be turned.
 fn write_surfaces(
+    pool: &Pool<'_>,
     figure: &FigureSpec,
     drawn: Option<DrawnSurfaces<'_>>,
     folder: &Path,
     written: &mut WrittenFigures,
 ) -> Result<()> {
-    let (name, title) = (&figure.name[..], figure.title.as_deref());
+    let name = &figure.name[..];
     let path = folder.join(format!("{name}.png"));
     let advice = "`meshseg experiment run --force` makes them";
     match drawn {
@@ -219,6 +252,7 @@ fn write_surfaces(
             let page = path.with_extension("html");
             file::write(&page, |out| out.write_all(html.as_bytes()))?;
             write_sources(folder, name, &sources)?;
+            caption::write(folder, name, &caption::of_pictures(pool, figure, &sources))?;
         }
         None => {
             written.kept.push(format!(
@@ -231,7 +265,7 @@ fn write_surfaces(
             }
         }
     }
-    written.shown.push(PageFigure::picture(title, &path, name)?);
+    written.shown.push(PageFigure::picture(figure, &path)?);
     written.paths.push(path);
     Ok(())
 }
@@ -242,7 +276,7 @@ fn nothing_to_show(spec: &Spec, figure: &FigureSpec) -> Error {
     let (name, names) = (&figure.name, names.join(" and "));
     let names = if names.is_empty() { "what it shows" } else { &names };
     let message = format!("the figure {name:?} has nothing to show: no run has {names}");
-    spec.format_error(&figure.spans.shown, message)
+    spec.format_error(&figure.shown, message)
 }
 
 #[derive(Default)]
@@ -285,27 +319,6 @@ fn lacks_labels(run: &Done) -> bool {
         && run.summary.labels().is_some()
         && run.manifest.repetition == 0
         && run.summary.vertices() <= MAX_SHOWN_VERTICES
-}
-
-/// `numbers.tex`: all numbers of the tables by name.
-fn definitions(tables: &[Table<'_>]) -> String {
-    let numbers = tables.iter().flat_map(Table::numbers);
-    let definitions = numbers.map(|(name, x)| definition(&name, &pool::number(x)));
-    RESULT_MACRO.to_owned() + &definitions.collect::<String>()
-}
-
-const RESULT_MACRO: &str = "\
-% \\result{TABLE/INSTANCE/SOLVER/COLUMN} is a number of a table: the names as they are, with \\%, \\&, \\#, \\$, \\{ and \\}.\n\
-\\providecommand{\\result}[1]{\\ifcsname meshseg@\\detokenize{#1}\\endcsname\n\
-\x20 \\csname meshseg@\\detokenize{#1}\\endcsname\\else\\textbf{??}\\typeout{There is no result \\detokenize{#1}}\\fi}\n";
-
-/// Defines a number by its name as typed in a document, and by its name with all LaTeX escapes.
-fn definition(name: &str, value: &str) -> String {
-    let define = |name: &str| {
-        format!("\\expandafter\\def\\csname meshseg@\\detokenize{{{name}}}\\endcsname{{{value}}}\n")
-    };
-    let (typed, escaped) = (tex::typed(name), tex::escaped(name));
-    define(&typed) + &if escaped == typed { String::new() } else { define(&escaped) }
 }
 
 fn created(folder: PathBuf) -> Result<PathBuf> {

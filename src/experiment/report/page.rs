@@ -7,8 +7,10 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
+use super::super::figures::FigureSpec;
 use super::super::results::{Done, Point};
 use super::super::store::{MAX_SHOWN_VERTICES, Store};
+use super::caption;
 use super::draw::Drawn;
 use super::pool::{Cell, Pool};
 use super::table::{Table, TableEntry};
@@ -30,6 +32,7 @@ pub struct PageContent<'a> {
 
 pub struct PageFigure {
     title: String,
+    caption: String,
     svg: String,
     /// The stem of its files.
     stem: String,
@@ -38,19 +41,23 @@ pub struct PageFigure {
 }
 
 impl PageFigure {
-    pub fn drawn(title: Option<&str>, drawn: &Drawn<'_>, stem: &str) -> Result<Self> {
-        Ok(PageFigure::new(title, crate::figure::svg(&drawn.figure)?, stem))
+    pub fn drawn(figure: &FigureSpec, drawn: &Drawn<'_>) -> Result<Self> {
+        Ok(PageFigure::new(figure, crate::figure::svg(&drawn.figure)?, drawn.caption.clone()))
     }
 
     /// A figure that was not drawn again.
-    pub fn kept(title: Option<&str>, path: &Path, stem: &str) -> Result<Self> {
+    pub fn kept(figure: &FigureSpec, path: &Path) -> Result<Self> {
         let svg = String::from_utf8(file::read(path)?)
             .map_err(|error| Error::malformed(path, error.to_string()))?;
-        Ok(PageFigure::new(title, svg, stem))
+        Ok(PageFigure::new(
+            figure,
+            svg,
+            caption::kept(path.parent().unwrap_or(Path::new("")), &figure.name)?,
+        ))
     }
 
     /// A picture in a PNG file.
-    pub fn picture(title: Option<&str>, path: &Path, stem: &str) -> Result<Self> {
+    pub fn picture(figure: &FigureSpec, path: &Path) -> Result<Self> {
         let bytes = file::read(path)?;
         let decoder = png::Decoder::new(std::io::Cursor::new(&bytes[..]));
         let reader =
@@ -64,23 +71,36 @@ impl PageFigure {
              viewBox=\"0 0 {width} {height}\"><image width=\"{width}\" height=\"{height}\" \
              href=\"data:image/png;base64,{data}\"/></svg>"
         );
-        let surfaces =
-            path.with_extension("html").is_file().then(|| format!("figures/{stem}.html"));
-        Ok(PageFigure { surfaces, ..PageFigure::new(title, svg, stem) })
+        let page = path.with_extension("html");
+        let surfaces = page.is_file().then(|| format!("figures/{}.html", figure.name));
+        let caption = caption::kept(path.parent().unwrap_or(Path::new("")), &figure.name)?;
+        Ok(PageFigure { surfaces, ..PageFigure::new(figure, svg, caption) })
     }
 
-    fn new(title: Option<&str>, svg: String, stem: &str) -> Self {
+    fn new(figure: &FigureSpec, svg: String, caption: String) -> Self {
         PageFigure {
-            title: title.unwrap_or(stem).to_owned(),
+            title: figure.title.as_ref().unwrap_or(&figure.name).clone(),
+            caption,
             svg,
-            stem: stem.to_owned(),
+            stem: figure.name.clone(),
             surfaces: None,
         }
     }
 
+    pub fn stem(&self) -> &str {
+        &self.stem
+    }
+
+    pub fn caption(&self) -> &str {
+        &self.caption
+    }
+
     fn json(&self) -> Value {
-        let PageFigure { title, svg, stem, surfaces } = self;
-        json!({ "title": title, "svg": svg, "stem": stem, "surfaces": surfaces })
+        let PageFigure { title, caption, svg, stem, surfaces } = self;
+        // The page shows the title, with which the caption starts, above the figure.
+        let more =
+            caption.strip_prefix(&title[..]).unwrap_or(caption).trim_start_matches(['.', ' ']);
+        json!({ "title": title, "caption": more, "svg": svg, "stem": stem, "surfaces": surfaces })
     }
 }
 

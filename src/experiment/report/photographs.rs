@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::super::figures::FigureSpec;
 use super::super::store::PHOTOGRAPHS;
+use super::caption;
 use super::page::PageFigure;
 use super::pool::{Cell, Pool};
 use super::written::{WrittenFigures, write_sources};
@@ -48,8 +49,9 @@ pub fn write(
     } else {
         write_png(&path, &below_each_other(&images))?;
         write_sources(folder, &figure.name, &sources)?;
+        caption::write(folder, &figure.name, &caption::of_pictures(pool, figure, &sources))?;
     }
-    written.shown.push(PageFigure::picture(figure.title.as_deref(), &path, &figure.name)?);
+    written.shown.push(PageFigure::picture(figure, &path)?);
     written.paths.push(path);
     Ok(())
 }

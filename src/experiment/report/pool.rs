@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::super::document::Scalar;
-use super::super::figures::{Clock, Target};
+use super::super::figures::{Clock, Selection, Target};
 use super::super::plan::run_toml;
 use super::super::results::{Done, Point};
 use super::super::spec::{InstanceCell, SolverCell, Spec};
@@ -140,6 +140,15 @@ impl<'a> Pool<'a> {
         &self.spec.solvers[cell.solver]
     }
 
+    /// The cells of a selection.
+    pub fn selected(&self, selection: &Selection) -> Vec<&Cell<'a>> {
+        let is_selected = |cell: &&Cell<'a>| {
+            selection.has_instance(&self.instance(cell).label)
+                && selection.has_solver(&self.solver(cell).label)
+        };
+        self.cells.iter().filter(is_selected).collect()
+    }
+
     /// All runs.
     pub fn runs(&self) -> impl Iterator<Item = &'a Done> {
         self.cells.iter().flat_map(|cell| cell.runs.iter().copied())
@@ -201,11 +210,8 @@ impl<'a> Pool<'a> {
             .collect()
     }
 
-    /// The note under figures that show times.
-    pub fn note(&self, timed: bool) -> Option<String> {
-        if !timed {
-            return None;
-        }
+    /// What makes the times of some runs unusable or doubtful.
+    pub fn note(&self) -> Option<String> {
         let mut notes = Vec::new();
         let all = self.runs().count();
         let elsewhere = self.runs().filter(|run| run.manifest.machine.host != self.host).count();
@@ -254,6 +260,17 @@ pub fn value(keys: &[(String, Scalar)], key: &str) -> Option<Scalar> {
 /// Formats a given number: 1e-3, 0.25, 40.
 pub fn given(x: f64) -> String {
     if x != 0.0 && (x.abs() < 0.1 || x.abs() >= 1e6) { format!("{x:e}") } else { x.to_string() }
+}
+
+/// Formats a measured number for LaTeX, with three digits.
+pub fn latex(x: f64) -> String {
+    let text = number(x);
+    match text.split_once('e') {
+        Some((factor, exponent)) => format!("\\ensuremath{{{factor}\\cdot10^{{{exponent}}}}}"),
+        None if x.is_infinite() => text.replace("inf", "\\ensuremath{\\infty}"),
+        None if x < 0.0 => format!("\\ensuremath{{{text}}}"),
+        None => text,
+    }
 }
 
 /// Formats a measured number for tables and text, with three digits.

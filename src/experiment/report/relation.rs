@@ -31,13 +31,7 @@ pub fn relation<'a>(pool: &Pool<'a>, cells: &[&Cell<'a>], relation: &Relation) -
             .collect();
         if let Some((label, point)) = &relation.reference {
             let unused = styles.iter().max().map_or(0, |last| last + 1);
-            series.push(Series {
-                label: label.clone(),
-                style: unused,
-                primitive: Primitive::Marks,
-                points: vec![*point],
-                band: Vec::new(),
-            });
+            series.push(Series::new(label, unused, Primitive::Marks, vec![*point]));
         }
         let title = relation.panels.as_ref().zip(value.as_ref());
         Panel {
@@ -67,12 +61,19 @@ struct Member {
 struct Marked {
     point: [f64; 2],
     bar: [f64; 3],
+    /// Whether the gap was reached; otherwise y is where the runs ended.
+    reached: bool,
 }
 
 fn marked<'a>(pool: &Pool<'a>, cell: &Cell<'a>, relation: &Relation) -> Option<Marked> {
     let x = value_of(pool, cell, &relation.x, None).number()?.median;
-    let y = value_of(pool, cell, &relation.y, relation.gap).number()?;
-    Some(Marked { point: [x, y.median], bar: [x, y.low, y.high] })
+    let value = value_of(pool, cell, &relation.y, relation.gap);
+    let reached = value.number();
+    let y = match (reached, relation.gap) {
+        (None, Some(_)) => value_of(pool, cell, &relation.y, None).number()?,
+        _ => reached?,
+    };
+    Some(Marked { point: [x, y.median], bar: [x, y.low, y.high], reached: reached.is_some() })
 }
 
 fn distinct<'m, T: PartialEq>(all: impl Iterator<Item = &'m T>) -> Vec<&'m T> {
@@ -130,8 +131,9 @@ fn marks_and_fit(
     marked: impl Iterator<Item = Marked>,
     fit: bool,
 ) -> Vec<Series> {
-    let mut marked: Vec<Marked> = marked.collect();
+    let (mut marked, unreached): (Vec<Marked>, Vec<Marked>) = marked.partition(|it| it.reached);
     marked.sort_by(|a, b| a.point[0].total_cmp(&b.point[0]));
+    let beyond: Vec<[f64; 2]> = unreached.iter().map(|marked| marked.point).collect();
     let points: Vec<[f64; 2]> = marked.iter().map(|marked| marked.point).collect();
     let bars = marked.iter().map(|marked| marked.bar).filter(|[_, low, high]| low < high);
     let mut label = name.to_owned();
@@ -139,17 +141,12 @@ fn marks_and_fit(
     if let Some((exponent, factor)) = fit.then(|| power(&points)).flatten() {
         label = format!("{label} (exponent {exponent:.2})");
         let ends = [points[0][0], points[points.len() - 1][0]];
-        series.push(Series {
-            label: String::new(),
-            style,
-            primitive: Primitive::Reference,
-            points: ends.map(|x| [x, factor * x.powf(exponent)]).to_vec(),
-            band: Vec::new(),
-        });
+        let line = ends.map(|x| [x, factor * x.powf(exponent)]).to_vec();
+        series.push(Series::new("", style, Primitive::Reference, line));
     }
-    if !points.is_empty() {
+    if !points.is_empty() || !beyond.is_empty() {
         let primitive = if fit { Primitive::Marks } else { Primitive::LineMarks };
-        series.push(Series { label, style, primitive, points, band: bars.collect() });
+        series.push(Series { label, style, primitive, points, band: bars.collect(), beyond });
     }
     series
 }

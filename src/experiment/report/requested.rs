@@ -1,7 +1,7 @@
 //! The figures and tables that a report has.
 
 use super::super::figures::{
-    Clock, FigureKind, FigureSpans, FigureSpec, Measure, TableKind, TableSpec, Target,
+    Clock, FigureKind, FigureSpec, Measure, Selection, TableKind, TableSpec, Target,
 };
 use super::super::spec::Spec;
 use super::super::variable::{Quantity, Variable};
@@ -18,15 +18,21 @@ pub fn requested(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         kind: FigureKind::Decay { x, y },
         page: true,
         columns: 2,
-        only: None,
-        solvers: None,
-        spans: FigureSpans::default(),
+        selection: Selection::default(),
+        caption: None,
+        shown: 0..0,
     };
     let figures = match &spec.figures[..] {
         [] => vec![decay(counter), decay(Clock::Seconds)],
         figures => figures.to_vec(),
     };
-    let table = |name: &str, kind: TableKind| TableSpec { name: name.into(), title: None, kind };
+    let table = |name: &str, kind: TableKind| TableSpec {
+        name: name.into(),
+        title: None,
+        kind,
+        selection: Selection::default(),
+        without: Vec::new(),
+    };
     let tables = match &spec.tables[..] {
         [] if of_surfaces => {
             let columns = [
@@ -42,7 +48,14 @@ pub fn requested(spec: &Spec) -> (Vec<FigureSpec>, Vec<TableSpec>) {
         }
         [] => {
             let gaps = vec![1e-2, 1e-3, 1e-4];
-            vec![table("time-to-gap", TableKind::TimeToGap { gaps, to: Target::Certificate })]
+            vec![table(
+                "time-to-gap",
+                TableKind::TimeToGap {
+                    gaps,
+                    to: Target::Certificate,
+                    clocks: vec![Clock::Iterations, Clock::Seconds],
+                },
+            )]
         }
         tables => tables.to_vec(),
     };

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::super::figures::{Clock, TableKind, TableSpec, Target};
+use super::super::figures::{Clock, NameColumn, TableKind, TableSpec, Target};
 use super::super::quoting::one_line;
 use super::super::results::Done;
 use super::super::variable::Variable;
 use super::cell_value::{CellValue, value_of};
-use super::pool::{Cell, Pool, given, number};
+use super::pool::{Cell, Pool, given, latex, number};
 use crate::error::{Error, Result};
 use crate::figure::tex;
 use crate::file;
@@ -17,6 +17,8 @@ pub struct Table<'a> {
     pub title: String,
     pub columns: Vec<String>,
     pub rows: Vec<Vec<TableEntry>>,
+    /// Columns of names that are left out in LaTeX.
+    pub without: Vec<NameColumn>,
     /// The runs behind its numbers.
     pub sources: Vec<&'a Done>,
 }
@@ -38,35 +40,51 @@ impl TableEntry {
             TableEntry::Nothing => String::new(),
         }
     }
+
+    fn latex(&self) -> String {
+        match self {
+            TableEntry::Number(x) => latex(*x),
+            entry => tex::escaped(&entry.text()),
+        }
+    }
 }
 
 pub fn table<'a>(pool: &Pool<'a>, spec: &TableSpec) -> Table<'a> {
+    let cells = pool.selected(&spec.selection);
     let (default, columns, rows) = match &spec.kind {
-        TableKind::TimeToGap { gaps, to } => time_to_gap(pool, gaps, *to),
-        TableKind::Cells { columns } => cells(pool, columns),
+        TableKind::TimeToGap { gaps, to, clocks } => time_to_gap(pool, &cells, gaps, *to, clocks),
+        TableKind::Cells { columns } => variables_of(pool, &cells, columns),
     };
     Table {
         name: spec.name.clone(),
         title: spec.title.clone().unwrap_or(default),
         columns,
         rows,
-        sources: pool.runs().collect(),
+        without: spec.without.clone(),
+        sources: cells.iter().flat_map(|cell| cell.runs.iter().copied()).collect(),
     }
 }
 
 type Content = (String, Vec<String>, Vec<Vec<TableEntry>>);
 
 /// A row for each cell, with iterations and median seconds for each gap.
-fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
+fn time_to_gap(
+    pool: &Pool<'_>,
+    cells: &[&Cell<'_>],
+    gaps: &[f64],
+    to: Target,
+    clocks: &[Clock],
+) -> Content {
     let mut columns = vec!["instance".to_owned(), "solver".to_owned()];
-    columns.extend(gaps.iter().map(|&gap| format!("iterations to {}", given(gap))));
-    columns.extend(gaps.iter().map(|&gap| format!("seconds to {}", given(gap))));
-    let row = |cell: &Cell<'_>| {
+    for clock in clocks {
+        columns.extend(gaps.iter().map(|&gap| format!("{} to {}", clock.label(), given(gap))));
+    }
+    let row = |cell: &&Cell<'_>| {
         let mut row = vec![
             TableEntry::Text(pool.instance(cell).label.clone()),
             TableEntry::Text(pool.solver(cell).label.clone()),
         ];
-        for clock in [Clock::Iterations, Clock::Seconds] {
+        for &clock in clocks {
             row.extend(gaps.iter().map(|&gap| match pool.time_to(cell, clock, gap, to) {
                 None => TableEntry::Nothing,
                 Some(spread) if spread.median.is_finite() => TableEntry::Number(spread.median),
@@ -90,13 +108,13 @@ fn time_to_gap(pool: &Pool<'_>, gaps: &[f64], to: Target) -> Content {
         Target::Certificate => "Iterations and seconds in steps to certified gaps",
         Target::Optimum => "Iterations and seconds in steps to within a share of the optimum",
     };
-    (title.to_owned(), columns, pool.cells.iter().map(row).collect())
+    (title.to_owned(), columns, cells.iter().map(row).collect())
 }
 
-fn cells(pool: &Pool<'_>, variables: &[Variable]) -> Content {
+fn variables_of(pool: &Pool<'_>, cells: &[&Cell<'_>], variables: &[Variable]) -> Content {
     let mut columns = vec!["instance".to_owned(), "solver".to_owned()];
     columns.extend(variables.iter().map(|variable| variable.short_name().replace('-', " ")));
-    let row = |cell: &Cell<'_>| {
+    let row = |cell: &&Cell<'_>| {
         let mut row = vec![
             TableEntry::Text(pool.instance(cell).label.clone()),
             TableEntry::Text(pool.solver(cell).label.clone()),
@@ -108,7 +126,7 @@ fn cells(pool: &Pool<'_>, variables: &[Variable]) -> Content {
         }));
         row
     };
-    ("Runs".to_owned(), columns, pool.cells.iter().map(row).collect())
+    ("Runs".to_owned(), columns, cells.iter().map(row).collect())
 }
 
 impl Table<'_> {
@@ -177,19 +195,27 @@ impl Table<'_> {
         text
     }
 
+    /// Without the columns that are not wanted, and those of the instance and the solver if there is only one.
     fn latex(&self) -> String {
+        let names = [NameColumn::Instance, NameColumn::Solver];
+        let is_shown = |i: usize| match names.get(i) {
+            Some(name) if self.without.contains(name) => false,
+            Some(_) => self.rows.windows(2).any(|pair| pair[0][i] != pair[1][i]),
+            None => true,
+        };
+        let shown: Vec<usize> = (0..self.columns.len()).filter(|&i| is_shown(i)).collect();
         let columns: String =
-            (0..self.columns.len()).map(|i| if self.is_numeric(i) { 'r' } else { 'l' }).collect();
+            shown.iter().map(|&i| if self.is_numeric(i) { 'r' } else { 'l' }).collect();
         let line = |entries: Vec<String>| {
-            let entries: Vec<String> = entries.iter().map(|text| tex::escaped(text)).collect();
+            let entries: Vec<&str> = shown.iter().map(|&i| &entries[i][..]).collect();
             format!("{} \\\\\n", entries.join(" & "))
         };
         let mut text = format!("% {}: needs the package booktabs\n", one_line(&self.title));
         text += &format!("\\begin{{tabular}}{{{columns}}}\n\\toprule\n");
-        text += &line(self.columns.clone());
+        text += &line(self.columns.iter().map(|name| tex::escaped(name)).collect());
         text += "\\midrule\n";
         for row in &self.rows {
-            text += &line(row.iter().map(TableEntry::text).collect());
+            text += &line(row.iter().map(TableEntry::latex).collect());
         }
         text + "\\bottomrule\n\\end{tabular}\n"
     }

@@ -2,7 +2,7 @@
 
 mod numbers;
 
-use super::pool::{Spread, given, number};
+use super::pool::{Spread, given, latex, number};
 use super::relation::power;
 use super::table::{Table, TableEntry};
 
@@ -68,6 +68,7 @@ fn table() -> Table<'static> {
             ],
             vec![entry("c"), entry("s_2"), TableEntry::Number(1.0 / 3.0), TableEntry::Nothing],
         ],
+        without: Vec::new(),
         sources: Vec::new(),
     }
 }
@@ -86,4 +87,17 @@ fn tables_are_written_as_markdown_csv_and_latex() {
     assert!(read("t.tex").contains("a$|$b & s\\_1 & 0.500 & \\textgreater{} 3 \\\\\n"));
     let numbers: Vec<(String, f64)> = table.numbers().collect();
     assert_eq!(numbers, [("t/a|b/s_1/x".to_owned(), 0.5), ("t/c/s_2/x".to_owned(), 1.0 / 3.0)]);
+}
+
+#[test]
+fn latex_has_powers_of_ten() {
+    for (x, text) in [
+        (12.0, "12"),
+        (0.0213, "0.0213"),
+        (-0.5, "\\ensuremath{-0.500}"),
+        (3.654e-4, "\\ensuremath{3.65\\cdot10^{-4}}"),
+        (f64::INFINITY, "\\ensuremath{\\infty}"),
+    ] {
+        assert_eq!(latex(x), text);
+    }
 }

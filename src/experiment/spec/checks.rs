@@ -101,13 +101,11 @@ pub fn check_columns(figure: &FigureSpec, instances: &[InstanceCell]) -> SpanRes
         _ => None,
     });
     let Some(p) = columns.max() else { return Ok(()) };
-    let selected = |cell: &&InstanceCell| {
-        figure.only.as_ref().is_none_or(|part| cell.label.contains(part.as_str()))
-    };
+    let selected = |cell: &&InstanceCell| figure.selection.has_instance(&cell.label);
     match instances.iter().filter(selected).find(|cell| cell.regions != 2 || p > 1) {
         None => Ok(()),
         Some(cell) => Err(SpanError::at(
-            &figure.spans.shown,
+            &figure.shown,
             format!(
                 "u:{p} of {:?} cannot be shown: runs keep U for two regions only, as u:0 and u:1",
                 cell.label

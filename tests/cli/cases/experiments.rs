@@ -79,7 +79,7 @@ fn tables_numbers_and_pages_take_any_name() {
     // As typed between braces, and with all escapes.
     let name = |part: &str| numbers.lines().any(|line| line.contains(part));
     assert!(name(
-        "\\detokenize{time_to_gap/part_50\\%_v2 \\& co \\#1 \\textbackslash{}alpha \\{x\\} ~ ^"
+        "\\detokenize{odd/time_to_gap/part_50\\%_v2 \\& co \\#1 \\textbackslash{}alpha \\{x\\} ~ ^"
     ));
     assert!(name("/C_P, 100\\% [a]/"), "{numbers}");
     assert!(name("/C\\_P, 100\\% {[}a{]}/"), "{numbers}");
@@ -124,11 +124,11 @@ fn latex_compiles_tables_numbers_and_figures() {
                  </script><!--  , lambda 0.001";
     let used = format!(
         "\\input{{numbers.tex}}\n\
-         FISTA: \\result{{time_to_gap/{plain}/naïve \\$x\\$ λ/iterations to 1e-2}},\n\
-         ours: \\result{{time_to_gap/{plain}/C_P, 100\\% [a]/iterations to 1e-2}}\n"
+         FISTA: \\result{{odd/time_to_gap/{plain}/naïve \\$x\\$ λ/iterations to 1e-2}},\n\
+         ours: \\result{{odd/time_to_gap/{plain}/C_P, 100\\% [a]/iterations to 1e-2}}\n"
     );
     assert!(typeset(&results, &used, ""));
-    let missing = "\\input{numbers.tex}\\result{time_to_gap/nothing/of_that/kind}";
+    let missing = "\\input{numbers.tex}\\result{odd/time_to_gap/nothing/of_that/kind}";
     if Command::new("pdflatex").arg("--version").output().is_ok() {
         assert!(!typeset(&results, missing, ""));
     }

@@ -18,7 +18,7 @@ fn a_report_has_every_format_of_every_figure_and_table() {
     let results = folder.path("results/small");
     let figures = names(&results.join("figures"));
     for stem in ["decay", "relation"] {
-        for extension in ["svg", "png", "pdf", "tex", "dat", "runs.json"] {
+        for extension in ["svg", "png", "pdf", "tex", "dat", "runs.json", "caption.txt"] {
             assert!(figures.contains(&format!("{stem}.{extension}")), "{figures:?}");
         }
     }
@@ -43,7 +43,10 @@ fn a_report_has_every_format_of_every_figure_and_table() {
     assert!(cells.contains("converged") && cells.contains("1.5"), "{cells}");
     assert!(text("tables/cells.tex").contains("\\toprule"));
     let numbers = text("numbers.tex");
-    assert!(numbers.contains("\\csname meshseg@\\detokenize{time-to-gap/torus:20x12"), "{numbers}");
+    assert!(
+        numbers.contains("\\csname meshseg@\\detokenize{small/time-to-gap/torus:20x12"),
+        "{numbers}"
+    );
 }
 
 /// A report can be made without the experiment file and the data folder, and is the same again.
@@ -116,9 +119,11 @@ fn times_of_other_hosts_are_left_out() {
     }
     change(&manifests[1], "loaded", "true");
     folder.done("experiment report results/small");
-    let svg = fs::read_to_string(folder.path("results/small/figures/decay.svg")).unwrap();
-    assert!(svg.contains("2 of 10 runs are of another machine and left out"), "{svg}");
-    assert!(svg.contains("made while others used the machine"), "{svg}");
+    let caption = folder.path("results/small/figures/decay.caption.txt");
+    let caption = fs::read_to_string(caption).unwrap();
+    assert!(caption.contains("2 of 10 runs are of another machine and left out"), "{caption}");
+    assert!(caption.contains("made while others used the machine"), "{caption}");
+    assert!(caption.contains("Medians of 1 to 2 runs."), "{caption}");
     let why = folder.done("experiment why results/small/figures/decay.svg");
     assert_eq!(why.lines().count(), 1 + SMALL_RUNS - 2, "{why}");
     // Iterations do not depend on the host.

@@ -9,7 +9,7 @@ export function figures(report: Report): Node {
   return h("div", { class: "figures" }, ...report.data.figures.map(figure));
 }
 
-function figure({ title, svg, stem, surfaces }: FigureData): HTMLElement {
+function figure({ title, caption, svg, stem, surfaces }: FigureData): HTMLElement {
   const paper = h("div", { class: "paper", role: "img", "aria-label": title });
   // In its own shadow tree, so that the ids and styles of one figure cannot affect another.
   const shadow = paper.attachShadow({ mode: "open" });
@@ -26,6 +26,7 @@ function figure({ title, svg, stem, surfaces }: FigureData): HTMLElement {
       h("span", {}, title),
       surfaces ? h("a", { href: surfaces }, "Turn its surfaces") : null,
       h("button", { type: "button", class: "plain", onclick: () => save(`${stem}.svg`, svgBlob(svg)) }, "Download SVG"),
+      caption ? h("p", {}, caption) : null,
     ),
   );
 }
