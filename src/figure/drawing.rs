@@ -11,6 +11,8 @@ pub struct Figure {
     pub width: Width,
     /// Panels in a row; fewer are used if they would be too narrow.
     pub columns: usize,
+    /// Whether all panels have the same ranges, since they are compared.
+    pub shared: bool,
 }
 
 /// The printed width.

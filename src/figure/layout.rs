@@ -145,6 +145,17 @@ impl<'a> Extents<'a> {
     }
 }
 
+/// Gives all panels with data the same ranges.
+fn share(extents: &mut [Extents<'_>]) {
+    let with_data = || extents.iter().filter(|extents| extents.has_data);
+    let x = with_data().map(|extents| extents.x).reduce(Range::union);
+    let y = with_data().map(|extents| extents.y).reduce(Range::union);
+    let Some((x, y)) = x.zip(y) else { return };
+    for extents in extents {
+        (extents.x, extents.y) = (x, y);
+    }
+}
+
 /// The sizes of rows and columns, from which positions follow.
 struct Grid<'a> {
     figure: &'a Figure,
@@ -172,7 +183,10 @@ impl<'a> Grid<'a> {
         let between = BETWEEN_PANELS * (columns - 1) as f64;
         let room = width - 2.0 * MARGIN - between;
         let height = (PLOT_ASPECT * room / columns as f64).clamp(PLOT_HEIGHTS[0], PLOT_HEIGHTS[1]);
-        let extents: Vec<Extents> = panels.iter().map(Extents::new).collect();
+        let mut extents: Vec<Extents> = panels.iter().map(Extents::new).collect();
+        if figure.shared {
+            share(&mut extents);
+        }
         let y_ticks =
             extents.iter().map(|e| e.ticks(&e.y, height, &|_| 1.7 * SMALL_SIZE)).collect();
         let mut grid = Grid {

@@ -57,6 +57,11 @@ impl Range {
         Some(Range { scale, low, high: high + padding })
     }
 
+    /// The smallest range that contains both.
+    pub fn union(self, other: Range) -> Range {
+        Range { low: self.low.min(other.low), high: self.high.max(other.high), ..self }
+    }
+
     /// The share of the range below a position.
     pub fn share(&self, position: f64) -> f64 {
         (position - self.low) / (self.high - self.low)

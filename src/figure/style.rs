@@ -9,7 +9,7 @@ pub const REFERENCE_WIDTH: f64 = 0.8;
 pub const BAR_WIDTH: f64 = 0.7;
 pub const ARROW_WIDTH: f64 = 0.9;
 /// The length of an arrow.
-pub const ARROW: f64 = 7.0;
+pub const ARROW: f64 = 5.0;
 pub const FRAME_WIDTH: f64 = 0.5;
 pub const GRID_WIDTH: f64 = 0.4;
 /// Colors, as written in SVG and in LaTeX.
@@ -103,6 +103,11 @@ pub struct Style {
 }
 
 impl Style {
+    /// How far arrows of a series are moved to the right, so that those at the same limit can be told apart.
+    pub fn arrow_shift(series: &Series) -> f64 {
+        1.8 * ((series.style % COLOR_COUNT) as f64 - (COLOR_COUNT as f64 - 1.0) / 2.0)
+    }
+
     pub fn of(series: &Series) -> Self {
         let style = series.style;
         // Beyond eight styles, the colors repeat with other dashes and other marks: 32 distinct styles without color,

@@ -20,7 +20,7 @@ fn panel(scales: [Scale; 2], series: Vec<Series>) -> Panel {
 }
 
 fn figure(width: Width, columns: usize, panels: Vec<Panel>) -> Figure {
-    Figure { panels, width, columns }
+    Figure { panels, width, columns, shared: false }
 }
 
 const SCALES: [[Scale; 2]; 4] = [
@@ -369,6 +369,20 @@ fn there_are_fewer_columns_if_plots_would_be_too_narrow() {
     assert_eq!(columns(Width::Column, 1), 1);
     assert!(Layout::new(&figure(Width::Page, 2, Vec::new())).is_err());
     assert_eq!(Layout::new(&figure(Width::Page, 0, panels(1))).unwrap().columns, 1);
+}
+
+#[test]
+fn compared_panels_have_the_same_ranges() {
+    let line = |high| series("a", 0, Primitive::Line, vec![[1.0, 1.0], [high, high]]);
+    let panels = || [10.0, 1000.0].map(|high| panel(SCALES[3], vec![line(high)])).to_vec();
+    let ends = |shared| {
+        let figure = Figure { shared, ..figure(Width::Page, 2, panels()) };
+        let layout = Layout::new(&figure).unwrap();
+        [0, 1].map(|i| (layout.panels[i].frame.x.high, layout.panels[i].frame.y.high))
+    };
+    let [own, wide] = ends(false);
+    assert!(own.0 < wide.0 && own.1 < wide.1);
+    assert_eq!(ends(true), [wide; 2]);
 }
 
 #[test]

@@ -38,7 +38,9 @@ pub fn draw<'a>(pool: &Pool<'a>, spec: &FigureSpec) -> Drawn<'a> {
     };
     let caption = caption::of_numbers(pool, spec, &cells, &panels, timed);
     let width = if spec.page { Width::Page } else { Width::Column };
-    let figure = Figure { panels, width, columns: spec.columns };
+    // Panels of a relation are compared; those of other figures are different problems.
+    let shared = matches!(spec.kind, FigureKind::Relation(_));
+    let figure = Figure { panels, width, columns: spec.columns, shared };
     let counts = |run: &&Done| !timed || run.manifest.machine.host == pool.host;
     let sources = cells.iter().flat_map(|cell| cell.runs.iter().copied()).filter(counts).collect();
     Drawn { figure, caption, sources }
