@@ -18,7 +18,8 @@ pub fn draw(all: &[Measured], path: &Path) -> Result<(), Box<dyn std::error::Err
     steps.sort_by(|a, b| a.median.total_cmp(&b.median));
     let longest = steps.iter().map(|m| 1e3 * m.median).fold(0.0, f64::max);
     let (row, left, top) = (34, 300, 46);
-    let size = (900, top as u32 + row as u32 * steps.len() as u32 + 20);
+    let bottom = top + row * steps.len() as i32;
+    let size = (900, bottom as u32 + 62);
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE)?;
     let text = |size: u32| ("sans-serif", size).into_font();
@@ -43,6 +44,26 @@ pub fn draw(all: &[Measured], path: &Path) -> Result<(), Box<dyn std::error::Err
         }
         root.draw(&Text::new(format!("{:.2}", 1e3 * step.median), (right + 8, y + 4), text(16)))?;
     }
+    let axis = &BLACK;
+    let at = |milliseconds: f64| left + (scale * milliseconds) as i32;
+    root.draw(&PathElement::new([(left, bottom), (at(longest) + 60, bottom)], axis))?;
+    let spacing = tick_spacing(longest);
+    for tick in (0..).map(|k| f64::from(k) * spacing).take_while(|&tick| tick <= longest) {
+        let x = at(tick);
+        root.draw(&PathElement::new([(x, bottom), (x, bottom + 5)], axis))?;
+        root.draw(&Text::new(format!("{tick}"), (x - 4, bottom + 8), text(14)))?;
+    }
+    root.draw(&Text::new("milliseconds a step", (left, bottom + 32), text(15)))?;
     root.present()?;
     Ok(())
+}
+
+/// 1, 2 or 5 times a power of ten, such that an axis of this length has at most eight ticks.
+fn tick_spacing(length: f64) -> f64 {
+    let unit = 10_f64.powf((length / 8.0).log10().floor());
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|factor| factor * unit)
+        .find(|it| length / it <= 8.0)
+        .unwrap_or(unit)
 }

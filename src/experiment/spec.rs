@@ -180,7 +180,8 @@ fn check_run_count(
 fn first_comment(text: &str) -> String {
     let lines = text.lines().map(str::trim).skip_while(|line| line.is_empty());
     let comment = lines.map_while(|line| line.strip_prefix('#')).map(str::trim);
-    comment.collect::<Vec<_>>().join(" ").trim().to_owned()
+    let paragraph = comment.skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty());
+    paragraph.collect::<Vec<_>>().join(" ").trim().to_owned()
 }
 
 fn read_stop(mut section: Section<'_>) -> SpanResult<Stop> {

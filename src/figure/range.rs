@@ -52,7 +52,8 @@ impl Range {
             Scale::Linear if alike => 0.1 * size,
             _ => PADDING * (high - low),
         };
-        let from_zero = scale == Scale::Linear && !alike && (0.0..=NEAR_ZERO * high).contains(&low);
+        // A line at zero itself would lie on the frame.
+        let from_zero = scale == Scale::Linear && !alike && low > 0.0 && low <= NEAR_ZERO * high;
         let low = if from_zero { 0.0 } else { low - padding };
         Some(Range { scale, low, high: high + padding })
     }

@@ -180,9 +180,9 @@ fn write_figures(
         let name = &figure.name[..];
         let cells = pool.selected(&figure.selection);
         if formats == Formats::Texts && figure.kind.is_picture() {
-            let path = folder.join(format!("{name}.png"));
-            if path.is_file() {
-                written.shown.push(PageFigure::picture(figure, &path)?);
+            let caption = caption::kept(folder, name)?;
+            if !caption.is_empty() {
+                written.shown.push(PageFigure::unseen(figure, caption));
             }
             continue;
         }

@@ -77,6 +77,11 @@ impl PageFigure {
         Ok(PageFigure { surfaces, ..PageFigure::new(figure, svg, caption) })
     }
 
+    /// A picture that is not drawn.
+    pub fn unseen(figure: &FigureSpec, caption: String) -> Self {
+        PageFigure::new(figure, String::new(), caption)
+    }
+
     fn new(figure: &FigureSpec, svg: String, caption: String) -> Self {
         PageFigure {
             title: figure.title.as_ref().unwrap_or(&figure.name).clone(),
