@@ -1,4 +1,4 @@
-.PHONY: test rust page build environment lint bench bench-report
+.PHONY: test rust page build environment lint bench bench-report paper reproduce
 
 # All tests of the project, in release mode, because the numerical code is slow without optimization.
 test:
@@ -34,3 +34,12 @@ bench:
 # The benchmarks as a page: results/bench/README.md.
 bench-report: bench
 	cargo run --release --locked --example bench-report
+
+# paper/meshseg.pdf, from the committed results; paper/README.md names what this needs.
+paper:
+	./paper/build
+
+# The runs of the paper again, then the paper, in target/reproduce: QUICK=1 in about 10 minutes, FULL=1 in about an hour.
+reproduce:
+	cargo build --release --locked
+	./paper/reproduce $(if $(FULL),full,$(if $(QUICK),quick))

@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use assert_cmd::Command;
+
 use crate::experiment::SMALL;
-use crate::support::{Folder, names, stderr};
+use crate::support::{Folder, PROGRAM, names, stderr};
 
 const MAIN: &str = r"\documentclass{article}
 \usepackage{results}
@@ -128,4 +130,15 @@ fn every_fault_is_named_with_its_remedy() {
     fs::remove_file(folder.path("paper/text.tex")).unwrap();
     let messages = stderr(&folder.run("paper check"));
     assert!(messages.starts_with("error: paper/text.tex: "), "{messages}");
+}
+
+/// The paper of this project.
+#[test]
+fn the_paper_of_the_project_is_current() {
+    let output = Command::new(PROGRAM)
+        .args(["paper", "check", "paper"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
