@@ -18,7 +18,25 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::file;
 use results::Results;
-use source::{Source, commands};
+use source::{Missing, Source, commands};
+
+/// Commands that cite.
+const CITATIONS: [&str; 14] = [
+    "autocite",
+    "cite",
+    "citealp",
+    "citealt",
+    "citeauthor",
+    "citep",
+    "citet",
+    "Citet",
+    "citeyear",
+    "footcite",
+    "nocite",
+    "parencite",
+    "textcite",
+    "Cite",
+];
 
 /// What a paper cites, and what is wrong.
 #[derive(Debug, Default)]
@@ -41,10 +59,12 @@ pub struct Checked {
 /// # Errors
 /// A file of the paper, or of results that it names, cannot be read.
 pub fn check(folder: &Path, version: &str) -> Result<Checked> {
-    let sources = source::sources(folder)?;
-    let results = folder.join("..").join("results");
-    let results = dunce(&results);
+    let (sources, missing) = source::sources(folder)?;
+    let results = without_parents(&folder.join("..").join("results"));
     let mut paper = Paper { folder, results, cited: BTreeMap::new(), checked: Checked::default() };
+    for Missing { path, line, message } in missing {
+        paper.checked.faults.push(format!("{}, line {line}: {message}", path.display()));
+    }
     paper.read_results(&sources, version)?;
     for source in &sources {
         paper.check_commands(source);
@@ -66,7 +86,7 @@ pub fn check(folder: &Path, version: &str) -> Result<Checked> {
 }
 
 /// A path without `name/..`.
-fn dunce(path: &Path) -> PathBuf {
+fn without_parents(path: &Path) -> PathBuf {
     let mut short = PathBuf::new();
     for part in path.components() {
         let is_up = part == std::path::Component::ParentDir;
@@ -98,8 +118,16 @@ impl Paper<'_> {
         for source in sources {
             for command in commands(&source.text).filter(|command| command.name == "resultsof") {
                 let Some(&name) = command.arguments.first() else { continue };
+                if name.starts_with('#') {
+                    continue;
+                }
                 let folder = self.results.join(name);
-                if !folder.join("numbers.tex").is_file() {
+                let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+                if name.is_empty() || name.starts_with('.') || !name.chars().all(is_plain) {
+                    let message =
+                        format!("{name:?} is not the name of an experiment, a folder in results");
+                    self.fault(source, command.line, &message);
+                } else if !folder.join("numbers.tex").is_file() {
                     let message = format!(
                         "there are no results of {name:?}; `meshseg experiment run experiments/{name}.toml` and \
                          `meshseg experiment report {}` make them",
@@ -120,24 +148,45 @@ impl Paper<'_> {
     fn check_commands(&mut self, source: &Source) {
         let mut names = BTreeSet::new();
         for command in commands(&source.text) {
-            let fault = match (command.name, &command.arguments[..]) {
-                ("result", [name, ..]) if !name.starts_with('#') => {
+            let named: &[&str] = &command.arguments;
+            let is_ours =
+                ["result", "resultfigure", "resultcaption", "resulttable"].contains(&command.name);
+            let fault = match (command.name, named) {
+                (name, arguments) if is_ours && arguments.iter().any(|it| it.contains('#')) => {
+                    Some(format!(
+                        "\\{name} with an argument of a macro cannot be checked; write it out where it is used"
+                    ))
+                }
+                ("result", [name, ..]) => {
                     names.insert(one_spaced(name));
                     self.name_fault(&one_spaced(name))
                 }
-                ("resultfigure", [experiment, figure, ..]) if !experiment.starts_with('#') => {
+                ("resultcaption", [experiment, figure, ..]) => {
+                    let name = format!("{experiment}/{figure}/caption");
+                    names.insert(name.clone());
+                    self.name_fault(&name)
+                }
+                ("resultfigure", [experiment, figure, ..]) => {
                     self.checked.figures += 1;
                     self.file_fault(experiment, "figures", figure, &["pdf", "png"])
                         .or_else(|| self.file_fault(experiment, "figures", figure, &["runs.json"]))
                 }
-                ("resulttable", [experiment, table, ..]) if !experiment.starts_with('#') => {
+                ("resulttable", [experiment, table, ..]) => {
                     self.checked.tables += 1;
                     self.file_fault(experiment, "tables", table, &["tex"])
                 }
+                (name, _) if is_ours => Some(format!("\\{name} has no arguments in braces")),
                 ("includegraphics", [path, ..]) if !path.contains(['#', '\\']) => {
                     let path = self.folder.join(path);
-                    (!path.is_file()).then(|| format!("there is no {}", path.display()))
+                    let has =
+                        |ending: &str| Path::new(&format!("{}{ending}", path.display())).is_file();
+                    (!["", ".pdf", ".png", ".jpg"].into_iter().any(has))
+                        .then(|| format!("there is no {}", path.display()))
                 }
+                ("subfile" | "import" | "subimport" | "InputIfFileExists", _) => Some(format!(
+                    "\\{} is not followed; read files with \\input{{FILE}}",
+                    command.name
+                )),
                 _ => None,
             };
             if let Some(fault) = fault {
@@ -201,7 +250,12 @@ impl Paper<'_> {
                 command.name == "result"
                     && command.arguments.iter().any(|it| it.ends_with("/made/version"))
             });
-        if !names_version && !self.cited.is_empty() {
+        if self.cited.is_empty() {
+            self.checked.faults.push(
+                "the paper cites no results; \\resultsof{EXPERIMENT} in the preamble names them"
+                    .to_owned(),
+            );
+        } else if !names_version {
             self.checked.faults.push(
                 "the paper does not name the version of the program; cite \\result{EXPERIMENT/made/version}".to_owned(),
             );
@@ -217,18 +271,29 @@ impl Paper<'_> {
         } else {
             String::new()
         };
+        // @article{known, or @article ( known ,
         let entries: BTreeSet<&str> = bibliography
-            .lines()
-            .filter_map(|line| line.trim_start().strip_prefix('@')?.split_once('{'))
-            .map(|(_, key)| key.trim_end_matches(',').trim())
+            .split('@')
+            .filter_map(|entry| entry.split_once(['{', '(']))
+            .filter(|(kind, _)| kind.trim().chars().all(|c| c.is_ascii_alphabetic()))
+            .map(|(_, key)| key.split([',', '}', ')']).next().unwrap_or("").trim())
             .collect();
         for source in sources {
             for command in commands(&source.text) {
                 let keys = match (command.name, &command.arguments[..]) {
-                    ("cite" | "citep" | "citet", [keys, ..]) | ("fact", [_, keys]) => *keys,
+                    ("fact", [_, keys]) => *keys,
+                    ("fact", _) => {
+                        self.fault(
+                            source,
+                            command.line,
+                            "\\fact needs two arguments: \\fact{TEXT}{KEY}",
+                        );
+                        continue;
+                    }
+                    (name, [keys, ..]) if CITATIONS.contains(&name) => *keys,
                     _ => continue,
                 };
-                for key in keys.split(',').map(str::trim) {
+                for key in keys.split(',').map(str::trim).filter(|key| !key.is_empty()) {
                     if !entries.contains(key) && !key.starts_with('#') {
                         let message = format!("{} has no entry {key:?}", path.display());
                         self.fault(source, command.line, &message);

@@ -226,7 +226,13 @@ fn choice<T: Named>(section: &mut Section<'_>, key: &'static str, default: T) ->
 fn clocks(section: &mut Section<'_>) -> SpanResult<Vec<Clock>> {
     Ok(match section.text("clock")? {
         None => vec![Clock::Iterations, Clock::Seconds],
-        Some(text) => vec![one_of("clock", text)?],
+        Some(text) => match one_of("clock", text.clone())? {
+            Clock::Steps => {
+                let message = "clock must be iterations or seconds; steps are those of surfaces";
+                return Err(SpanError::at(&text.span, message));
+            }
+            clock => vec![clock],
+        },
     })
 }
 

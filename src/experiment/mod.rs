@@ -41,7 +41,7 @@ pub use nearest::did_you_mean;
 pub use numbers::Numbers;
 pub use plan::{Plan, Planned};
 pub use quoting::{one_line, operand};
-pub use report::{Report, Why, report, report_texts, why};
+pub use report::{Report, Why, report, report_vector, why};
 pub use results::{Done, Origin};
 pub use runner::{Event, Tally, run};
 pub use spec::{InstanceCell, SolverCell, Spec};

@@ -35,10 +35,11 @@ impl Curve {
         let bands =
             runs(&series.band, |b| is_drawn(x, b[0]) && b[1..].iter().all(|&b| is_drawn(y, b)));
         let arrows = runs(&series.beyond, |p| is_drawn(x, p[0]) && is_drawn(y, p[1])).concat();
-        let mut curve = Curve { arrows, ..Curve::default() };
         if series.primitive == Primitive::Marks {
-            return Curve { bars: bands.concat(), marks: points.concat(), ..curve };
+            let marks = [points.concat(), arrows.clone()].concat();
+            return Curve { bars: bands.concat(), marks, arrows, ..Curve::default() };
         }
+        let mut curve = Curve { marks: arrows.clone(), arrows, ..Curve::default() };
         for band in bands {
             if let [alone] = band[..] {
                 curve.bars.push(alone);

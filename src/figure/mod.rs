@@ -43,12 +43,12 @@ pub use style::COLOR_COUNT;
 pub enum Formats {
     /// SVG, PNG (300 dots per inch), PDF, LaTeX with its table.
     All,
-    /// SVG, LaTeX with its table.
-    Texts,
+    /// All but PNG.
+    Vector,
 }
 
-/// Writes `stem.svg`, `stem.tex` and `stem.dat`, and with all formats `stem.png` and `stem.pdf`. Fails if the figure cannot be
-/// laid out, such as one without panels, or a file cannot be written.
+/// Writes `stem.svg`, `stem.pdf`, `stem.tex` and `stem.dat`, and with all formats `stem.png`. Fails if the figure cannot be laid
+/// out, such as one without panels, or a file cannot be written.
 pub fn write(figure: &Figure, folder: &Path, stem: &str, formats: Formats) -> Result<()> {
     let layout = Layout::new(figure)?;
     let (tex, dat) = pgfplots::draw(&layout, stem);
@@ -57,10 +57,10 @@ pub fn write(figure: &Figure, folder: &Path, stem: &str, formats: Formats) -> Re
         ("tex", tex.into_bytes()),
         ("dat", dat.into_bytes()),
     ];
+    let tree = convert::tree(&svg::draw(&layout, Text::Typeset))?;
+    contents.push(("pdf", convert::pdf(&tree)?));
     if formats == Formats::All {
-        let tree = convert::tree(&svg::draw(&layout, Text::Typeset))?;
         contents.push(("png", convert::png(&tree)?));
-        contents.push(("pdf", convert::pdf(&tree)?));
     }
     for (extension, content) in contents {
         let path = folder.join(format!("{stem}.{extension}"));

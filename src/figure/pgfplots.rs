@@ -246,11 +246,8 @@ fn plots(series: &Series, frame: &Frame, name: &str, table: &mut Table) -> Strin
     );
     plot(look, "bar", &bars);
     let points = if curve.arrows.is_empty() { Vec::new() } else { vec![curve.arrows.clone()] };
-    let look = format!(
-        "only marks, mark=beyond, mark options={{xshift={:.2}bp}}, figure{color}, line width={}bp",
-        Style::arrow_shift(series),
-        style::ARROW_WIDTH
-    );
+    let look =
+        format!("only marks, mark=beyond, figure{color}, line width={}bp", style::ARROW_WIDTH);
     plot(look, "beyond", &points);
     tex
 }

@@ -103,11 +103,6 @@ pub struct Style {
 }
 
 impl Style {
-    /// How far arrows of a series are moved to the right, so that those at the same limit can be told apart.
-    pub fn arrow_shift(series: &Series) -> f64 {
-        1.8 * ((series.style % COLOR_COUNT) as f64 - (COLOR_COUNT as f64 - 1.0) / 2.0)
-    }
-
     pub fn of(series: &Series) -> Self {
         let style = series.style;
         // Beyond eight styles, the colors repeat with other dashes and other marks: 32 distinct styles without color,

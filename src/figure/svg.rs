@@ -98,7 +98,7 @@ impl Page {
         let (references, data): (Vec<_>, Vec<_>) =
             curves.iter().partition(|(series, _)| series.primitive == Primitive::Reference);
         for (series, curve) in references.into_iter().chain(data) {
-            self.curve(curve, &Style::of(series), Style::arrow_shift(series), frame);
+            self.curve(curve, &Style::of(series), frame);
         }
     }
 
@@ -153,7 +153,7 @@ impl Page {
         }
     }
 
-    fn curve(&mut self, curve: &Curve, style: &Style, shift: f64, frame: &Frame) {
+    fn curve(&mut self, curve: &Curve, style: &Style, frame: &Frame) {
         let lines: String =
             curve.lines.iter().map(|line| path(line.iter().map(|&p| frame.at(p)))).collect();
         self.stroke(&lines, style.color, style.width, style.dashes);
@@ -173,7 +173,6 @@ impl Page {
         let mut arrows = String::new();
         for &point in &curve.arrows {
             let [x, y] = frame.at(point);
-            let x = x + shift;
             segment(&mut arrows, [x, y], [x, y - style::ARROW]);
             let tip = y - style::ARROW;
             arrows.push_str(&path([[x - 1.6, tip + 2.4], [x, tip], [x + 1.6, tip + 2.4]]));

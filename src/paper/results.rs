@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::source::commands;
+use crate::counted::counted;
 use crate::error::{Error, Result};
-use crate::experiment::{Done, Store, report_texts};
+use crate::experiment::{Done, Store, report_vector};
 use crate::file;
 
 /// The results of one experiment.
@@ -34,6 +35,7 @@ pub fn results(folder: &Path, version: &str) -> Result<Results> {
     faults.extend(experiment_file(folder)?);
     faults.extend(made_again(folder, version)?);
     faults.extend(runs(folder, &done));
+    faults.extend(uncommitted(folder));
     let versions = done.iter().map(|run| run.manifest.program.version.clone()).collect();
     let names = commands(&text)
         .filter(|command| command.name == "detokenize")
@@ -69,7 +71,7 @@ fn made_again(folder: &Path, version: &str) -> Result<Vec<String>> {
         // Figures of surfaces that are not there are kept, together with their captions.
         copy(&folder.join(part), &again.path().join(part))?;
     }
-    let report = report_texts(folder, again.path(), version)?;
+    let report = report_vector(folder, again.path(), version)?;
     let renewal = format!("`meshseg experiment report {}` renews it", folder.display());
     let mut faults = Vec::new();
     if report.missing > 0 {
@@ -80,34 +82,57 @@ fn made_again(folder: &Path, version: &str) -> Result<Vec<String>> {
             report.missing + report.runs
         ));
     }
-    for name in compared(folder)? {
+    let stem = |path: &Path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        name.split('.').next().unwrap_or_default().to_owned()
+    };
+    let mut names = compared(folder)?;
+    for made in compared(again.path())? {
+        if !names.contains(&made) {
+            faults.push(format!("{} is missing; {renewal}", folder.join(&made).display()));
+        }
+    }
+    names.retain(|name| {
+        let is_known = name.parent() == Some(Path::new("")) || report.names.contains(&stem(name));
+        if !is_known {
+            faults.push(format!(
+                "{} is not of a figure or table in {}; remove it",
+                folder.join(name).display(),
+                folder.join("experiment.toml").display()
+            ));
+        }
+        is_known
+    });
+    for name in names {
         let (kept, made) = (folder.join(&name), again.path().join(&name));
-        if !made.is_file() {
+        let (kept_bytes, made_bytes) = (file::read(&kept)?, file::read(&made)?);
+        if kept_bytes == made_bytes {
             continue;
         }
-        let (kept_text, made_text) = (text(&kept)?, text(&made)?);
-        if kept_text == made_text {
-            continue;
-        }
-        let first = kept_text.lines().zip(made_text.lines()).position(|(kept, made)| kept != made);
-        let line =
-            first.unwrap_or_else(|| kept_text.lines().count().min(made_text.lines().count()));
-        faults.push(format!(
-            "{}, line {}: is not what the runs give; {renewal}",
-            kept.display(),
-            line + 1
-        ));
+        let lines = |bytes: &[u8]| {
+            String::from_utf8_lossy(bytes).lines().map(String::from).collect::<Vec<_>>()
+        };
+        let place = if name.extension().is_some_and(|extension| extension == "pdf") {
+            String::new()
+        } else {
+            let (kept, made) = (lines(&kept_bytes), lines(&made_bytes));
+            let first = kept.iter().zip(&made).position(|(kept, made)| kept != made);
+            format!(", line {}", 1 + first.unwrap_or(kept.len().min(made.len())))
+        };
+        faults.push(format!("{}{place}: is not what the runs give; {renewal}", kept.display()));
     }
     Ok(faults)
 }
 
-/// The files with numbers, relative to the folder.
+/// The files that are made of the runs and compared, relative to the folder.
 fn compared(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut names = vec![PathBuf::from("numbers.tex")];
     for part in ["figures", "tables"] {
         for path in listed(&folder.join(part))? {
             let is_compared = path.extension().is_some_and(|extension| {
-                ["svg", "tex", "dat", "csv", "md", "txt"].iter().any(|known| extension == *known)
+                ["svg", "pdf", "tex", "dat", "csv", "md", "txt", "json"]
+                    .iter()
+                    .any(|known| extension == *known)
             });
             if is_compared {
                 names.push(path.strip_prefix(folder).unwrap_or(&path).to_owned());
@@ -139,7 +164,7 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The runs are of one machine and of a clean program, and are committed if the folder is in a repository.
+/// The runs are of one machine and of a clean program.
 fn runs(folder: &Path, done: &[Done]) -> Vec<String> {
     let mut faults = Vec::new();
     let hosts: BTreeSet<&str> = done.iter().map(|run| &run.manifest.machine.host[..]).collect();
@@ -158,31 +183,35 @@ fn runs(folder: &Path, done: &[Done]) -> Vec<String> {
             folder.display()
         ));
     }
-    if let Some(tracked) = tracked(folder) {
-        let is_tracked = |run: &&Done| {
-            tracked.contains(&format!(
-                "runs/{}/manifest.json",
-                run.folder.file_name().unwrap_or_default().to_string_lossy()
-            ))
-        };
-        let lost = done.iter().filter(|run| !is_tracked(run)).count();
-        if lost > 0 {
-            faults.push(format!(
-                "{}: {lost} of {} runs are not committed; `git add {0}`",
-                folder.display(),
-                done.len()
-            ));
-        }
-    }
     faults
 }
 
-/// The files that git knows below a folder, relative to it; `None` outside a repository or without git.
-fn tracked(folder: &Path) -> Option<BTreeSet<String>> {
-    let output =
-        Command::new("git").arg("-C").arg(folder).args(["ls-files", "-z"]).output().ok()?;
-    let names = String::from_utf8(output.stdout).ok()?;
-    let names: BTreeSet<String> =
-        names.split('\0').filter(|n| !n.is_empty()).map(String::from).collect();
-    (output.status.success() && !names.is_empty()).then_some(names)
+/// In a repository, all runs are in the last commit, and nothing in the folder has changed since; without git, or outside a
+/// repository, nothing is known.
+fn uncommitted(folder: &Path) -> Option<String> {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").arg("-C").arg(folder).args(arguments).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    git(&["rev-parse", "--is-inside-work-tree"]).filter(|inside| inside.trim() == "true")?;
+    let committed = git(&["ls-tree", "-r", "--name-only", "-z", "HEAD", "."]).unwrap_or_default();
+    let changed = git(&["status", "--porcelain", "-z", "--", "."]).unwrap_or_default();
+    let runs = listed(&folder.join("runs")).unwrap_or_default();
+    let is_lost = |run: &&PathBuf| {
+        let manifest =
+            format!("runs/{}/manifest.json", run.file_name().unwrap_or_default().to_string_lossy());
+        run.is_dir() && !committed.split('\0').any(|name| name.ends_with(&manifest))
+    };
+    let (lost, changed) = (
+        runs.iter().filter(is_lost).count(),
+        changed.split('\0').filter(|it| !it.is_empty()).count(),
+    );
+    (lost + changed > 0).then(|| {
+        format!(
+            "{}: {} and {} not committed; `git add {0}` and commit",
+            folder.display(),
+            counted(lost, "run", "runs"),
+            counted(changed, "changed file is", "changed files are")
+        )
+    })
 }

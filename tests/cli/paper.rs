@@ -11,7 +11,6 @@ use crate::support::{Folder, PROGRAM, names, stderr};
 const MAIN: &str = r"\documentclass{article}
 \usepackage{results}
 \resultsof{small}
-\newcommand{\wide}[2]{\resultfigure[width=3in]{#1}{#2}}
 \begin{document}
 \input{text}
 \end{document}
@@ -19,7 +18,7 @@ const MAIN: &str = r"\documentclass{article}
 
 const TEXT: &str = r"FISTA took \result{small/time-to-gap/torus:20x12, waves, 4 regions, lambda 0.01/FISTA/iterations
 to 1e-2} iterations, with version \result{small/made/version}~\cite{known}. % 12 s in a comment
-\resultfigure{small}{decay}\resulttable{small}{time-to-gap}
+\resultfigure[width=3in] {small}{decay}\resulttable{small}{time-to-gap}\resultcaption{small}{decay}
 It took \fact{200 s}{known} before, in section 2, with 4 regions.
 ";
 
@@ -48,15 +47,19 @@ fn manifest(folder: &Folder, id: &str) -> PathBuf {
 }
 
 fn change(path: &Path, from: &str, to: &str) {
-    let text = fs::read_to_string(path).unwrap();
-    fs::write(path, text.replacen(from, to, 1)).unwrap();
+    let mut bytes = fs::read(path).unwrap();
+    let found = bytes.windows(from.len()).position(|window| window == from.as_bytes());
+    if let Some(at) = found {
+        bytes.splice(at..at + from.len(), to.bytes());
+    }
+    fs::write(path, bytes).unwrap();
 }
 
 #[test]
 fn a_paper_with_current_results_passes() {
     let folder = written();
     let checked = folder.done("paper check");
-    assert_eq!(checked, "2 names, 1 figure and 1 table of 1 experiment, as their runs give them\n");
+    assert_eq!(checked, "3 names, 1 figure and 1 table of 1 experiment, as their runs give them\n");
 }
 
 #[test]
@@ -103,6 +106,26 @@ fn every_fault_is_named_with_its_remedy() {
             "there is no results/small/figures/rise.pdf",
         ),
         ("paper/text.tex", "table{small}", "table{large}", "needs \\resultsof{large}"),
+        (
+            "paper/text.tex",
+            "caption{small}{decay}",
+            "caption{small}{rise}",
+            "no result \"small/rise/caption\"",
+        ),
+        (
+            "paper/text.tex",
+            "\\fact{",
+            "\\newcommand{\\r}[1]{\\result{#1}}\\fact{",
+            "cannot be checked",
+        ),
+        (
+            "paper/text.tex",
+            "\\fact{",
+            "\\input {gone}\\fact{",
+            "text.tex, line 4: paper/gone cannot be read",
+        ),
+        ("paper/text.tex", "\\fact{200 s}{known}", "\\fact{200 s}", "\\fact needs two arguments"),
+        ("results/small/figures/decay.pdf", "%PDF", "%PDG", "decay.pdf: is not what the runs give"),
         ("paper/text.tex", "cite{known}", "cite{unknown}", "has no entry \"unknown\""),
         ("paper/text.tex", "s}{known}", "s}{nobody}", "has no entry \"nobody\""),
         ("paper/text.tex", "made/version}", "made/cores}", "does not name the version"),
@@ -124,12 +147,32 @@ fn every_fault_is_named_with_its_remedy() {
         assert!(messages.lines().last().unwrap().starts_with("error: paper: "), "{messages}");
         fs::write(path, before).unwrap();
     }
+    for (name, sentence) in [
+        (
+            "results/small/tables/extra.tex",
+            "extra.tex is not of a figure or table in results/small/experiment.toml",
+        ),
+        ("results/small/tables/cells.csv", "tables/cells.csv is missing"),
+    ] {
+        let path = folder.path(name);
+        let before = fs::read(&path).ok();
+        match &before {
+            Some(_) => fs::remove_file(&path).unwrap(),
+            None => fs::write(&path, "faster by 99").unwrap(),
+        }
+        let messages = stderr(&folder.run("paper check"));
+        assert!(messages.contains(sentence), "{messages}");
+        match before {
+            Some(before) => fs::write(&path, before).unwrap(),
+            None => fs::remove_file(&path).unwrap(),
+        }
+    }
     fs::remove_dir_all(folder.path(&run)).unwrap();
     let messages = stderr(&folder.run("paper check"));
     assert!(messages.contains("runs are missing"), "{messages}");
     fs::remove_file(folder.path("paper/text.tex")).unwrap();
     let messages = stderr(&folder.run("paper check"));
-    assert!(messages.starts_with("error: paper/text.tex: "), "{messages}");
+    assert!(messages.contains("main.tex, line 5: paper/text cannot be read"), "{messages}");
 }
 
 /// The paper of this project.

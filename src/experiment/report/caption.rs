@@ -29,10 +29,16 @@ pub fn of_numbers(
             caption.add(counted_from(pool, cells, *x));
             caption.add(coinciding(panels));
         }
-        FigureKind::Profile { .. } => caption.add(
-            "The share of instances that a solver solves within a multiple of the time of the fastest one; a curve that \
-             ends below 1 belongs to a solver that reached its limits first.",
-        ),
+        FigureKind::Profile { x, .. } => {
+            caption.add(format!(
+                "The share of instances that a solver solves within a multiple of the {} of the fastest one.",
+                x.label()
+            ));
+            let last = |series: &Series| series.points.last().is_some_and(|point| point[1] < 1.0);
+            if panels.iter().flat_map(|panel| &panel.series).any(last) {
+                caption.add("A curve that ends below 1 is that of a solver that reached its limits first.");
+            }
+        }
         FigureKind::Relation(relation) => related(&mut caption, relation, panels),
         FigureKind::Thresholds => caption.add(
             "The energy of the set {u > t}, with labels at vertices and along level lines, above that of U, relative to \
@@ -50,6 +56,10 @@ pub fn of_numbers(
     }
     let runs: Vec<&Done> = cells.iter().flat_map(|cell| cell.runs.iter().copied()).collect();
     caption.add(repeated(pool, cells, timed));
+    let missing = (cells.len() * pool.spec.repetitions as usize).saturating_sub(runs.len());
+    if missing > 0 {
+        caption.add(format!("{} missing.", counted(missing, "run is", "runs are")));
+    }
     caption.add(machines(pool, &runs, timed));
     caption.text
 }
@@ -103,14 +113,14 @@ impl Caption {
     }
 
     fn add(&mut self, sentence: impl AsRef<str>) {
-        let sentence = sentence.as_ref().trim();
+        let sentence = sentence.as_ref().split_whitespace().collect::<Vec<_>>().join(" ");
         if sentence.is_empty() {
             return;
         }
         if !self.text.is_empty() {
             self.text.push(' ');
         }
-        self.text.push_str(sentence);
+        self.text.push_str(&sentence);
         if !sentence.ends_with(['.', '?', '!']) {
             self.text.push('.');
         }

@@ -87,6 +87,8 @@ fn decay<'a>(
             let points = pool
                 .trace(cell, x == Clock::Seconds)
                 .iter()
+                // The start has a time if coarser meshes were solved before, but nothing was done with it yet.
+                .filter(|point| point.iteration > 0 || !logx)
                 .filter_map(|point| Some([x.of(point), measure(&peers, point)?]))
                 .filter(|[x, _]| *x > 0.0 || !logx)
                 .filter(|[_, y]| bound.is_finite() || y.is_finite())

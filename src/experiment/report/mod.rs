@@ -33,6 +33,7 @@ use super::spec::Spec;
 use super::store::MAX_SHOWN_VERTICES;
 use super::store::Store;
 use super::variable::{Quantity, Variable};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::figure::{self, Formats};
 use crate::file;
@@ -56,6 +57,8 @@ pub struct Report {
     pub kept: Vec<String>,
     /// A figure of the file for which no run has anything to show; all others are written.
     pub empty: Option<Error>,
+    /// The names of all figures and tables of the file.
+    pub names: Vec<String>,
 }
 
 /// Writes `figures/`, `tables/`, `numbers.tex` and `report.html` of the experiment in `folder`.
@@ -69,13 +72,12 @@ pub fn report(folder: &Path, version: &str) -> Result<Report> {
     write_report(folder, folder, version, Formats::All)
 }
 
-/// The texts of the report, without pictures and page, written into another folder; what is not written again is looked for
-/// there.
+/// The report without pictures, PNG and page, written into another folder; what is not written again is looked for there.
 ///
 /// # Errors
 /// As [`report`].
-pub fn report_texts(folder: &Path, into: &Path, version: &str) -> Result<Report> {
-    write_report(folder, into, version, Formats::Texts)
+pub fn report_vector(folder: &Path, into: &Path, version: &str) -> Result<Report> {
+    write_report(folder, into, version, Formats::Vector)
 }
 
 fn write_report(folder: &Path, into: &Path, version: &str, formats: Formats) -> Result<Report> {
@@ -85,13 +87,19 @@ fn write_report(folder: &Path, into: &Path, version: &str, formats: Formats) -> 
     let pool = Pool::of(&spec, &done);
     let runs = pool.runs().count();
     if runs == 0 {
-        return Err(Error::malformed(
-            folder,
-            "has no runs yet; run `meshseg experiment run` first",
-        ));
+        let message = match done.len() {
+            0 => "has no runs yet; run `meshseg experiment run` first".to_owned(),
+            others => format!(
+                "has {}, but none of its experiment.toml; `meshseg experiment run` makes those",
+                counted(others, "run", "runs")
+            ),
+        };
+        return Err(Error::malformed(folder, message));
     }
     let wanted = pool.cells.len() as u64 * spec.repetitions;
     let (figures, tables) = requested(&spec);
+    let names = figures.iter().map(|figure| &figure.name);
+    let names = names.chain(tables.iter().map(|table| &table.name)).cloned().collect();
     let unlabeled =
         Unlabeled { lacking: pool.runs().filter(|run| lacks_labels(run)).count(), runs };
     let shown = created(into.join("figures"))?;
@@ -120,6 +128,7 @@ fn write_report(folder: &Path, into: &Path, version: &str, formats: Formats) -> 
         missing: (wanted as usize).saturating_sub(runs),
         kept: [figures.kept, tables.kept].concat(),
         empty: figures.empty,
+        names,
     })
 }
 
@@ -179,7 +188,7 @@ fn write_figures(
     for figure in figures {
         let name = &figure.name[..];
         let cells = pool.selected(&figure.selection);
-        if formats == Formats::Texts && figure.kind.is_picture() {
+        if formats == Formats::Vector && figure.kind.is_picture() {
             let caption = caption::kept(folder, name)?;
             if !caption.is_empty() {
                 written.shown.push(PageFigure::unseen(figure, caption));

@@ -104,11 +104,16 @@ fn time_to_gap(
         }
         row
     };
-    let title = match to {
-        Target::Certificate => "Iterations and seconds in steps to certified gaps",
-        Target::Optimum => "Iterations and seconds in steps to within a share of the optimum",
+    let what = match clocks {
+        [Clock::Seconds] => "Seconds in steps",
+        [Clock::Iterations] => "Iterations",
+        _ => "Iterations and seconds in steps",
     };
-    (title.to_owned(), columns, cells.iter().map(row).collect())
+    let title = match to {
+        Target::Certificate => format!("{what} to certified gaps"),
+        Target::Optimum => format!("{what} to within a share of the optimum"),
+    };
+    (title, columns, cells.iter().map(row).collect())
 }
 
 fn variables_of(pool: &Pool<'_>, cells: &[&Cell<'_>], variables: &[Variable]) -> Content {
