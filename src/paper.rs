@@ -4,6 +4,7 @@
 //! \resultsof{EXPERIMENT}                   reads numbers.tex
 //! \result{EXPERIMENT/...}                  a number, a caption, how the runs were made
 //! \resultfigure[...]{EXPERIMENT}{FIGURE}   a figure
+//! \resultcaption{EXPERIMENT}{FIGURE}       its caption
 //! \resulttable{EXPERIMENT}{TABLE}          a table
 //! \fact{12 s}{KEY}                         a number from elsewhere, with the entry of the bibliography that has it
 //! ```

@@ -100,7 +100,8 @@ impl Attempt<'_> {
             rounding: Rounding::Argmax,
             label_gap: None,
         };
-        let iterates = Iterates::of(&out);
+        // Messages about its files are kept with the run: they have the path that the user knows, not that of the machine.
+        let iterates = Iterates::of(&claimed.join("exchange").join("out"));
         let end = self.end(command_end, &iterates, &stderr);
         let solution = certify(&problem, &iterates, DUAL_STEPS, &request, end, observe)?;
         // The next claim of this run removes a leftover.
