@@ -48,7 +48,14 @@ pub fn of_numbers(
             unreachable!("pictures have no axes")
         }
     }
-    if timed {
+    // Wall seconds say on their axis what they include.
+    let has_wall_seconds = match &spec.kind {
+        FigureKind::Relation(Relation { x, y, .. }) => {
+            [x, y].into_iter().any(|variable| variable.is(Quantity::WallSeconds))
+        }
+        _ => false,
+    };
+    if timed && !has_wall_seconds {
         caption.add("Seconds are those in steps, without the evaluation of energies and bounds.");
     }
     if panels.iter().any(has_zeros) {
