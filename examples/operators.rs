@@ -44,7 +44,7 @@ fn main() -> meshseg::Result<()> {
     let problem = Problem::new(k, Mass::Barycentric.on(&mesh).integrate(&costs), 0.05);
     let start = vec![Row([1.0 / M as f64; M]); vertices];
     let mut run = Run::new(&start);
-    let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+    let setup = Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
     let mut solver = Method::default().build(setup)?;
     let mut history: Vec<Sample> = Vec::new();
     let stop = Stop { relative_gap: Some(1e-4), ..Stop::default() };

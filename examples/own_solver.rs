@@ -69,7 +69,8 @@ fn main() -> meshseg::Result<()> {
     let q = vec![Tangent::ZERO; mesh.faces.len()];
     let own = Subgradient { u: start.clone(), q, area: barycentric_areas(&mesh), n: 0 };
     let own = gap(&mut OneByOne::new(own));
-    let setup = Setup { mesh: &mesh, problem: &problem, start: start.clone(), dual_start: None };
+    let setup =
+        Setup { domain: (&mesh).into(), problem: &problem, start: start.clone(), dual_start: None };
     let default = gap(&mut *Method::default().build(setup)?);
     assert!(default <= 1e-3 && default <= own && own < 0.5);
     Ok(())

@@ -48,7 +48,7 @@ pub fn steps<const M: usize>(
     steps: u64,
     observe: Observer<'_>,
 ) -> Result<f64> {
-    let setup = Setup { mesh, problem, start: u.to_vec(), dual_start: None };
+    let setup = Setup { domain: mesh.into(), problem, start: u.to_vec(), dual_start: None };
     let mut solver = Method::default().build(setup)?;
     let mut run = Run::new(u);
     let stop = Stop { iterations: Some(steps), ..Stop::default() };
@@ -153,7 +153,12 @@ mod tests {
         let start = random_labels::<3>(mesh.vertices.len(), 3, &mut rng(827));
         let of_run = |iterations: u64| {
             let start_of = start.clone();
-            let setup = Setup { mesh: &mesh, problem: &problem, start: start_of, dual_start: None };
+            let setup = Setup {
+                domain: (&mesh).into(),
+                problem: &problem,
+                start: start_of,
+                dual_start: None,
+            };
             let mut solver = Method::default().build(setup).unwrap();
             let mut run = Run::new(&start);
             let stop = Stop { iterations: Some(iterations), ..Stop::default() };

@@ -28,6 +28,7 @@
 
 pub mod agreement;
 pub mod certificate;
+pub mod classes;
 pub mod coarse;
 pub mod colormap;
 mod constant;
@@ -36,6 +37,7 @@ pub mod costs;
 #[doc(hidden)]
 pub mod counted;
 pub mod data;
+pub mod domain;
 pub mod empty_regions;
 pub mod error;
 pub mod evaluate;

@@ -14,8 +14,8 @@ mod moves;
 use pulp::bytemuck::TransparentWrapper;
 use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 
+use crate::domain::Domain;
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, rounded};
 use crate::sweep::collect;
@@ -52,10 +52,10 @@ pub struct Rounded {
     pub is_optimal: bool,
 }
 
-/// Rounds U for a problem of m regions on a mesh; labels are never worse than argmax_p u_kp. Expansions end early if `go_on`
+/// Rounds U for a problem of m regions on its domain; labels are never worse than argmax_p u_kp. Expansions end early if `go_on`
 /// returns false.
 pub fn round<const M: usize>(
-    mesh: &Mesh,
+    domain: Domain<'_>,
     problem: &Problem<Stencil, M>,
     m: usize,
     u: &[Row<M>],
@@ -71,7 +71,7 @@ pub fn round<const M: usize>(
         return unchanged(argmax);
     }
     let costs = Row::peel_slice(&problem.f).as_flattened();
-    let mut state = Labels::new(mesh, costs, m, cuts(problem), argmax.clone());
+    let mut state = Labels::new(domain, costs, m, cuts(problem), argmax.clone());
     match rounding {
         Rounding::Expansion if m == 2 => expansion::minimize_two(&mut state),
         Rounding::Expansion => {
@@ -116,7 +116,7 @@ pub struct Tightened {
 /// Raises a bound for labels and looks for better ones until they are within a relative gap, the bound stalls or `go_on`
 /// returns false. `q` is a feasible dual field, or none.
 pub fn tighten<const M: usize>(
-    mesh: &Mesh,
+    domain: Domain<'_>,
     problem: &Problem<Stencil, M>,
     m: usize,
     q: &[Tangent<M>],
@@ -126,7 +126,7 @@ pub fn tighten<const M: usize>(
 ) -> Tightened {
     let costs = Row::peel_slice(&problem.f).as_flattened();
     let Tightened { mut rounded, mut bound, mut ascents } = start;
-    let mut state = Labels::new(mesh, costs, m, cuts(problem), rounded.labels.clone());
+    let mut state = Labels::new(domain, costs, m, cuts(problem), rounded.labels.clone());
     let mut field = LabelBound::new(&state, reparametrization(problem, m, q));
     let (mut next, mut next_expansion) = (1, FIRST_EXPANSION);
     let mut last = (0, f64::INFINITY);

@@ -68,7 +68,7 @@ pub fn segment<D: DataModel>(
     assert!(alternation.every > 0);
     check_rows("data", model.vertices(), mesh)?;
     let (usable, mut warnings) = model_mesh(mesh)?;
-    warnings.extend(unreached::warning(&usable, |k| {
+    warnings.extend(unreached::warning((&*usable).into(), |k| {
         model.is_known(k) || alternation.seeds.region(k).is_some()
     }));
     let mut rng = Pcg64::seed_from_u64(alternation.seed);
@@ -189,7 +189,7 @@ fn segment_compiled<const M: usize>(
         ));
     }
     let mut solution =
-        conclude(mesh, &problem, m, request, Ended { run, status, warnings }, observe);
+        conclude(mesh.into(), &problem, m, request, Ended { run, status, warnings }, observe);
     solution.summary.coarse_to_fine = record;
     let empty = &solution.summary.empty_regions;
     let warning = match solution.summary.status {

@@ -17,12 +17,15 @@ pub use solution::{RoundingRecord, Solution, Summary};
 
 use crate::coarse::{self, Pair};
 use crate::costs;
+use crate::counted::counted;
+use crate::domain::Domain;
 use crate::empty_regions;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
+use crate::mesh::dual::Dual;
 use crate::mesh::order::Order;
-use crate::operator::{Quadrature, Stencil};
+use crate::operator::{Mass, Quadrature, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::regions::{self, with_regions};
 pub use crate::request::{Observer, Request};
@@ -69,25 +72,80 @@ pub fn solve_seeded(
     let (known, mut warnings) = costs::checked(s, request.mass)?;
     let (model, left_out) = model_mesh(mesh)?;
     warnings.extend(left_out);
-    warnings
-        .extend(unreached::warning(&model, |k| !s[[k, 0]].is_nan() || seeds.region(k).is_some()));
     let order = Order::of(&model);
+    warnings.extend(unreached::warning((&*model).into(), |k| {
+        !s[[k, 0]].is_nan() || seeds.region(k).is_some()
+    }));
     let model = order.mesh(model);
     let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
-    let solved =
-        with_regions!(s.ncols(), solve_compiled(&model, &order, warnings, given, request, observe));
-    solved.map(|solution| solution.in_file_order(mesh, &order))
+    let solution = solve_given((&*model).into(), &order, warnings, given, request, observe)?;
+    Ok(solution.in_file_order(mesh, &order))
 }
 
-/// Costs and start in the order of the caller, seeds in that of the model.
+/// Minimizes E over labels of the faces of a mesh, see [`crate::domain`], for pointwise costs s (F x m). The costs of a face
+/// count with its area; NaN in a whole row marks it as unknown. `seeds` are faces whose labels are given.
+///
+/// Fails as [`solve_seeded`] does, for rows of faces in place of vertices, and if the request asks for what there is on vertices only: coarse to
+/// fine, and the dual field.
+pub fn solve_on_faces(
+    mesh: &Mesh,
+    s: &Array2<f64>,
+    seeds: &Seeds,
+    start: &Start,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Solution> {
+    request.check()?;
+    let only_on_vertices =
+        [(request.coarse_to_fine, "coarse to fine"), (request.keep_dual, "a saved dual field")];
+    if let Some((_, what)) = only_on_vertices.iter().find(|(wanted, _)| *wanted) {
+        return Err(Error::unsuitable(format!(
+            "labels of faces do not come with {what}: leave it out, or label the vertices"
+        )));
+    }
+    regions::check(s.ncols())?;
+    if s.nrows() != mesh.faces.len() {
+        return Err(Error::unsuitable(format!(
+            "the costs have {}, but the mesh has {}; supply one row per face",
+            counted(s.nrows(), "row", "rows"),
+            counted(mesh.faces.len(), "face", "faces")
+        )));
+    }
+    seeds.check(s.nrows(), s.ncols())?;
+    start.check(s.dim())?;
+    let (known, mut warnings) = costs::checked(s, Mass::Barycentric)?;
+    check_mesh(mesh)?;
+    let dual = Dual::new(mesh);
+    warnings.extend(unreached::warning((&dual).into(), |j| {
+        !s[[j, 0]].is_nan() || seeds.region(j).is_some()
+    }));
+    let (order, dual) = dual.ordered();
+    let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
+    let solution = solve_given((&dual).into(), &order, warnings, given, request, observe)?;
+    Ok(solution.of_faces(mesh, &order))
+}
+
+/// Costs and start in the order of the caller, seeds in that of the domain.
 struct Given<'a> {
     s: &'a Array2<f64>,
     seeds: &'a Seeds,
     start: &'a Start,
 }
 
+/// The solution in the order of the domain. Not generic, so that it is compiled once.
+fn solve_given(
+    domain: Domain<'_>,
+    order: &Order,
+    warnings: Vec<String>,
+    given: Given<'_>,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Solution> {
+    with_regions!(given.s.ncols(), solve_compiled(domain, order, warnings, given, request, observe))
+}
+
 fn solve_compiled<const M: usize>(
-    model: &Mesh,
+    domain: Domain<'_>,
     order: &Order,
     warnings: Vec<String>,
     given: Given<'_>,
@@ -97,10 +155,14 @@ fn solve_compiled<const M: usize>(
     let Given { s, seeds, start } = given;
     let m = s.ncols();
     let s = order.applied(regions::rows(s.view()));
-    let problem = seeded_problem::<M>(model, m, s, seeds, request)?;
-    let beginning = match request.coarse_to_fine && !coarse::is_certified(&problem, request) {
-        true => Some(coarse::start(model, &problem, request, observe)?),
-        false => None,
+    let problem = seeded_problem::<M>(domain, m, s, seeds, request)?;
+    let beginning = match domain {
+        Domain::Vertices(mesh)
+            if request.coarse_to_fine && !coarse::is_certified(&problem, request) =>
+        {
+            Some(coarse::start(mesh, &problem, request, observe)?)
+        }
+        _ => None,
     };
     let (pair, record) = beginning.map(|begin| (begin.pair, begin.record)).unzip();
     let (start, dual_start) = match pair.flatten() {
@@ -111,21 +173,21 @@ fn solve_compiled<const M: usize>(
     if request.needs_dual() {
         run.keep_dual();
     }
-    let setup = Setup { mesh: model, problem: &problem, start, dual_start };
+    let setup = Setup { domain, problem: &problem, start, dual_start };
     let mut solver = request.method.build(setup)?;
     let spent = record.as_ref().map_or(Duration::ZERO, |record| record.spent);
     run.charge(spent);
     let stop = request.stop.after(spent);
     let status = run.advance(&mut *solver, &problem, &stop, observe);
     let mut solution =
-        conclude(model, &problem, m, request, Ended { run, status, warnings }, observe);
+        conclude(domain, &problem, m, request, Ended { run, status, warnings }, observe);
     solution.summary.coarse_to_fine = record;
     // A user who interrupts a run, or the search for labels after it, does not want to wait for advice.
     let status = solution.summary.status;
     if status != Status::Interrupted {
         let done = !matches!(status, Status::IterationLimit | Status::TimeLimit);
         let warning = empty_warning(
-            model,
+            domain,
             &problem,
             m,
             &solution.summary.empty_regions,
@@ -141,7 +203,7 @@ fn solve_compiled<const M: usize>(
 /// A warning about empty regions. For those that are the cheapest at some vertex, a smaller lambda is searched on a
 /// coarse mesh.
 fn empty_warning<const M: usize>(
-    mesh: &Mesh,
+    domain: Domain<'_>,
     problem: &Problem<Stencil, M>,
     m: usize,
     empty: &[usize],
@@ -159,8 +221,9 @@ fn empty_warning<const M: usize>(
     let mut sentences = Vec::new();
     if !never_cheapest.is_empty() {
         sentences.push(format!(
-            "{}: no vertex has its smallest cost there; check the costs",
-            empty_regions::sentence(&never_cheapest)
+            "{}: no {} has its smallest cost there; check the costs",
+            empty_regions::sentence(&never_cheapest),
+            domain.element().nouns()[0]
         ));
     }
     if !lost.is_empty() && !done {
@@ -169,7 +232,13 @@ fn empty_warning<const M: usize>(
             empty_regions::sentence(&lost)
         ));
     } else if !lost.is_empty() {
-        let advice = match coarse::separating_lambda(mesh, problem, &lost, request, observe)? {
+        let found = match domain {
+            Domain::Vertices(mesh) => {
+                coarse::separating_lambda(mesh, problem, &lost, request, observe)?
+            }
+            Domain::Faces(_) => None,
+        };
+        let advice = match found {
             // The coarse mesh may keep a region up to a slightly larger lambda than the fine one.
             Some(lambda) => format!("try --lambda {:.1e}", 0.5 * lambda),
             None => "try a much smaller --lambda".into(),
@@ -189,19 +258,19 @@ pub(crate) fn problem_of<const M: usize>(
     s: Vec<Row<M>>,
     request: &Request,
 ) -> Result<Problem<Stencil, M>> {
-    seeded_problem(model, m, s, &Seeds::default(), request)
+    seeded_problem(model.into(), m, s, &Seeds::default(), request)
 }
 
-/// The same with seeds, in the order of the mesh.
+/// The same with seeds, in the order of the domain.
 fn seeded_problem<const M: usize>(
-    model: &Mesh,
+    domain: Domain<'_>,
     m: usize,
     s: Vec<Row<M>>,
     seeds: &Seeds,
     request: &Request,
 ) -> Result<Problem<Stencil, M>> {
     let (mut f, k) =
-        sweep::join(|| integrate(&request.mass.on(model), m, &s), || Stencil::new(model));
+        sweep::join(|| integrate(&domain.quadrature(request.mass), m, &s), || domain.stencil());
     seeds.constrain(&mut f)?;
     let problem = Problem::new(k, f, request.lambda).in_relaxation(request.relaxation);
     check_range(&problem)?;

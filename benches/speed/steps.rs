@@ -135,7 +135,7 @@ pub fn solver<'a, K: Engines + 'a, const M: usize>(
     let options = Options::parse(&options).expect("options are key=value");
     let method = Method::parse(name, &options).expect("the options are valid");
     method
-        .build(Setup { mesh, problem, start, dual_start: None })
+        .build(Setup { domain: mesh.into(), problem, start, dual_start: None })
         .expect("the options are compatible")
 }
 

@@ -397,7 +397,7 @@ fn a_level_starts_where_the_coarser_one_ends() {
             Some(Pair { u, q }) => (allowed_only(u, &problem.f), Some(q)),
             None => (cheapest_labels(&problem.f), None),
         };
-        let setup = Setup { mesh, problem: &problem, start, dual_start };
+        let setup = Setup { domain: mesh.into(), problem: &problem, start, dual_start };
         let mut solver = Method::default().build(setup)?;
         solver.advance(&problem, FIRST_INTERVAL, &mut || true);
         Ok(final_pair(solver.iterate(), Status::Interrupted))

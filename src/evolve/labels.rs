@@ -70,7 +70,7 @@ fn improve_compiled<const M: usize>(
         rows.chunks(2).map(|pair| Tangent([pair[0], pair[1]])).collect()
     });
     let mut run = Run::new(&start);
-    let setup = Setup { mesh, problem: &problem, start, dual_start };
+    let setup = Setup { domain: mesh.into(), problem: &problem, start, dual_start };
     let mut solver = Method::default().build(setup)?;
     run.advance(&mut *solver, &problem, stop, observe);
     labels.u = flat(run.best_u());

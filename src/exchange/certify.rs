@@ -111,7 +111,7 @@ fn certify_compiled<const M: usize>(
     }
     let m = exchanged.f.ncols();
     let mut solution = conclude(
-        &exchanged.mesh,
+        (&exchanged.mesh).into(),
         &certifier.problem,
         m,
         request,

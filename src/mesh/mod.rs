@@ -8,6 +8,7 @@ pub mod coarsen;
 pub mod curvature;
 pub(crate) mod disjoint_sets;
 pub mod distance;
+pub mod dual;
 pub(crate) mod extent;
 pub mod geometry;
 pub(crate) mod incidence;

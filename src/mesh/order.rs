@@ -32,10 +32,14 @@ impl Order {
 
     /// The order for a mesh; the present one if it is not scattered.
     pub fn of(mesh: &Mesh) -> Self {
-        let count = mesh.vertices.len();
+        Self::of_faces(&mesh.faces, mesh.vertices.len())
+    }
+
+    /// The same for the faces of a mesh of `count` vertices, or for what has the corners of faces.
+    pub fn of_faces(corners: &[[u32; 3]], count: usize) -> Self {
         let folded = |v| fold(v, count as u32);
         let (as_it_is, when_folded) =
-            join(|| front(&mesh.faces, count, |v| v), || front(&mesh.faces, count, folded));
+            join(|| front(corners, count, |v| v), || front(corners, count, folded));
         let bound = SCATTERED_FRONT * (count as f64).sqrt();
         let vertices = if as_it_is <= bound {
             None
@@ -44,14 +48,14 @@ impl Order {
             (0..count as u32).for_each(|v| order[folded(v) as usize] = v);
             Some(order)
         } else {
-            Some(reverse_cuthill_mckee(mesh))
+            Some(reverse_cuthill_mckee(corners, count))
         };
         let faces = match &vertices {
             Some(vertices) => {
                 let index = inverse(vertices);
-                Some(by_last(&mesh.faces, count, |v| index[v as usize]))
+                Some(by_last(corners, count, |v| index[v as usize]))
             }
-            None if jump(&mesh.faces) > bound => Some(by_last(&mesh.faces, count, |v| v)),
+            None if jump(corners) > bound => Some(by_last(corners, count, |v| v)),
             None => None,
         };
         Order { vertices, faces }
@@ -70,6 +74,11 @@ impl Order {
             None => (mesh.vertices.clone(), collect(order.len(), face)),
         };
         Cow::Owned(Mesh { vertices, faces, ..Mesh::default() })
+    }
+
+    /// Whether nothing moves.
+    pub fn keeps_all(&self) -> bool {
+        self.vertices.is_none() && self.faces.is_none()
     }
 
     /// The present index of the vertex at each new index, if any vertex moves.
@@ -154,16 +163,16 @@ pub fn sorted_by(keys: &[u32], count: usize) -> Vec<u32> {
     Incidence::in_ranges(&ranges(count), keys.as_chunks::<1>().0, |i, _| i as u32).into_values()
 }
 
-fn reverse_cuthill_mckee(mesh: &Mesh) -> Vec<u32> {
+fn reverse_cuthill_mckee(corners: &[[u32; 3]], count: usize) -> Vec<u32> {
     // The neighbors of a vertex side by side: reading them from the faces, which are scattered in memory, takes several
     // times as long.
-    let around = Incidence::new(mesh, |j, i| {
-        let face = mesh.faces[j];
+    let around = Incidence::in_ranges(&ranges(count), corners, |j, i| {
+        let face = corners[j];
         [face[(i + 1) % 3], face[(i + 2) % 3]]
     });
-    let mut order = Vec::with_capacity(mesh.vertices.len());
-    let mut reached = vec![false; mesh.vertices.len()];
-    for v in 0..mesh.vertices.len() as u32 {
+    let mut order = Vec::with_capacity(count);
+    let mut reached = vec![false; count];
+    for v in 0..count as u32 {
         if reached[v as usize] {
             continue;
         }
@@ -217,7 +226,7 @@ mod tests {
     #[test]
     fn every_vertex_and_face_has_one_index() {
         for (name, mesh) in zoo() {
-            let vertices = reverse_cuthill_mckee(&mesh);
+            let vertices = reverse_cuthill_mckee(&mesh.faces, mesh.vertices.len());
             assert!(is_bijection(&vertices, mesh.vertices.len()), "{name}");
             let index = inverse(&vertices);
             let sorted = by_last(&mesh.faces, mesh.vertices.len(), |v| index[v as usize]);

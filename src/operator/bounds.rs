@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! l_j = lmax(K_j K_j^T)     K_j = [K_j1 K_j2 K_j3] in R^{2 x 3}
-//! b_j = lmax( sum_{k=1..3} g_k g_k^T ),  g_k = K_jk / |K_jk|       (between 3/2 and 3)
+//! b_j = lmax( sum_{k=1..3} g_k g_k^T ),  g_k = K_jk / |K_jk|       (between 3/2 and 3; g_k = 0 for K_jk = 0)
 //! ```
 //!
 //! With them |K_j u|^2 <= b_j sum_k |K_jk|^2 |u_k|^2: for any face weights w_j >= 0 the matrix
@@ -33,13 +33,15 @@ pub fn row_bound(columns: Columns) -> f64 {
 /// b_j, dimensionless.
 #[inline(always)]
 pub fn column_bound(columns: Columns) -> f64 {
-    let (mut difference, mut b) = (0.0, 0.0);
+    let (mut trace, mut difference, mut b) = (0.0, 0.0, 0.0);
     for [x, y] in columns {
-        let weight = 1.0 / squared([x, y]);
+        let square = squared([x, y]);
+        let [one, weight] = if square > 0.0 { [1.0, 1.0 / square] } else { [0.0; 2] };
+        trace += one;
         difference += weight * (x - y) * (x + y);
         b += weight * x * y;
     }
-    largest_eigenvalue(3.0, difference, b)
+    largest_eigenvalue(trace, difference, b)
 }
 
 /// The largest eigenvalue of the symmetric 2 x 2 matrix (a b; b c), from its trace, a - c and b.

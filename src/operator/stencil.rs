@@ -1,10 +1,16 @@
-//! K as three numbers per face: the fast implementation.
+//! K as three numbers per face, or one per edge: the fast implementation.
 //!
 //! With the frame of face j along its edge 12, L = |x2 - x1|, s = <x3 - x1, e1> and area A:
 //!
 //! ```text
 //! (K u)_j = ( c1 ua, c2 ua + c3 ub ),   ua = u2 - u1, ub = u3 - u1,
 //! c1 = A / L,  c2 = -s / 2,  c3 = L / 2.
+//! ```
+//!
+//! On the faces of a mesh instead of its vertices, K has one row per pair of faces j, k that share an edge:
+//!
+//! ```text
+//! (K u)_e = ( w_e (u_k - u_j), 0 )     c1 = w_e, c2 = c3 = 0, the corners are j, k, k
 //! ```
 //!
 //! No square root of a difference is taken, so needles are harmless (in the E, F, G form of the paper's equation (6),
@@ -18,6 +24,7 @@ use pulp::Arch;
 use super::norms::{Norms, product};
 use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
+use crate::mesh::dual::Dual;
 use crate::mesh::{Incidence, Mesh};
 use crate::relaxation::{DualSet, Relaxation};
 use crate::sweep;
@@ -28,6 +35,8 @@ pub struct Stencil {
     vertices: usize,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
+    /// A_j where it does not follow from the weights: a third of the two faces at an edge.
+    areas: Option<Vec<f64>>,
     /// K^T, assembled on first use.
     incidence: OnceLock<ColumnsAtVertices>,
 }
@@ -52,7 +61,17 @@ impl Stencil {
         assert!(sweep::all(weights.len(), has_area), "a face has no area");
         let corners = sweep::copy(&mesh.faces);
         let (vertices, incidence) = (mesh.vertices.len(), OnceLock::new());
-        Stencil { corners, vertices, weights, incidence }
+        Stencil { corners, vertices, weights, areas: None, incidence }
+    }
+
+    /// K on the faces of a mesh, with jumps across edges in place of gradients.
+    pub fn across_edges(dual: &Dual) -> Self {
+        let weights = sweep::collect(dual.weights.len(), |e| [dual.weights[e], 0.0, 0.0]);
+        let third = |e: usize| dual.pairs[e].iter().map(|&j| dual.areas[j as usize]).sum::<f64>();
+        // Positive even between faces without area, so that no smoothing divides by zero.
+        let areas = sweep::collect(weights.len(), |e| (third(e) / 3.0).max(f64::MIN_POSITIVE));
+        let (vertices, incidence) = (dual.areas.len(), OnceLock::new());
+        Stencil { corners: dual.corners(), vertices, weights, areas: Some(areas), incidence }
     }
 
     /// The three vertices of each face.
@@ -92,8 +111,13 @@ impl Operator for Stencil {
 
     #[inline(always)]
     fn area(&self, j: usize) -> f64 {
-        let [c1, _, c3] = self.weights[j];
-        2.0 * c1 * c3
+        match &self.areas {
+            Some(areas) => areas[j],
+            None => {
+                let [c1, _, c3] = self.weights[j];
+                2.0 * c1 * c3
+            }
+        }
     }
 
     fn adjoint(&self) -> &ColumnsAtVertices {

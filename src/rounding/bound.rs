@@ -12,11 +12,12 @@
 //! passing*, IEEE Transactions on Pattern Analysis and Machine Intelligence 37(5), 2015.
 
 use super::labels::Labels;
+use crate::domain::Domain;
 use crate::mesh::incidence::Incidence;
 
 /// The field y of a problem, and its bound.
 pub struct LabelBound<'a> {
-    faces: &'a [[u32; 3]],
+    domain: Domain<'a>,
     /// 3 j + c for the corners at each vertex.
     around: Incidence<u32>,
     m: usize,
@@ -38,9 +39,9 @@ const VERTICES_BETWEEN_QUESTIONS: usize = 4096;
 impl<'a> LabelBound<'a> {
     /// `y` has m numbers per corner; for every label, those of a face sum to zero.
     pub fn new(labels: &Labels<'a>, y: Vec<f64>) -> Self {
-        let (m, mesh) = (labels.m, labels.mesh());
-        assert_eq!(y.len(), 3 * m * mesh.faces.len());
-        let around = Incidence::new(mesh, |j, c| (3 * j + c) as u32);
+        let (m, domain) = (labels.m, labels.domain());
+        assert_eq!(y.len(), 3 * m * domain.terms());
+        let around = domain.around(|j, c| (3 * j + c) as u32);
         let cost = |v: usize, p: usize| match labels.is_allowed(v, p as u8) {
             true => labels.cost(v, p as u8),
             false => f64::INFINITY,
@@ -50,16 +51,16 @@ impl<'a> LabelBound<'a> {
             .map(|(v, p)| cost(v, p))
             .collect();
         for (corner, y) in y.chunks(m).enumerate() {
-            let v = mesh.faces.as_flattened()[corner] as usize;
+            let v = domain.corners(corner / 3)[corner % 3] as usize;
             g[v * m..][..m].iter_mut().zip(y).for_each(|(g, y)| *g += y);
         }
-        let faces = 0..mesh.faces.len() as u32;
+        let faces = 0..domain.terms() as u32;
         let costs = |j: u32| [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|x| labels.face_cost(j, x));
         let single: Vec<[f64; 3]> = faces.clone().map(costs).collect();
         let triple: Vec<f64> = faces.map(|j| labels.face_cost(j, [0, 1, 2])).collect();
         let share = (0..labels.vertices()).map(|v| {
             let ends = |corner: &u32| {
-                let face = mesh.faces[*corner as usize / 3].map(|w| w as usize);
+                let face = domain.corners(*corner as usize / 3).map(|w| w as usize);
                 [face.iter().any(|&w| w > v), face.iter().any(|&w| w < v)]
             };
             let counts = around.at(v).iter().map(ends).fold([0_u32; 2], |sum, [later, earlier]| {
@@ -68,7 +69,7 @@ impl<'a> LabelBound<'a> {
             1.0 / f64::from(counts[0].max(counts[1]).max(1))
         });
         let share = share.collect();
-        LabelBound { faces: &mesh.faces, around, m, g, y, single, triple, share }
+        LabelBound { domain, around, m, g, y, single, triple, share }
     }
 
     /// One ascent in each order of the vertices; ends early, with a field that is as valid as any, if `go_on` returns false.
@@ -112,7 +113,7 @@ impl<'a> LabelBound<'a> {
         minima.given.extend(self.g[v * m..][..m].iter().map(|g| self.share[v] * g));
         for &corner in self.around.at(v) {
             let corner = corner as usize;
-            if self.faces[corner / 3].iter().any(|&w| is_later(w as usize, v)) {
+            if self.domain.corners(corner / 3).iter().any(|&w| is_later(w as usize, v)) {
                 let (g, y) = (&mut self.g[v * m..][..m], &mut self.y[corner * m..][..m]);
                 for ((g, y), &given) in g.iter_mut().zip(y).zip(&minima.given) {
                     if g.is_finite() {
@@ -146,7 +147,7 @@ impl<'a> LabelBound<'a> {
         }
         for (j, triple) in self.triple.iter().enumerate() {
             minima.find(self, 3 * j);
-            let (v, y) = (self.faces[j][0] as usize, &self.y[3 * j * m..][..m]);
+            let (v, y) = (self.domain.corners(j)[0] as usize, &self.y[3 * j * m..][..m]);
             let mut least = f64::INFINITY;
             for p in (0..m).filter(|&p| self.g[v * m + p].is_finite()) {
                 least = least.min(minima.without_own[p] - y[p]);
@@ -193,7 +194,7 @@ impl MinMarginals {
         let (m, j, c) = (field.m, corner / 3, corner % 3);
         let (a, b) = ((c + 1) % 3, (c + 2) % 3);
         for (other, costs) in [a, b].into_iter().zip(&mut self.others) {
-            let v = field.faces[j][other] as usize;
+            let v = field.domain.corners(j)[other] as usize;
             let (g, y) = (&field.g[v * m..][..m], &field.y[(3 * j + other) * m..][..m]);
             costs.clear();
             let cost = |(g, y): (&f64, &f64)| if g.is_finite() { -y } else { f64::INFINITY };

@@ -22,6 +22,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2, TAU};
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
+use crate::domain::Domain;
 use crate::mesh::Mesh;
 use crate::mesh::geometry::{barycentric_areas, cotangents, opposite_edges};
 use crate::mesh::incidence::Incidence;
@@ -47,23 +48,32 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The graph of a mesh without degenerate faces.
-    pub fn new(mesh: &Mesh, weights: EdgeWeights, lambda: f64) -> Self {
-        let around = Incidence::new(mesh, |j, i| (j as u32, i as u8));
-        let vertices = 0..mesh.vertices.len();
+    /// The graph of a mesh without degenerate faces, or of its faces, where all weights are the exact ones.
+    pub fn new(domain: Domain<'_>, weights: EdgeWeights, lambda: f64) -> Self {
+        match domain {
+            Domain::Vertices(mesh) => Self::of_vertices(mesh, weights, lambda),
+            Domain::Faces(_) => {
+                let weights = |j| exact(domain.lengths(j as usize), lambda);
+                Self::weighted(domain, weights)
+            }
+        }
+    }
+
+    fn of_vertices(mesh: &Mesh, weights: EdgeWeights, lambda: f64) -> Self {
         let lines: Vec<f64> = match weights {
             EdgeWeights::Crofton => {
+                let around = Incidence::new(mesh, |j, i| (j as u32, i as u8));
                 let areas = barycentric_areas(mesh);
                 let total = |v: usize| {
                     let angles = around.at(v).iter().map(|&(j, i)| angles(mesh, j)[usize::from(i)]);
                     angles.sum::<f64>()
                 };
-                vertices.clone().map(|v| 0.5 * TAU * areas[v] / total(v)).collect()
+                (0..mesh.vertices.len()).map(|v| 0.5 * TAU * areas[v] / total(v)).collect()
             }
             EdgeWeights::Exact | EdgeWeights::Cotangent => Vec::new(),
         };
         let face_weights = |j: u32| match weights {
-            EdgeWeights::Exact => exact(mesh, j, lambda),
+            EdgeWeights::Exact => exact(lengths(mesh, j), lambda),
             EdgeWeights::Cotangent => {
                 let (l, cot) = (lengths(mesh, j), cotangents(mesh, j as usize));
                 [0, 1, 2].map(|k| FRAC_1_SQRT_2 * lambda * cot[k] * l[k])
@@ -75,11 +85,18 @@ impl Graph {
                 [pair(1, 2) / l[0], pair(2, 0) / l[1], pair(0, 1) / l[2]]
             }
         };
+        Self::weighted(mesh.into(), face_weights)
+    }
+
+    /// The graph with the given weights of the edges opposite to the corners of each face.
+    fn weighted(domain: Domain<'_>, weights: impl Fn(u32) -> [f64; 3]) -> Self {
+        let around = domain.around(|j, i| (j as u32, i as u8));
         let mut graph = Graph { start: vec![0], neighbors: Vec::new() };
-        for v in vertices {
+        for v in 0..domain.unknowns() {
             let begin = graph.neighbors.len();
             for &(j, corner) in around.at(v) {
-                add_edges(mesh, j, corner, face_weights(j), begin, &mut graph.neighbors);
+                let corners = domain.corners(j as usize);
+                add_edges(corners, corner, weights(j), begin, &mut graph.neighbors);
             }
             // An edge whose dual edge has a negative length costs nothing.
             graph.neighbors[begin..].iter_mut().for_each(|(_, weight)| *weight = weight.max(0.0));
@@ -95,19 +112,20 @@ impl Graph {
     }
 }
 
-/// Adds the weights of the two edges at a corner of face j to the neighbors found since `begin`.
+/// Adds the weights of the two edges at a corner of a face to the neighbors found since `begin`.
 pub fn add_edges(
-    mesh: &Mesh,
-    j: u32,
+    face: [u32; 3],
     corner: u8,
     weights: [f64; 3],
     begin: usize,
     neighbors: &mut Vec<(u32, f64)>,
 ) {
-    let face = mesh.faces[j as usize];
     // The edge to one of the other corners is opposite to the third.
     let [i, k] = [1, 2].map(|step| (usize::from(corner) + step) % 3);
     for (w, weight) in [(face[i], weights[k]), (face[k], weights[i])] {
+        if w == face[usize::from(corner)] {
+            continue;
+        }
         match neighbors[begin..].iter_mut().find(|(other, _)| *other == w) {
             Some((_, sum)) => *sum += weight,
             None => neighbors.push((w, weight)),
@@ -115,16 +133,15 @@ pub fn add_edges(
     }
 }
 
-/// The exact weights of the edges opposite to the corners of face j.
-pub fn exact(mesh: &Mesh, j: u32, lambda: f64) -> [f64; 3] {
-    let [l0, l1, l2] = lengths(mesh, j);
+/// The exact weights of the edges opposite to the corners of a face with these lengths.
+pub fn exact([l0, l1, l2]: [f64; 3], lambda: f64) -> [f64; 3] {
     // Rounding may violate the triangle inequality.
     [l1 + l2 - l0, l2 + l0 - l1, l0 + l1 - l2]
         .map(|twice| 0.5 * FRAC_1_SQRT_2 * lambda * twice.max(0.0))
 }
 
 /// The lengths of the edges opposite to the corners of face j.
-pub fn lengths(mesh: &Mesh, j: u32) -> [f64; 3] {
+fn lengths(mesh: &Mesh, j: u32) -> [f64; 3] {
     opposite_edges(mesh, j as usize).map(|edge| edge.norm())
 }
 

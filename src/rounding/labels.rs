@@ -15,15 +15,15 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use super::graph::{add_edges, exact, lengths};
-use crate::mesh::Mesh;
+use super::graph::{add_edges, exact};
+use crate::domain::Domain;
 use crate::mesh::incidence::Incidence;
 use crate::problem::FORBIDDEN_COST;
 use crate::relaxation::Relaxation;
 
-/// One label per vertex, for given costs.
+/// One label per vertex, for given costs; on faces, "vertices" are faces and "faces" are edges, see `domain.rs`.
 pub struct Labels<'a> {
-    mesh: &'a Mesh,
+    domain: Domain<'a>,
     /// The faces around each vertex.
     around: Incidence<u32>,
     /// f, rows of `length` numbers of which the first m count.
@@ -43,15 +43,21 @@ pub struct Cuts {
 }
 
 impl<'a> Labels<'a> {
-    pub fn new(mesh: &'a Mesh, costs: &'a [f64], m: usize, cuts: Cuts, labels: Vec<u8>) -> Self {
+    pub fn new(
+        domain: Domain<'a>,
+        costs: &'a [f64],
+        m: usize,
+        cuts: Cuts,
+        labels: Vec<u8>,
+    ) -> Self {
         let Cuts { lambda, relaxation } = cuts;
         let length = costs.len() / labels.len();
-        let around = Incidence::new(mesh, |j, _| j as u32);
-        Labels { mesh, around, costs, length, m, lambda, relaxation, labels }
+        let around = domain.around(|j, _| j as u32);
+        Labels { domain, around, costs, length, m, lambda, relaxation, labels }
     }
 
-    pub fn mesh(&self) -> &'a Mesh {
-        self.mesh
+    pub fn domain(&self) -> Domain<'a> {
+        self.domain
     }
 
     pub fn vertices(&self) -> usize {
@@ -63,7 +69,7 @@ impl<'a> Labels<'a> {
     }
 
     pub fn face(&self, j: u32) -> [u32; 3] {
-        self.mesh.faces[j as usize]
+        self.domain.corners(j as usize)
     }
 
     /// f_vp.
@@ -81,7 +87,7 @@ impl<'a> Labels<'a> {
         if a == b && b == c {
             return 0.0;
         }
-        let l = lengths(self.mesh, j);
+        let l = self.domain.lengths(j as usize);
         let n = if b == c {
             l[0] * FRAC_1_SQRT_2
         } else if a == c {
@@ -93,7 +99,7 @@ impl<'a> Labels<'a> {
                 Relaxation::Frobenius => 0.5 * l.iter().map(|l| l * l).sum::<f64>().sqrt(),
                 Relaxation::Separate => 0.5 * FRAC_1_SQRT_2 * l.iter().sum::<f64>(),
                 Relaxation::Envelope => {
-                    FRAC_1_SQRT_2 * steiner_length(l, self.mesh.face_area(j as usize))
+                    FRAC_1_SQRT_2 * steiner_length(l, self.domain.triangle_area(j as usize))
                 }
             }
         };
@@ -107,7 +113,7 @@ impl<'a> Labels<'a> {
     /// Whether each vertex is in a face with different labels.
     pub fn at_cuts(&self) -> Vec<bool> {
         let mut is_at_cut = vec![false; self.vertices()];
-        for &face in &self.mesh.faces {
+        for face in (0..self.domain.terms() as u32).map(|j| self.face(j)) {
             let [a, b, c] = face.map(|v| self.labels[v as usize]);
             if a != b || b != c {
                 face.iter().for_each(|&v| is_at_cut[v as usize] = true);
@@ -123,7 +129,8 @@ impl<'a> Labels<'a> {
             let face = self.face(j);
             let corner = (0..3).find(|&i| face[usize::from(i)] as usize == v);
             let corner = corner.expect("the face is at v");
-            add_edges(self.mesh, j, corner, exact(self.mesh, j, self.lambda), begin, found);
+            let weights = exact(self.domain.lengths(j as usize), self.lambda);
+            add_edges(face, corner, weights, begin, found);
         }
     }
 

@@ -5,6 +5,7 @@ use strum::IntoEnumIterator;
 
 use super::min_cut::{Edge, MinCut};
 use super::*;
+use crate::mesh::Mesh;
 use crate::problem::FORBIDDEN_COST;
 use crate::relaxation::{DualSet, Relaxation, with_set};
 use crate::samples::{assert_within, rng, shape, zoo};
@@ -45,7 +46,7 @@ fn energies_are_those_of_the_operator() {
             let costs = Row::peel_slice(&problem.f).as_flattened();
             let n = mesh.vertices.len();
             let labels: Vec<u8> = (0..n).map(|_| rng.random_range(0..3)).collect();
-            let state = Labels::new(&mesh, costs, 3, cuts(&problem), labels.clone());
+            let state = Labels::new((&mesh).into(), costs, 3, cuts(&problem), labels.clone());
             let cut: f64 = (0..mesh.faces.len() as u32)
                 .map(|j| state.face_cost(j, state.face_labels(j)))
                 .sum();
@@ -112,7 +113,7 @@ fn labels_of_two_regions_are_optimal() {
                 ([FORBIDDEN_COST, 0.0], [0.3, FORBIDDEN_COST]);
         }
         let u: Vec<Row<2>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-        let found = round(&mesh, &problem, 2, &u, Rounding::Expansion, &mut || true);
+        let found = round((&mesh).into(), &problem, 2, &u, Rounding::Expansion, &mut || true);
         assert!(found.is_optimal);
         let least = labelings(n, 2).map(|labels| energy(&problem, &labels));
         let least = least.fold(f64::INFINITY, f64::min);
@@ -131,7 +132,7 @@ fn no_rounding_raises_the_energy() {
         let u: Vec<Row<4>> =
             (0..mesh.vertices.len()).map(|_| Row::one_hot(rng.random_range(0..3))).collect();
         let energies = [Rounding::Argmax, Rounding::Moves, Rounding::Expansion].map(|rounding| {
-            let found = round(&mesh, &problem, 3, &u, rounding, &mut || true);
+            let found = round((&mesh).into(), &problem, 3, &u, rounding, &mut || true);
             assert_eq!(found.energy, energy(&problem, &found.labels));
             assert!(!found.is_optimal && found.energy <= found.argmax_energy);
             found.energy
@@ -158,7 +159,7 @@ fn expansions_remove_noise() {
         .collect();
     let problem = Problem::new(Stencil::new(&mesh), f, 0.02);
     let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-    let found = round(&mesh, &problem, 4, &u, Rounding::Expansion, &mut || true);
+    let found = round((&mesh).into(), &problem, 4, &u, Rounding::Expansion, &mut || true);
     let wrong = (0..u.len()).filter(|&v| usize::from(found.labels[v]) != truth(v)).count();
     let truth: Vec<u8> = (0..u.len()).map(|v| truth(v) as u8).collect();
     assert!(found.energy <= energy(&problem, &truth), "{} {wrong}", found.energy);
@@ -183,7 +184,7 @@ fn the_bound_is_below_all_labelings_and_never_falls() {
             let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
             let costs = Row::peel_slice(&problem.f).as_flattened();
             let argmax: Vec<u8> = u.iter().map(|u| u.argmax() as u8).collect();
-            let state = Labels::new(&mesh, costs, m, cuts(&problem), argmax);
+            let state = Labels::new((&mesh).into(), costs, m, cuts(&problem), argmax);
             let mut rng = rng(seed);
             let q: Vec<Tangent<4>> = (0..mesh.faces.len())
                 .map(|_| {
@@ -207,11 +208,11 @@ fn the_bound_is_below_all_labelings_and_never_falls() {
             }
             reached += usize::from(least - bound <= 1e-6 * least);
             let start = Tightened {
-                rounded: round(&mesh, &problem, m, &u, Rounding::Expansion, &mut || true),
+                rounded: round((&mesh).into(), &problem, m, &u, Rounding::Expansion, &mut || true),
                 bound: 0.0,
                 ascents: 0,
             };
-            let found = tighten(&mesh, &problem, m, &q, start, 1e-6, &mut || true);
+            let found = tighten((&mesh).into(), &problem, m, &q, start, 1e-6, &mut || true);
             assert!(found.bound <= least + 1e-12 && found.rounded.energy >= least - 1e-12);
         }
     }
@@ -228,7 +229,7 @@ fn min_marginals_are_those_of_all_labelings() {
             let relaxation = Relaxation::iter().nth(rng.random_range(0..3)).unwrap();
             let problem = problem::<8>(&mesh, m, 0.3, m as u64).in_relaxation(relaxation);
             let costs = Row::peel_slice(&problem.f).as_flattened();
-            let state = Labels::new(&mesh, costs, m, cuts(&problem), vec![0; 4]);
+            let state = Labels::new((&mesh).into(), costs, m, cuts(&problem), vec![0; 4]);
             let y: Vec<f64> =
                 (0..3 * m * mesh.faces.len()).map(|_| rng.random_range(-0.5..0.5)).collect();
             let field = LabelBound::new(&state, y.clone());
@@ -259,14 +260,14 @@ fn the_search_for_better_labels_ends() {
     for (lambda, patience) in [(1e8, usize::MAX), (1e12, usize::MAX), (0.2, 0), (0.2, 3)] {
         let problem = problem::<4>(&mesh, 3, lambda, 1);
         let u: Vec<Row<4>> = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-        let rounded = round(&mesh, &problem, 3, &u, Rounding::Moves, &mut || true);
+        let rounded = round((&mesh).into(), &problem, 3, &u, Rounding::Moves, &mut || true);
         let start = Tightened { rounded, bound: 0.0, ascents: 0 };
         let mut asked = 0;
         let mut go_on = || {
             asked += 1;
             asked <= patience
         };
-        let found = tighten(&mesh, &problem, 3, &[], start, 0.0, &mut go_on);
+        let found = tighten((&mesh).into(), &problem, 3, &[], start, 0.0, &mut go_on);
         assert!(found.ascents < 1000, "{}", found.ascents);
         let least = labelings(mesh.vertices.len(), 3).map(|labels| energy(&problem, &labels));
         let least = least.fold(f64::INFINITY, f64::min);

@@ -19,7 +19,7 @@ fn uniform(mesh: &Mesh) -> Vec<Row<3>> {
 }
 
 fn solver(name: &str, mesh: &Mesh, problem: &Problem<Stencil, 3>) -> Box<dyn Solver<Stencil, 3>> {
-    let setup = Setup { mesh, problem, start: uniform(mesh), dual_start: None };
+    let setup = Setup { domain: mesh.into(), problem, start: uniform(mesh), dual_start: None };
     Method::named(name).unwrap().build(setup).unwrap()
 }
 

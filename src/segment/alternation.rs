@@ -139,7 +139,7 @@ impl JointProblem<'_> {
         if request.needs_dual() {
             run.keep_dual();
         }
-        let setup = Setup { mesh, problem: &problem, start, dual_start };
+        let setup = Setup { domain: mesh.into(), problem: &problem, start, dual_start };
         let method = request.method.for_estimates();
         let mut solver = method.build(setup)?;
 
@@ -204,7 +204,7 @@ impl JointProblem<'_> {
                     |row: &Row<M>| pairs.iter().fold(*row, |row, pair| zeroed(row, pair[1]));
                 let dual_start = q.iter().map(|q| Tangent([emptied(&q.0[0]), emptied(&q.0[1])]));
                 let setup = Setup {
-                    mesh,
+                    domain: mesh.into(),
                     problem: &problem,
                     start: start.collect(),
                     dual_start: Some(dual_start.collect()),

@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::coarse::Record;
 use crate::contour::{CutRecord, threshold};
 use crate::counted::rounded_up;
+use crate::domain::{Domain, Element};
 use crate::empty_regions;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
@@ -61,6 +62,9 @@ pub struct Summary {
     pub vertices: usize,
     /// F, faces without area included.
     pub faces: usize,
+    /// `faces` if the labels, and the rows of U, are those of faces; `None` for vertices.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<Cow<'static, str>>,
     /// m.
     pub regions: usize,
     /// Regions without any label, ascending.
@@ -113,9 +117,9 @@ pub struct Solution {
     pub summary: Summary,
     /// The samples of the run, by increasing iteration; the first is that of the start.
     pub trace: Vec<Sample>,
-    /// The U of minimum energy found: V x m, rows in the simplex.
+    /// The U of minimum energy found: V x m, or F x m for labels of faces, rows in the simplex.
     pub u: Array2<f64>,
-    /// U rounded as `rounding` says: V integers from 0 to m - 1.
+    /// U rounded as `rounding` says: an integer from 0 to m - 1 for each row.
     pub labels: Array1<i32>,
     /// The field that certifies `dual_bound`, if it was requested: 2F x m, rows 2j and 2j + 1 those of face j, in the
     /// frame of the rows of K; zero in faces without area.
@@ -138,6 +142,17 @@ impl Solution {
             }
             all
         });
+        self.unordered(order)
+    }
+
+    /// The solution on the faces of a mesh, in its order.
+    pub(crate) fn of_faces(mut self, mesh: &Mesh, order: &Order) -> Self {
+        self.summary.vertices = mesh.vertices.len();
+        self.summary.faces = mesh.faces.len();
+        self.unordered(order)
+    }
+
+    fn unordered(self, order: &Order) -> Self {
         match order.indices() {
             Some(indices) => self.gathered(&indices),
             None => self,
@@ -174,7 +189,7 @@ pub(crate) struct Ended<const M: usize> {
 
 /// Rounds the best U and computes the certified gaps.
 pub(crate) fn conclude<const M: usize>(
-    model: &Mesh,
+    domain: Domain<'_>,
     problem: &Problem<Stencil, M>,
     m: usize,
     request: &Request,
@@ -197,7 +212,7 @@ pub(crate) fn conclude<const M: usize>(
         interrupted |= observe(None).is_break();
         !interrupted && left.is_none_or(|left| begin.elapsed() < left)
     };
-    let rounded = round(model, problem, m, u, rounding, &mut go_on);
+    let rounded = round(domain, problem, m, u, rounding, &mut go_on);
     let bound_of = |energy: f64| problem.clamped_bound(energy, bound);
     let label_bound = if rounded.is_optimal { rounded.energy } else { bound_of(rounded.energy) };
     let mut tightened = Tightened { rounded, bound: label_bound, ascents: 0 };
@@ -205,7 +220,7 @@ pub(crate) fn conclude<const M: usize>(
         && !matches!(status, Status::Interrupted | Status::Diverged | Status::Contradicted)
     {
         let q = run.best_q().unwrap_or_default();
-        tightened = tighten(model, problem, m, q, tightened, gap, &mut go_on);
+        tightened = tighten(domain, problem, m, q, tightened, gap, &mut go_on);
         let reached = label_gap(tightened.rounded.energy, tightened.bound);
         if reached > gap && !interrupted {
             let reached = match reached.is_finite() {
@@ -255,17 +270,24 @@ pub(crate) fn conclude<const M: usize>(
         rounded_relative_gap: label_gap(rounded_energy, label_bound),
         vertices: problem.k.vertices(),
         faces: problem.k.faces(),
+        on: match domain.element() {
+            Element::Vertices => None,
+            on => Some(on.name().into()),
+        },
         regions: m,
         empty_regions: empty_regions::of_labels(&labels, m),
-        cut_threshold: (m == 2).then(|| {
-            let f = |k: usize| [problem.f[k].0[0], problem.f[k].0[1]];
-            threshold(model, f, problem.lambda, |k| u[k].0[0], energy)
-        }),
+        cut_threshold: match domain {
+            Domain::Vertices(mesh) if m == 2 => {
+                let f = |k: usize| [problem.f[k].0[0], problem.f[k].0[1]];
+                Some(threshold(mesh, f, problem.lambda, |k| u[k].0[0], energy))
+            }
+            _ => None,
+        },
         cut: None,
         lambda: problem.lambda,
         relaxation: Some(problem.relaxation.name().into()),
         mass: request.mass.name().into(),
-        area: model.area(),
+        area: domain.area(),
         coarse_to_fine: None,
         warnings,
     };

@@ -233,7 +233,7 @@ fn labels_below_the_bound_are_a_contradiction() {
         run.record(&problem, &reached);
         assert!(!run.is_contradicted());
         let solution = conclude(
-            &mesh,
+            (&mesh).into(),
             &problem,
             3,
             &request,
@@ -274,7 +274,7 @@ fn the_bound_is_clamped_for_labels() {
     };
     run.record(&problem, &reached);
     let summary = conclude(
-        &mesh,
+        (&mesh).into(),
         &problem,
         3,
         &request,

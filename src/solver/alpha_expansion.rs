@@ -14,8 +14,8 @@
 //! method has no dual field: its bound is B, that of q = 0.
 
 use super::{Adjustable, Built, Description, Iterate, OneByOne, Setting, Setup, Step};
+use crate::domain::Domain;
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::rounding::expansion::{NONE, best_expansion};
@@ -75,31 +75,43 @@ struct AlphaExpansion<const M: usize> {
     next: usize,
     /// Number of steps since the last change.
     refused: usize,
-    rebuilt: Rebuild,
+    /// The lambda of the graph.
+    lambda: f64,
+    graph_of: GraphOf,
 }
 
-/// What the graph is built from again if lambda changes.
-struct Rebuild {
-    mesh: Mesh,
-    weights: EdgeWeights,
-    lambda: f64,
+/// The graph for another lambda.
+type GraphOf = Box<dyn Fn(f64) -> Graph>;
+
+fn graph_of(domain: Domain<'_>, weights: EdgeWeights) -> GraphOf {
+    match domain {
+        Domain::Vertices(mesh) => {
+            let mesh = mesh.clone();
+            Box::new(move |lambda| Graph::new((&mesh).into(), weights, lambda))
+        }
+        Domain::Faces(dual) => {
+            let dual = dual.clone();
+            Box::new(move |lambda| Graph::new((&dual).into(), weights, lambda))
+        }
+    }
 }
 
 impl<const M: usize> AlphaExpansion<M> {
     fn new<K: Operator>(settings: &Settings, setup: Setup<'_, K, M>) -> Self {
-        let Setup { mesh, problem, start, .. } = setup;
+        let Setup { domain, problem, start, .. } = setup;
         let weights = settings.weights;
         let labels: Vec<u8> = collect(start.len(), |v| start[v].argmax() as u8);
         let mut method = AlphaExpansion {
             u: start,
             q: vec![Tangent::ZERO; problem.k.faces()],
-            graph: Graph::new(mesh, weights, problem.lambda),
+            graph: Graph::new(domain, weights, problem.lambda),
             node: vec![NONE; labels.len()],
             labels,
             allowed: Vec::new(),
             next: 0,
             refused: 0,
-            rebuilt: Rebuild { mesh: mesh.clone(), weights, lambda: problem.lambda },
+            lambda: problem.lambda,
+            graph_of: graph_of(domain, weights),
         };
         method.begin(&problem.f);
         method
@@ -171,10 +183,9 @@ impl<K: Operator, const M: usize> Step<K, M> for AlphaExpansion<M> {
     }
 
     fn restart(&mut self, problem: &Problem<K, M>) {
-        let Rebuild { mesh, weights, lambda } = &mut self.rebuilt;
-        if *lambda != problem.lambda {
-            *lambda = problem.lambda;
-            self.graph = Graph::new(mesh, *weights, *lambda);
+        if self.lambda != problem.lambda {
+            self.lambda = problem.lambda;
+            self.graph = (self.graph_of)(problem.lambda);
         }
         self.begin(&problem.f);
     }
@@ -187,6 +198,7 @@ impl<K: Operator, const M: usize> Step<K, M> for AlphaExpansion<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::Mesh;
     use crate::operator::Stencil;
     use crate::problem::rounded;
     use crate::run::{Run, Status, Stop};
@@ -203,7 +215,7 @@ mod tests {
         problem: &Problem<Stencil, M>,
     ) -> AlphaExpansion<M> {
         let start = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-        AlphaExpansion::new(&Settings { weights }, Setup { mesh, problem, start, dual_start: None })
+        AlphaExpansion::new(&Settings { weights }, Setup { domain: mesh.into(), problem, start, dual_start: None })
     }
 
     /// G of labels.
@@ -227,7 +239,7 @@ mod tests {
             let problem = random_problem::<3>(&mesh, [0.1, 0.5, 1.0][seed as usize % 3], seed);
             for weights in WEIGHTS {
                 let mut method = method(weights, &mesh, &problem);
-                let graph = Graph::new(&mesh, weights, problem.lambda);
+                let graph = Graph::new((&mesh).into(), weights, problem.lambda);
                 let g = |labels: &[u8]| energy(&graph, &problem.f, labels);
                 while !Step::<Stencil, 3>::is_settled(&method) {
                     let (before, p) = (method.labels.clone(), method.allowed[method.next]);
@@ -257,7 +269,7 @@ mod tests {
             let problem = random_problem::<2>(&mesh, 0.3, seed);
             // From here every labeling is an expansion of label 0.
             let start = vec![Row::one_hot(1); 9];
-            let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+            let setup = Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
             let mut method = AlphaExpansion::new(&Settings::default(), setup);
             Step::<Stencil, 2>::step(&mut method, &problem);
             let energy = |labels: u32| {
@@ -276,7 +288,7 @@ mod tests {
         for mesh in [shape("torus:24x16"), shape("sphere:3").scaled(1e-3)] {
             let problem = random_problem::<5>(&mesh, 0.1 * mesh.area().sqrt(), 7);
             for weights in WEIGHTS {
-                let graph = Graph::new(&mesh, weights, problem.lambda);
+                let graph = Graph::new((&mesh).into(), weights, problem.lambda);
                 let mut method = method(weights, &mesh, &problem);
                 let first = energy(&graph, &problem.f, &method.labels);
                 let mut before = first;
@@ -311,7 +323,7 @@ mod tests {
         let mut problem = random_problem::<3>(&mesh, 1.0, 3);
         problem.f.iter_mut().step_by(2).for_each(|f| f.0[0] = FORBIDDEN_COST);
         let start = vec![Row::one_hot(0); problem.f.len()];
-        let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+        let setup = Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
         let mut method = AlphaExpansion::new(&Settings::default(), setup);
         for _ in 0..8 {
             let allowed = |(u, f): (&Row<3>, &Row<3>)| f.0[u.argmax()] != FORBIDDEN_COST;
@@ -337,7 +349,7 @@ mod tests {
         let center = 3 * (rows + 1) + 3;
         let expected = [0.5, 3.0_f64.sqrt().recip(), std::f64::consts::PI * 3.0_f64.sqrt() / 12.0];
         for (weights, expected) in WEIGHTS.into_iter().zip(expected) {
-            let graph = Graph::new(&mesh, weights, 0.7);
+            let graph = Graph::new((&mesh).into(), weights, 0.7);
             let edges = graph.neighbors(center as u32);
             assert!(edges.len() == 6 && edges.iter().all(|edge| is_edge(center, edge.0)));
             let expected = 0.7 * 2.0_f64.sqrt() * expected;

@@ -335,7 +335,7 @@ mod tests {
         let mesh = bumpy(7);
         let known = known_optimum::<3>(&mesh, 3, 0.1, 1.0, 79);
         let setup = Setup {
-            mesh: &mesh,
+            domain: (&mesh).into(),
             problem: &known.problem,
             start: known.u.clone(),
             dual_start: Some(known.q.clone()),
@@ -359,7 +359,7 @@ mod tests {
         for rho in [0.7, 1.8, 1.95] {
             let settings = Settings { rho, balance: Balancing::Fixed, ..Settings::default() };
             let start = random_labels(n, 2, &mut rng(78));
-            let setup = Setup { mesh: &mesh, problem: &known.problem, start, dual_start: None };
+            let setup = Setup { domain: (&mesh).into(), problem: &known.problem, start, dual_start: None };
             let mut solver = DouglasRachford::new(&settings, setup);
             let (rho, omega) = (solver.rho, solver.omega);
 

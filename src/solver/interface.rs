@@ -4,9 +4,9 @@
 //! D(q) <= E* <= E(u),   rows of u in the simplex, |q_j| <= lambda
 //! ```
 
+use crate::domain::Domain;
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
 use crate::operator::Operator;
 use crate::problem::{Problem, Smoothing};
 
@@ -73,8 +73,8 @@ pub struct Iterate<'a, const M: usize> {
 
 /// What a solver is built from, in addition to its settings.
 pub struct Setup<'a, K, const M: usize> {
-    /// The mesh of the operator; every face has positive area.
-    pub mesh: &'a Mesh,
+    /// What the operator acts on; every face of a mesh has positive area.
+    pub domain: Domain<'a>,
     /// The problem to solve.
     pub problem: &'a Problem<K, M>,
     /// The initial U, with rows in the simplex.

@@ -6,12 +6,12 @@
 //! w_j = 2 lambda / sqrt(eps). The consistent mass matrix is at least a quarter of its row sums (its eigenvalues on a
 //! face are A/12, A/12 and A/3), hence its factor 4.
 
+use crate::domain::Domain;
 use crate::error::Result;
 use crate::field::Row;
-use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::operator::bounds::diagonal_above;
 use crate::operator::mass::consistent_inverse;
-use crate::operator::{Cholesky, Operator};
+use crate::operator::{Cholesky, Mass, Operator};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::solver::{Setting, Setup};
 
@@ -58,14 +58,19 @@ impl Metric {
             (Metric::Diagonal(diagonal), tau)
         };
         match name {
-            MetricName::Barycentric => diagonal(barycentric_areas(setup.mesh)),
-            MetricName::Voronoi => diagonal(mixed_voronoi_areas(setup.mesh)),
+            MetricName::Barycentric => diagonal(setup.domain.weights(Mass::Barycentric)),
+            MetricName::Voronoi => diagonal(setup.domain.weights(Mass::Voronoi)),
             MetricName::Unit => diagonal(vec![1.0; curvature.len()]),
             MetricName::Local => diagonal(curvature.clone()),
             MetricName::Consistent => {
-                let lumped = barycentric_areas(setup.mesh);
-                let tau = step(4.0 * bound(&lumped), &lumped);
-                (Metric::Full(consistent_inverse(setup.mesh)), tau)
+                let lumped = setup.domain.weights(Mass::Consistent);
+                match setup.domain {
+                    Domain::Vertices(mesh) => {
+                        let tau = step(4.0 * bound(&lumped), &lumped);
+                        (Metric::Full(consistent_inverse(mesh)), tau)
+                    }
+                    Domain::Faces(_) => diagonal(lumped),
+                }
             }
         }
     }
@@ -142,7 +147,8 @@ mod tests {
             let problem = random_problem::<3>(&mesh, 0.1 * mesh.area().sqrt(), 851);
             let k = &problem.k;
             let start = Vec::new();
-            let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+            let setup =
+                Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
             for mode in [SmoothingMode::Paper, SmoothingMode::Intrinsic] {
                 let smoothing = Smoothing::default_for(k, mode);
                 // The second derivative of lambda sqrt(x^2 + eps^2) at zero.

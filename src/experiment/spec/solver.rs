@@ -380,6 +380,6 @@ fn try_out(method: &Method) -> Result<()> {
     let mesh = Source::parse("torus:5x4")?.mesh()?;
     let start = vec![crate::field::Row([0.5; 2]); mesh.vertices.len()];
     let problem = Problem::new(crate::operator::Stencil::new(&mesh), start.clone(), 1.0);
-    let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+    let setup = Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
     method.build(setup).map(drop)
 }

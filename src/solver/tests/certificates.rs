@@ -123,7 +123,7 @@ fn the_fused_engine_refuses_the_envelope() {
     ] {
         let method = Method::parse("chambolle-pock", &Options::parse(options).unwrap()).unwrap();
         let setup = Setup {
-            mesh: &mesh,
+            domain: (&mesh).into(),
             problem: &known.problem,
             start: known.u.clone(),
             dual_start: None,

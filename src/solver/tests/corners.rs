@@ -193,7 +193,7 @@ fn settings_out_of_range_are_refused() {
     ];
     for (method, setting) in wrong {
         let start = uniform(mesh.vertices.len(), 3);
-        let setup = Setup { mesh: &mesh, problem: &problem, start, dual_start: None };
+        let setup = Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
         let message = method.build(setup).err().expect("it is refused").to_string();
         assert!(message.contains(setting) && message.contains("must be a number"), "{message}");
     }

@@ -80,7 +80,7 @@ fn solver_from<'a, K: Engines + 'a, const M: usize>(
     (start, dual_start): (Vec<Row<M>>, Option<Vec<Tangent<M>>>),
 ) -> Box<dyn Solver<K, M> + 'a> {
     let method = Method::parse(name, &Options::parse(options).unwrap()).unwrap();
-    method.build(Setup { mesh, problem, start, dual_start }).unwrap()
+    method.build(Setup { domain: mesh.into(), problem, start, dual_start }).unwrap()
 }
 
 /// U with 1/m in the first m regions.
