@@ -227,26 +227,11 @@ pub(crate) fn separating_lambda<const M: usize>(
     let mesh = hierarchy.levels.last().map_or(finest, |level| &level.mesh);
     let mut coarse =
         Problem::new(Stencil::new(mesh), f, problem.lambda).in_relaxation(problem.relaxation);
-    let lambdas = (1..=MAX_TRIALS).map(|i| problem.lambda * 0.5_f64.powi(i));
-    let all_used = |u: &[Row<M>]| wanted.iter().all(|&p| u.iter().any(|u| u.argmax() == p));
-    first_accepted(mesh, &mut coarse, lambdas, request, observe, &all_used)
-}
-
-/// The first of some lambdas for which `accepts` accepts the solution of a coarse problem; `None` if there is none, or the
-/// observer ends the search.
-pub(crate) fn first_accepted<const M: usize>(
-    mesh: &Mesh,
-    coarse: &mut Problem<Stencil, M>,
-    lambdas: impl Iterator<Item = f64>,
-    request: &Request,
-    observe: Observer<'_>,
-    accepts: &dyn Fn(&[Row<M>]) -> bool,
-) -> Result<Option<f64>> {
-    for lambda in lambdas {
-        coarse.lambda = lambda;
+    for i in 1..=MAX_TRIALS {
+        coarse.lambda = problem.lambda * 0.5_f64.powi(i);
         let start = cheapest_labels(&coarse.f);
         let mut run = Run::new(&start);
-        let setup = Setup { domain: mesh.into(), problem: &*coarse, start, dual_start: None };
+        let setup = Setup { domain: mesh.into(), problem: &coarse, start, dual_start: None };
         let mut solver = Method::default().build(setup)?;
         // To the requested gap: where cuts are expensive, even a small gap leaves room for regions that vanish in the
         // end.
@@ -256,13 +241,15 @@ pub(crate) fn first_accepted<const M: usize>(
             iterations: Some(MAX_LEVEL_STEPS),
             ..request.stop.clone()
         };
-        let status = run.advance(&mut *solver, coarse, &stop, &mut |_| observe(None));
+        let status = run.advance(&mut *solver, &coarse, &stop, &mut |_| observe(None));
         if status == Status::Interrupted {
             return Ok(None);
         }
         // Before convergence a region may still own vertices that it loses in the end.
-        if status == Status::Converged && accepts(run.best_u()) {
-            return Ok(Some(lambda));
+        let u = run.best_u();
+        if status == Status::Converged && wanted.iter().all(|&p| u.iter().any(|u| u.argmax() == p))
+        {
+            return Ok(Some(coarse.lambda));
         }
     }
     Ok(None)

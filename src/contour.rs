@@ -15,6 +15,7 @@
 
 mod cells;
 mod cut_mesh;
+mod edges;
 mod face;
 mod labels;
 mod level;

@@ -59,6 +59,8 @@ pub mod level_sets;
 pub mod mesh;
 pub mod names;
 pub mod npy;
+#[cfg(feature = "experiments")]
+pub mod npz;
 mod one_line;
 pub mod operator;
 pub mod optics;

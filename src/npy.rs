@@ -40,6 +40,11 @@ pub fn numbers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<Owne
     header.numbers(path, bytes)
 }
 
+/// The number of axes of the array in the content of a `.npy` file. Fails if its header is malformed.
+pub fn axes(path: &Path, bytes: &[u8]) -> Result<usize> {
+    Ok(Header::of(path, bytes)?.shape.len())
+}
+
 /// The same for integers of any width; uint64 values beyond the range of i64 become its maximum. Also fails if the
 /// entries are not integers.
 pub fn integers<D: Dimension>(path: &Path, bytes: &[u8]) -> Result<ArrayBase<OwnedRepr<i64>, D>> {

@@ -6,12 +6,13 @@ use std::io::Write;
 use std::path::Path;
 
 use image::RgbImage;
+use ndarray::{Array1, Array2};
 use serde::Serialize;
 
 use crate::contour::{Contours, compared_rows};
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::{Mesh, io};
+use crate::mesh::{Mesh, Split, io};
 use crate::names::Named;
 use crate::npy;
 use crate::render::{Picture, Region, View};
@@ -31,7 +32,7 @@ pub struct Looks {
 
 /// The data in the picture.
 pub struct PicturedData {
-    /// One per vertex; NaN where the data are unknown.
+    /// One per vertex of the mesh that is drawn; NaN where the data are unknown.
     pub colors: Vec<[f64; 3]>,
     /// The caption of the data.
     pub caption: String,
@@ -39,30 +40,56 @@ pub struct PicturedData {
     pub view: View,
 }
 
-/// Writes the folder; `summary` becomes `summary.json`. The solution belongs to the mesh: V rows of U, F faces. A
-/// `preview.png`, `views.png`, `q.npy` or `contours.obj` of an earlier run is removed if this run does not write one.
+/// What a run found.
+#[derive(Clone, Copy)]
+pub struct Labeled<'a> {
+    /// The solution; its labels and the rows of U may be those of faces.
+    pub solution: &'a Solution,
+    /// The labels of the vertices.
+    pub vertices: &'a Array1<i32>,
+    /// The labels of the faces, if there are any.
+    pub faces: Option<&'a Array1<i32>>,
+    /// The mesh that is drawn if the solution is one of faces.
+    pub drawn: Option<&'a Split>,
+}
+
+impl<'a> From<&'a Solution> for Labeled<'a> {
+    fn from(solution: &'a Solution) -> Self {
+        Labeled { solution, vertices: &solution.labels, faces: None, drawn: None }
+    }
+}
+
+/// Writes the folder; `summary` becomes `summary.json`. The labels belong to the mesh. A `preview.png`, `views.png`,
+/// `q.npy`, `face_labels.npy` or `contours.obj` of an earlier run is removed if this run does not write one.
 ///
 /// Fails if a file cannot be written or removed.
 pub fn write(
     folder: &Path,
     summary: &impl Serialize,
-    solution: &Solution,
+    labeled: Labeled<'_>,
     mesh: &Mesh,
     looks: &Looks,
     contours: Option<&Contours>,
 ) -> Result<()> {
+    let Labeled { solution, vertices, faces, drawn } = labeled;
     file::write_folder(folder, |folder| {
         let arrays = || {
             npy::write(&folder.join("u.npy"), &solution.u)?;
             if let Some(q) = &solution.q {
                 npy::write(&folder.join("q.npy"), q)?;
             }
-            npy::write(&folder.join("labels.npy"), &solution.labels)
+            if let Some(faces) = faces {
+                npy::write(&folder.join("face_labels.npy"), faces)?;
+            }
+            npy::write(&folder.join("labels.npy"), vertices)
         };
-        let labels: Vec<u8> = solution.labels.iter().map(|&label| label as u8).collect();
+        let bytes = |labels: &Array1<i32>| labels.iter().map(|&label| label as u8).collect();
+        let (labels, face_labels): (Vec<u8>, Option<Vec<u8>>) = (bytes(vertices), faces.map(bytes));
         let palette: Vec<[f64; 3]> = looks.regions.iter().map(|region| region.color).collect();
-        let segmented =
-            || io::write_labeled(&folder.join("segmented.ply"), mesh, &labels, &palette);
+        let segmented = || {
+            let path = folder.join("segmented.ply");
+            io::write_labeled(&path, mesh, &labels, face_labels.as_deref(), &palette)
+        };
         let (arrays, segmented) = sweep::join(arrays, segmented);
         arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
@@ -71,9 +98,13 @@ pub fn write(
         }
 
         if let Some(PicturedData { colors, caption, view }) = &looks.data {
-            let u = compared_rows(solution.u.view(), solution.summary.cut_threshold);
-            let u = u.as_slice().expect("rows are contiguous");
             let regions = &looks.regions;
+            let u = match drawn {
+                None => compared_rows(solution.u.view(), solution.summary.cut_threshold),
+                Some(split) => one_hot(&split.labels, regions.len()).into(),
+            };
+            let u = u.as_slice().expect("rows are contiguous");
+            let mesh = drawn.map_or(mesh, |split| &split.mesh);
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
             write_png(&folder.join("preview.png"), &image)?;
         }
@@ -90,6 +121,7 @@ pub fn write(
         ("preview.png", looks.data.is_some()),
         ("views.png", looks.views.is_some()),
         ("q.npy", solution.q.is_some()),
+        ("face_labels.npy", faces.is_some()),
         ("contours.obj", contours.is_some()),
     ];
     for (name, _) in written.into_iter().filter(|(_, written)| !written) {
@@ -102,6 +134,10 @@ pub fn write(
         }
     }
     Ok(())
+}
+
+fn one_hot(labels: &[u8], m: usize) -> Array2<f64> {
+    Array2::from_shape_fn((labels.len(), m), |(v, p)| f64::from(usize::from(labels[v]) == p))
 }
 
 /// Writes a picture as a PNG file, which is a third larger than it could be since it is encoded fast.
@@ -200,7 +236,9 @@ mod tests {
             let solution = solution(keep_dual);
             let cells = Cells::new(&mesh, solution.u.view(), solution.summary.cut_threshold);
             let contours = keep_dual.then(|| cells.contours());
-            write(&folder, &keep_dual, &solution, &mesh, &looks(draw), contours.as_ref()).unwrap();
+            let looks = looks(draw);
+            write(&folder, &keep_dual, (&solution).into(), &mesh, &looks, contours.as_ref())
+                .unwrap();
             std::fs::write(folder.join("notes.txt"), "mine").unwrap();
             let mut names: Vec<String> = std::fs::read_dir(&folder)
                 .unwrap()
@@ -223,7 +261,8 @@ mod tests {
         }
         // A file that cannot be removed is an error.
         std::fs::create_dir(folder.join("q.npy")).unwrap();
-        let error = write(&folder, &0, &solution(false), &mesh, &looks(false), None).unwrap_err();
+        let solution = solution(false);
+        let error = write(&folder, &0, (&solution).into(), &mesh, &looks(false), None).unwrap_err();
         assert!(error.to_string().contains("q.npy"), "{error}");
     }
 }

@@ -1,11 +1,14 @@
 //! The cut of U as a curve: its numbers, its file and the mesh that is divided along it.
 
+use std::path::Path;
+
 use meshseg::Result;
 use meshseg::contour::{Cells, Contours, CutRecord};
 use meshseg::counted::counted;
 use meshseg::mesh::{Mesh, io};
 use meshseg::outcome::Looks;
 use meshseg::solve::Solution;
+use ndarray::Array1;
 
 use super::solving::Solving;
 use super::{note, table};
@@ -32,6 +35,32 @@ pub fn report(
     looks: &Looks,
     solving: &Solving,
 ) -> Result<Vec<(&'static str, String)>> {
+    let mut lines = of_contours(contours, solving);
+    if let Some(path) = &solving.cut_mesh {
+        let cells = Cells::new(mesh, solution.u.view(), solution.summary.cut_threshold);
+        let (cut, labels) = cells.cut_mesh();
+        lines.push(write_cut_mesh(path, cut, &labels, looks)?);
+    }
+    Ok(lines)
+}
+
+/// The same for labels of faces, which are all in one region.
+pub fn report_of_faces(
+    mesh: &Mesh,
+    labels: &Array1<i32>,
+    contours: &Contours,
+    looks: &Looks,
+    solving: &Solving,
+) -> Result<Vec<(&'static str, String)>> {
+    let mut lines = of_contours(contours, solving);
+    if let Some(path) = &solving.cut_mesh {
+        let labels: Vec<u8> = labels.iter().map(|&p| p as u8).collect();
+        lines.push(write_cut_mesh(path, mesh.clone(), &labels, looks)?);
+    }
+    Ok(lines)
+}
+
+fn of_contours(contours: &Contours, solving: &Solving) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     if solving.contours && contours.polylines.is_empty() {
         note(
@@ -48,21 +77,25 @@ pub fn report(
             ),
         ));
     }
-    if let Some(path) = &solving.cut_mesh {
-        let cells = Cells::new(mesh, solution.u.view(), solution.summary.cut_threshold);
-        let (cut, labels) = cells.cut_mesh();
-        let (vertices, faces) = (cut.vertices.len(), cut.faces.len());
-        let colors: Vec<[f64; 3]> = looks.regions.iter().map(|region| region.color).collect();
-        io::write_labeled_faces(path, cut, &labels, &colors)?;
-        lines.push((
-            "cut mesh",
-            format!(
-                "{}: {}, {}",
-                path.display(),
-                counted(vertices, "vertex", "vertices"),
-                counted(faces, "face", "faces")
-            ),
-        ));
-    }
-    Ok(lines)
+    lines
+}
+
+fn write_cut_mesh(
+    path: &Path,
+    cut: Mesh,
+    labels: &[u8],
+    looks: &Looks,
+) -> Result<(&'static str, String)> {
+    let (vertices, faces) = (cut.vertices.len(), cut.faces.len());
+    let colors: Vec<[f64; 3]> = looks.regions.iter().map(|region| region.color).collect();
+    io::write_labeled_faces(path, cut, labels, &colors)?;
+    Ok((
+        "cut mesh",
+        format!(
+            "{}: {}, {}",
+            path.display(),
+            counted(vertices, "vertex", "vertices"),
+            counted(faces, "face", "faces")
+        ),
+    ))
 }

@@ -58,7 +58,7 @@ ellipsoid:6, peanut:6, dent:6.";
 
 #[derive(Subcommand)]
 enum Verb {
-    Segment(segment::Arguments),
+    Segment(Box<segment::Arguments>),
     Solve(solve::Arguments),
     Evaluate(evaluate::Arguments),
     Compare(compare::Arguments),

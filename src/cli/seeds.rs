@@ -4,26 +4,23 @@
 //! vertex,region      or    face,region       a table (.csv) with this header, one seed per line
 //! ```
 //!
-//! or integers (.npy), one per vertex or per face, -1 where there is no seed. A face is a seed at its corners.
+//! or integers (.npy), one per vertex or per face, -1 where there is no seed. For labels of vertices a face is a seed at its
+//! corners, for labels of faces a vertex is one at the faces around it.
 
+use std::cell::OnceCell;
 use std::path::Path;
 
 use meshseg::counted::counted;
+use meshseg::domain::Element;
 use meshseg::mesh::Mesh;
 use meshseg::seeds::Seeds;
 use meshseg::{Error, Result, file, npy};
 
-/// What the indices of a file count.
-#[derive(Clone, Copy)]
-enum Element {
-    Vertex,
-    Face,
-}
-
-/// Reads the seeds on a mesh with m regions. Fails if an index or a region is out of range, or a vertex
-/// would be a seed of two regions.
-pub fn read(path: &Path, mesh: &Mesh, m: usize) -> Result<Seeds> {
-    let mut collected = Collected { path, mesh, m, regions: vec![None; mesh.vertices.len()] };
+/// Reads the seeds of the vertices or faces of a mesh with m regions. Fails if an index or a region is out of range, or a
+/// vertex or face would be a seed of two regions.
+pub fn read(path: &Path, mesh: &Mesh, m: usize, on: Element) -> Result<Seeds> {
+    let regions = vec![None; on.count(mesh)];
+    let mut collected = Collected { path, mesh, m, on, around: OnceCell::new(), regions };
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("npy") => collected.add_array()?,
         _ => collected.add_table()?,
@@ -39,6 +36,9 @@ struct Collected<'a> {
     path: &'a Path,
     mesh: &'a Mesh,
     m: usize,
+    on: Element,
+    /// The faces around each vertex, once they are needed.
+    around: OnceCell<Vec<Vec<usize>>>,
     regions: Vec<Option<u8>>,
 }
 
@@ -54,8 +54,8 @@ impl Collected<'_> {
                 );
                 return Err(Error::malformed(self.path, message));
             }
-            n if n == vertices => Element::Vertex,
-            n if n == faces => Element::Face,
+            n if n == vertices => Element::Vertices,
+            n if n == faces => Element::Faces,
             n => {
                 let message = format!(
                     "has {n} integers; the mesh has {vertices} vertices and {faces} faces, each of which needs one \
@@ -77,8 +77,8 @@ impl Collected<'_> {
             csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(&bytes[..]);
         let header = table.headers().map_err(malformed)?;
         let element = match header.iter().collect::<Vec<_>>()[..] {
-            ["vertex", "region"] => Element::Vertex,
-            ["face", "region"] => Element::Face,
+            ["vertex", "region"] => Element::Vertices,
+            ["face", "region"] => Element::Faces,
             _ => {
                 let message = "must begin with the line `vertex,region` or `face,region`";
                 return Err(Error::malformed_line(self.path, 1, message));
@@ -117,10 +117,7 @@ impl Collected<'_> {
             Some(line) => Error::malformed_line(self.path, line, message),
             None => Error::malformed(self.path, format!("entry {index}: {message}")),
         };
-        let (count, name) = match element {
-            Element::Vertex => (self.mesh.vertices.len(), "vertices"),
-            Element::Face => (self.mesh.faces.len(), "faces"),
-        };
+        let (count, [_, name]) = (element.count(self.mesh), element.nouns());
         let Some(index) = usize::try_from(index).ok().filter(|&index| index < count) else {
             return Err(wrong(format!(
                 "{index} is out of range; the {count} {name} are numbered from 0"
@@ -132,18 +129,33 @@ impl Collected<'_> {
                 self.m
             )));
         };
-        let corners = match element {
-            Element::Vertex => vec![index],
-            Element::Face => self.mesh.faces[index].map(|v| v as usize).to_vec(),
+        let seeds = match (element, self.on) {
+            (Element::Faces, Element::Vertices) => {
+                self.mesh.faces[index].map(|v| v as usize).to_vec()
+            }
+            (Element::Vertices, Element::Faces) => self.faces_around(index).to_vec(),
+            _ => vec![index],
         };
-        for v in corners {
-            match self.regions[v] {
+        let [noun, _] = self.on.nouns();
+        for k in seeds {
+            match self.regions[k] {
                 Some(other) if usize::from(other) != p => {
-                    return Err(wrong(format!("vertex {v} is already a seed of region {other}")));
+                    return Err(wrong(format!("{noun} {k} is already a seed of region {other}")));
                 }
-                _ => self.regions[v] = Some(p as u8),
+                _ => self.regions[k] = Some(p as u8),
             }
         }
         Ok(())
+    }
+
+    fn faces_around(&self, v: usize) -> &[usize] {
+        let around = self.around.get_or_init(|| {
+            let mut around = vec![Vec::new(); self.mesh.vertices.len()];
+            for (j, face) in self.mesh.faces.iter().enumerate() {
+                face.iter().for_each(|&v| around[v as usize].push(j));
+            }
+            around
+        });
+        &around[v]
     }
 }

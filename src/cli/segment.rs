@@ -1,6 +1,7 @@
 //! `meshseg segment`: segments the data on a mesh into regions.
 
 mod arguments;
+mod classes;
 mod found;
 mod report;
 mod summary;
@@ -10,6 +11,7 @@ use std::path::Path;
 
 use meshseg::data::input::InputData;
 use meshseg::data::{LitSurface, ModelName, Observed};
+use meshseg::domain::Element;
 use meshseg::labeling::{Labeler, Labeling, count_regions, label};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::operator::Mass;
@@ -38,6 +40,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 fn run_here(arguments: &Arguments) -> Outcome {
+    if let Some(given) = arguments.classes.given() {
+        return classes::run(arguments, &given);
+    }
+    arguments.classes.check_unused()?;
     let solving = &arguments.solving;
     let request = solving.request(&arguments.mesh, arguments.lambda.unwrap_or(0.0))?;
     request.check()?;
@@ -56,7 +62,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let relaxation = solving.relaxation.unwrap_or_else(|| Relaxation::for_labels(regions));
     let request = Request { relaxation, ..request };
     request.check()?;
-    let seeds = surface.seeds(arguments, regions)?;
+    let seeds = surface.seeds(arguments, regions, Element::Vertices)?;
     let seed_vertices = seeds.count();
     let labeling = labeled(&surface, observed, &labeler, regions, seeds, arguments, &request)
         .map_err(|error| error.of_file(Path::new(&input.name)))?;
@@ -76,7 +82,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
         SegmentSummary { views, ..summary(&found, &surface, &input, &labeler, arguments) };
     let looks = looks(&found, &surface, &input, arguments);
     let written = cut::requested(&contours, solving);
-    outcome::write(&solving.out, &summary, &found.solution, &surface.mesh, &looks, written)?;
+    let labeled = (&found.solution).into();
+    outcome::write(&solving.out, &summary, labeled, &surface.mesh, &looks, written)?;
     let of_cut = cut::report(&surface.mesh, &found.solution, &contours, &looks, solving)?;
 
     surface.report(arguments);

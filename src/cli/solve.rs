@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use meshseg::domain::Element as On;
 use meshseg::seeds::Seeds;
 use meshseg::start::Start;
 use meshseg::{Result, npy, outcome, solve, sweep};
@@ -112,7 +113,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let request = solving.request(&arguments.mesh, arguments.lambda)?;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
     let seeds = match &arguments.seeds {
-        Some(path) => seeds::read(path, &mesh, costs.ncols())?,
+        Some(path) => seeds::read(path, &mesh, costs.ncols(), On::Vertices)?,
         None => Seeds::default(),
     };
     let start = arguments.init.start(&costs, arguments.seed)?;
@@ -149,7 +150,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let draw = !solving.no_preview;
     let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
     let written = cut::requested(&contours, solving);
-    outcome::write(&solving.out, &solution.summary, &solution, &mesh, &looks, written)?;
+    let labeled = (&solution).into();
+    outcome::write(&solving.out, &solution.summary, labeled, &mesh, &looks, written)?;
     let of_cut = cut::report(&mesh, &solution, &contours, &looks, solving)?;
     if let Some(tolerance) = arguments.weld {
         note(&welding::note(weld.as_ref(), tolerance));

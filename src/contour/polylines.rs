@@ -38,18 +38,23 @@ impl Polyline {
 
 /// An edge between two cells.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Segment {
-    regions: [u8; 2],
-    ends: [u32; 2],
+pub(super) struct Segment {
+    /// Ascending.
+    pub regions: [u8; 2],
+    /// The indices of its points.
+    pub ends: [u32; 2],
 }
 
-impl Cells<'_> {
-    /// The boundaries between the cells.
-    pub fn contours(&self) -> Contours {
-        let mut segments = self.segments();
+impl Contours {
+    /// Segments joined to polylines; `point` has `count` points.
+    pub(super) fn of_segments(
+        mut segments: Vec<Segment>,
+        count: usize,
+        point: impl Fn(u32) -> Point3<f64>,
+    ) -> Self {
         segments.sort_unstable_by_key(|segment| segment.regions);
-        let (points, polylines) = joined(&segments, self.mesh.vertices.len() + self.points.len());
-        let points: Vec<Point3<f64>> = points.into_iter().map(|id| self.point(id)).collect();
+        let (points, polylines) = joined(&segments, count);
+        let points: Vec<Point3<f64>> = points.into_iter().map(point).collect();
         let mut contours = Contours { points, polylines };
         for polyline in &mut contours.polylines {
             let x = |&i: &u32| contours.points[i as usize];
@@ -57,6 +62,14 @@ impl Cells<'_> {
                 polyline.points.windows(2).map(|ends| (x(&ends[1]) - x(&ends[0])).norm()).sum();
         }
         contours
+    }
+}
+
+impl Cells<'_> {
+    /// The boundaries between the cells.
+    pub fn contours(&self) -> Contours {
+        let count = self.mesh.vertices.len() + self.points.len();
+        Contours::of_segments(self.segments(), count, |id| self.point(id))
     }
 
     fn segments(&self) -> Vec<Segment> {
@@ -190,7 +203,7 @@ impl Contours {
     /// # Errors
     /// Those of the writer.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "# polylines between regions of U; total length {}", self.length())?;
+        writeln!(out, "# polylines between regions; total length {}", self.length())?;
         for x in &self.points {
             writeln!(out, "v {} {} {}", x.x, x.y, x.z)?;
         }

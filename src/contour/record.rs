@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::cells::Cells;
 use super::labels::cut_length;
 use super::polylines::Contours;
+use crate::mesh::Mesh;
 
 /// The cut of U beside that of the labels, in units of the mesh.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,6 +22,26 @@ pub struct CutRecord {
 }
 
 impl CutRecord {
+    /// The numbers of labels of the faces of a mesh, whose cells are the faces.
+    pub fn of_faces(
+        mesh: &Mesh,
+        contours: &Contours,
+        labels: ArrayView1<'_, i32>,
+        m: usize,
+    ) -> Self {
+        let mut cell_areas = vec![0.0; m];
+        for (j, &label) in labels.iter().enumerate() {
+            cell_areas[label as usize] += mesh.face_area(j);
+        }
+        let length = contours.length();
+        CutRecord {
+            contour_length: length,
+            cut_length: length,
+            cell_areas,
+            cells_differ_share: 0.0,
+        }
+    }
+
     /// The numbers of the cells of U, their contours, and labels of the vertices.
     pub fn new(cells: &Cells, contours: &Contours, labels: ArrayView1<'_, i32>) -> Self {
         CutRecord {

@@ -14,14 +14,13 @@
 //!
 //! Numbers are written as float64, indices as int32 and counts as int64; any width is read.
 
-use std::io::{Cursor, Read};
-use std::path::{Path, PathBuf};
+use std::io::Cursor;
+use std::path::Path;
 
 use nalgebra::Point3;
 use ndarray::{Array1, Array2, Ix0, Ix2, arr0};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 use sprs::CsMat;
-use zip::ZipArchive;
 
 use crate::costs;
 use crate::error::{Error, Result};
@@ -31,6 +30,7 @@ use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::mesh::order::Order;
 use crate::names::{Named, must_be_one_of};
 use crate::npy;
+use crate::npz::Archive;
 use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
 use crate::problem::FORBIDDEN_COST;
@@ -42,11 +42,6 @@ use crate::start::Start;
 
 const FORMAT_NAME: &[u8; 15] = b"meshseg-problem";
 const FORMAT_VERSION: i64 = 1;
-
-/// An entry may have at most this many bytes, or this many times those of the archive: deflate can shrink zeros by a
-/// factor of 1000.
-const MAX_ENTRY_BYTES: u64 = 1 << 26;
-const MAX_INFLATION: u64 = 64;
 
 /// Larger costs would be mistaken for those of padding regions.
 const LARGEST_COST: f64 = 1e-10 * FORBIDDEN_COST;
@@ -242,43 +237,4 @@ fn add_matrix(
     npz.add_array(format!("{name}_indices"), &integers(matrix.indices()))?;
     npz.add_array(format!("{name}_indptr"), &integers(matrix.indptr().raw_storage()))?;
     npz.add_array(format!("{name}_shape"), &shape)
-}
-
-/// An `.npz` file, whose entries are read completely before their headers are parsed.
-struct Archive {
-    path: PathBuf,
-    zip: ZipArchive<Cursor<Vec<u8>>>,
-    /// Its size in bytes.
-    length: u64,
-}
-
-impl Archive {
-    fn open(path: &Path) -> Result<Self> {
-        let bytes = file::read(path)?;
-        let length = bytes.len() as u64;
-        let zip = ZipArchive::new(Cursor::new(bytes))
-            .map_err(|error| Error::malformed(path, format!("is not an .npz file: {error}")))?;
-        Ok(Archive { path: path.to_owned(), zip, length })
-    }
-
-    fn has(&self, name: &str) -> bool {
-        self.zip.index_for_name(&format!("{name}.npy")).is_some()
-    }
-
-    fn entry<T>(&mut self, name: &str, parse: impl Fn(&Path, &[u8]) -> Result<T>) -> Result<T> {
-        let Archive { path, zip, length: archive_length } = self;
-        let place = PathBuf::from(format!("{}: {name}", path.display()));
-        let malformed = |message: String| Error::malformed(&place, message);
-        let mut entry = zip
-            .by_name(&format!("{name}.npy"))
-            .map_err(|error| malformed(format!("cannot be read: {error}")))?;
-        let most = MAX_ENTRY_BYTES.max(archive_length.saturating_mul(MAX_INFLATION));
-        let size = entry.size();
-        if size > most {
-            return Err(malformed(format!("claims {size} bytes, more than it can hold")));
-        }
-        let mut bytes = Vec::new();
-        (&mut entry).take(size).read_to_end(&mut bytes).map_err(|e| malformed(e.to_string()))?;
-        parse(&place, &bytes)
-    }
 }

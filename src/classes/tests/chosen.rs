@@ -34,9 +34,7 @@ fn lambda_has_the_units_of_cost_times_length() {
     let mesh = shape("torus:60x40");
     let s = noisy(&truth(&mesh), 4, 1.5, 1101);
     let chosen = |mesh: &Mesh, s: &Array2<f64>| {
-        let costs = ClassCosts { s: s.clone(), of: Element::Faces };
-        let s = costs.on(Element::Vertices, mesh);
-        lambda::of_costs(mesh, &s, &request(0.0, 1e-4), &mut go).unwrap()
+        lambda::of_costs(mesh, (s, Element::Faces), &request(0.0, 1e-4), &mut go).unwrap()
     };
     let one = chosen(&mesh, &s);
     assert!(one > 0.0);
@@ -63,8 +61,8 @@ fn noisy_classes_are_recovered() {
         |j: usize| (1..4).fold(0, |best, p| if s[[j, p]] < s[[j, best]] { p } else { best });
     assert!(right(&mut (0..truth.len()).map(cheapest)) < 0.6);
     let costs = ClassCosts { s: s.clone(), of: Element::Faces };
-    let at_vertices = costs.on(Element::Vertices, &mesh);
-    let lambda = lambda::of_costs(&mesh, &at_vertices, &request(0.0, 1e-4), &mut go).unwrap();
+    let lambda =
+        lambda::of_costs(&mesh, (&s, Element::Faces), &request(0.0, 1e-4), &mut go).unwrap();
     for on in [Element::Faces, Element::Vertices] {
         let s = costs.on(on, &mesh);
         let found =

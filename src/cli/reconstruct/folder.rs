@@ -90,7 +90,7 @@ impl Folder<'_> {
         file::write_folder(&self.arguments.out, |folder| {
             npy::write(&folder.join("u.npy"), &u)?;
             npy::write(&folder.join("labels.npy"), &labels)?;
-            io::write_labeled(&folder.join("mesh.ply"), mesh, &bytes, &palette)?;
+            io::write_labeled(&folder.join("mesh.ply"), mesh, &bytes, None, &palette)?;
             write_trace(&folder.join("trace.csv"), found)?;
             if !self.arguments.no_preview {
                 self.write_pictures(folder, found, &viewed, &record.region_parameters)?;

@@ -21,7 +21,9 @@ use crate::cli::named;
 use crate::cli::solving::Solving;
 use crate::cli::views::ViewArguments;
 
-/// Segment colors, textures, an image, curvature or other data on a mesh into regions.
+use super::classes::ClassArguments;
+
+/// Segment colors, textures, an image, curvature, class probabilities or other data on a mesh into regions.
 ///
 /// Region parameters and labels are computed alternately; the final labels are certified for the final parameters.
 #[derive(clap::Args)]
@@ -60,7 +62,8 @@ pub struct Arguments {
     /// Number of regions, 2 to 64; auto:2..8 chooses one of 2 to 8, for which clusters of the data are different, compact
     /// and far from each other (the largest Calinski-Harabasz index on a coarse mesh); auto is short for auto:2..8
     #[arg(long, value_name = "M", allow_negative_numbers = true,
-        required_unless_present_any = ["means", "thresholds"], conflicts_with_all = ["means", "thresholds"])]
+        required_unless_present_any = ["means", "thresholds", "probabilities", "scores", "labels_in"],
+        conflicts_with_all = ["means", "thresholds"])]
     pub regions: Option<Regions>,
 
     /// Model of the data in a region. constant: near a mean, costs are squared distances; l1: near a median except for
@@ -95,7 +98,8 @@ pub struct Arguments {
     /// Weight of the length of the cuts, in units of squared data times length (of data times length for l1, of length
     /// for gaussian and histogram) [default: 0.02 times the variance of the data (half of their mean deviation for l1,
     /// half of their dimension for gaussian and histogram), times the square root of the area, halved until no region is empty on a coarse mesh and
-    /// the labels there explain two thirds of what k-means (k-medians for l1, a mixture for gaussian) explains]
+    /// the labels there explain two thirds of what k-means (k-medians for l1, a mixture for gaussian) explains. For class
+    /// probabilities: 0.01 times what the best single class costs, over the square root of the area, halved likewise]
     #[arg(long, allow_negative_numbers = true)]
     pub lambda: Option<f64>,
 
@@ -126,6 +130,9 @@ pub struct Arguments {
     pub no_weld: bool,
 
     #[command(flatten)]
+    pub classes: ClassArguments,
+
+    #[command(flatten)]
     pub views: ViewArguments,
 
     #[command(flatten)]
@@ -140,7 +147,8 @@ Examples:
   meshseg segment model.obj --data texture:atlas.png --regions 5 --out results/model
   meshseg segment grid:300x200 --data image:photo.jpg --regions 3 --out results/photo
   meshseg segment bunny.ply --data image:photo.jpg --project xy --regions 3 --out results/bunny
-  meshseg segment temple.ply --data views:templeSR_par.txt --regions 4 --out results/temple";
+  meshseg segment temple.ply --data views:templeSR_par.txt --regions 4 --out results/temple
+  meshseg segment scan.ply --probabilities votes.npy --out results/scan";
 
 /// The light of --model albedo.
 #[derive(clap::Args)]

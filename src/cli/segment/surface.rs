@@ -4,6 +4,7 @@ use meshseg::Result;
 use meshseg::counted::counted;
 use meshseg::data::ModelName;
 use meshseg::data::input::{self, InputData, Mapping};
+use meshseg::domain::Element;
 use meshseg::labeling::Labeler;
 use meshseg::mesh::geometry::vertex_normals;
 use meshseg::mesh::orient::{Oriented, orient};
@@ -69,10 +70,13 @@ impl Surface {
         (vertex_normals(&mesh), turned)
     }
 
-    /// The seeds of the file, on the welded mesh.
-    pub fn seeds(&self, arguments: &Arguments, m: usize) -> Result<Seeds> {
+    /// The seeds of the file, on the vertices or faces of the welded mesh.
+    pub fn seeds(&self, arguments: &Arguments, m: usize, on: Element) -> Result<Seeds> {
         let Some(path) = &arguments.seeds else { return Ok(Seeds::default()) };
-        let seeds = seeds::read(path, &self.mesh, m)?;
+        let seeds = seeds::read(path, &self.mesh, m, on)?;
+        if on == Element::Faces {
+            return Ok(seeds);
+        }
         let welded = self.weld.as_ref().map(|weld| seeds.welded(weld));
         welded.unwrap_or(Ok(seeds)).map_err(|error| error.of_file(path))
     }
@@ -97,6 +101,13 @@ impl Surface {
 /// What is wrong with the mesh or the data.
 pub fn warnings(surface: &Surface, input: &InputData, arguments: &Arguments) -> Vec<String> {
     let mut warnings = input.warnings.clone();
+    warnings.extend(of_mesh(surface, arguments));
+    warnings
+}
+
+/// What is wrong with the mesh.
+pub fn of_mesh(surface: &Surface, arguments: &Arguments) -> Vec<String> {
+    let mut warnings = Vec::new();
     warnings.extend(match arguments.weld {
         Some(_) => welding::unmended(surface.welded()),
         None => welding::shattered(surface.welded(), "--weld"),

@@ -34,21 +34,36 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> 
 /// Writes a mesh with a color and a label per vertex. All are `uchar`: some readers abort on vertices with additional
 /// properties of several types.
 ///
-/// `labels` has one entry per vertex, `colors` one RGB in [0, 1] per label.
+/// `labels` has one entry per vertex, `face_labels` one per face, which then have colors and labels, too; `colors` has one RGB in
+/// [0, 1] per label.
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_labeled(path: &Path, mesh: &Mesh, labels: &[u8], colors: &[[f64; 3]]) -> Result<()> {
+pub fn write_labeled(
+    path: &Path,
+    mesh: &Mesh,
+    labels: &[u8],
+    face_labels: Option<&[u8]>,
+    colors: &[[f64; 3]],
+) -> Result<()> {
     assert_eq!(labels.len(), mesh.vertices.len());
     let colors: Vec<[u8; 3]> = colors.iter().copied().map(bytes).collect();
+    let properties = labeled_properties();
+    let of_faces = if face_labels.is_some() { &properties } else { "" };
     file::write(path, |out| {
-        header(out, mesh, [&labeled_properties(), ""], None)?;
+        header(out, mesh, [&properties, of_faces], None)?;
         records::<28>(out, mesh.vertices.len(), |k, record| {
             position(mesh, k, record);
             record[24..27].copy_from_slice(&colors[usize::from(labels[k])]);
             record[27] = labels[k];
         })?;
-        faces(out, mesh)
+        match face_labels {
+            None => faces(out, mesh),
+            Some(labels) => painted_faces_with(out, mesh, |j, record| {
+                record.extend(colors[usize::from(labels[j])]);
+                record.push(labels[j]);
+            }),
+        }
     })
 }
 

@@ -1,0 +1,205 @@
+//! The numbers of the classes: `.npy`, `.npz` or `.csv`, one row per vertex or face.
+
+use std::path::Path;
+
+use meshseg::classes::ClassCosts;
+use meshseg::classes::costs::{self, Found};
+use meshseg::counted::counted;
+use meshseg::domain::Element;
+use meshseg::mesh::Mesh;
+use meshseg::npz::Archive;
+use meshseg::{Error, Result, file, npy};
+use ndarray::{Array2, Axis, Ix1, Ix2};
+
+use super::arguments::{ClassArguments, Given};
+use super::list;
+
+/// The costs, and what is worth saying about them.
+pub struct Input {
+    /// On the mesh of the file.
+    pub costs: ClassCosts,
+    /// The path.
+    pub name: String,
+    /// The number of rows where nothing is known.
+    pub unknown: usize,
+    pub notes: Vec<String>,
+    pub warnings: Vec<String>,
+}
+
+impl Input {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// It cannot be read or is malformed, has another number of rows than the mesh has vertices or faces, or its numbers are no
+    /// probabilities, scores or labels.
+    pub fn read(mesh: &Mesh, given: &Given, arguments: &ClassArguments) -> Result<Self> {
+        let path = given.path();
+        let numbers = numbers(path, given.what())?;
+        let of = element(path, numbers.nrows(), mesh, arguments.on())?;
+        let found = found(&numbers, given, arguments).map_err(|error| error.of_file(path))?;
+        let Found { s, unknown, divided } = found;
+        let [one, many] = of.nouns();
+        let mut notes = Vec::new();
+        if divided > 0 {
+            notes.push(format!(
+                "the {} of {} do not sum to 1 and were divided by their sum",
+                given.what(),
+                counted(divided, one, many)
+            ));
+        }
+        let mut warnings = Vec::new();
+        if unknown > 0 {
+            warnings.push(format!(
+                "nothing is known of {}; where they are connected to known ones, they take the labels of their neighbors",
+                counted(unknown, one, many)
+            ));
+        }
+        let name = path.display().to_string();
+        Ok(Input { costs: ClassCosts { s, of }, name, unknown, notes, warnings })
+    }
+}
+
+fn found(numbers: &Array2<f64>, given: &Given, arguments: &ClassArguments) -> Result<Found> {
+    match given {
+        Given::Probabilities(_) => {
+            costs::of_probabilities(numbers, given.floor(arguments).expect("they have one"))
+        }
+        Given::Scores(_) => {
+            costs::of_scores(numbers, given.floor(arguments).expect("they have one"))
+        }
+        Given::Labels(_) => {
+            let labels = labels(numbers, arguments.unknown())?;
+            let m = match arguments.list() {
+                Some(path) => list::count(path)?,
+                None => {
+                    labels.iter().flatten().max().map_or(0, |largest| largest + 1).max(2) as usize
+                }
+            };
+            costs::of_labels(&labels, m, given.confidence(arguments).expect("they have one"))
+        }
+    }
+}
+
+/// One label per row; `None` where it is unknown.
+fn labels(numbers: &Array2<f64>, unknown: &[i64]) -> Result<Vec<Option<i64>>> {
+    if numbers.ncols() != 1 {
+        return Err(Error::unsuitable(format!(
+            "has {}; labels have one number per row, class probabilities are given by --probabilities",
+            counted(numbers.ncols(), "column", "columns")
+        )));
+    }
+    let label = |(row, &x): (usize, &f64)| {
+        if x.is_nan() {
+            return Ok(None);
+        }
+        if x.fract() != 0.0 || x.abs() > 1e15 {
+            return Err(Error::unsuitable(format!(
+                "the label in row {row} is {x}: labels are integers"
+            )));
+        }
+        let label = x as i64;
+        Ok((label != -1 && !unknown.contains(&label)).then_some(label))
+    };
+    numbers.column(0).iter().enumerate().map(label).collect()
+}
+
+/// What the rows are those of.
+fn element(path: &Path, rows: usize, mesh: &Mesh, on: Option<Element>) -> Result<Element> {
+    let [vertices, faces] = [Element::Vertices, Element::Faces].map(|element| element.count(mesh));
+    match (rows == vertices, rows == faces, on) {
+        (true, true, Some(on)) => Ok(on),
+        (true, true, None) => Err(Error::malformed(
+            path,
+            format!(
+                "has {rows} rows, and the mesh has as many vertices as faces; say which with --on vertices or --on faces"
+            ),
+        )),
+        (true, ..) => Ok(Element::Vertices),
+        (_, true, _) => Ok(Element::Faces),
+        _ => Err(Error::malformed(
+            path,
+            format!(
+                "has {}, but the mesh has {} and {}; supply one row per vertex or per face",
+                counted(rows, "row", "rows"),
+                counted(vertices, "vertex", "vertices"),
+                counted(faces, "face", "faces")
+            ),
+        )),
+    }
+}
+
+/// The numbers in a file; entries may be NaN or infinite.
+fn numbers(path: &Path, what: &str) -> Result<Array2<f64>> {
+    let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+    match extension.as_ref().and_then(|extension| extension.to_str()) {
+        Some("npy") => array(path, &file::read(path)?),
+        Some("npz") => {
+            let mut archive = Archive::open(path)?;
+            let names = archive.names();
+            let name = match &names[..] {
+                [only] => only.clone(),
+                _ if archive.has(what) => what.to_owned(),
+                _ => {
+                    let message = format!(
+                        "has the arrays {}; name one of them {what}, or save it alone",
+                        names.join(", ")
+                    );
+                    return Err(Error::malformed(path, message));
+                }
+            };
+            archive.entry(&name, array)
+        }
+        Some("csv") => table(path),
+        _ => {
+            let message = "has an unknown format; supply .npy, .npz or .csv";
+            Err(Error::malformed(path, message))
+        }
+    }
+}
+
+/// One or two axes.
+fn array(path: &Path, bytes: &[u8]) -> Result<Array2<f64>> {
+    match npy::axes(path, bytes)? {
+        1 => Ok(npy::numbers::<Ix1>(path, bytes)?.insert_axis(Axis(1))),
+        _ => npy::numbers::<Ix2>(path, bytes),
+    }
+}
+
+/// Numbers separated by commas; the first line may be a header. Empty cells and nan are NaN.
+fn table(path: &Path) -> Result<Array2<f64>> {
+    let bytes = file::read(path)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_reader(&bytes[..]);
+    let (mut numbers, mut columns, mut rows) = (Vec::new(), 0, 0);
+    for (index, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| Error::malformed(path, error.to_string()))?;
+        let line = record.position().map_or(0, csv::Position::line) as usize;
+        let number = |cell: &str| match cell {
+            "" => Some(f64::NAN),
+            cell => cell.parse::<f64>().ok(),
+        };
+        if index == 0 && record.iter().all(|cell| number(cell).is_none()) {
+            continue;
+        }
+        if rows == 0 {
+            columns = record.len();
+        }
+        if record.len() != columns {
+            let message = format!("has {} cells; the first row has {columns}", record.len());
+            return Err(Error::malformed_line(path, line, message));
+        }
+        for cell in &record {
+            numbers.push(number(cell).ok_or_else(|| {
+                Error::malformed_line(path, line, format!("`{cell}` is not a number"))
+            })?);
+        }
+        rows += 1;
+    }
+    if rows == 0 {
+        return Err(Error::malformed(path, "has no rows"));
+    }
+    Ok(Array2::from_shape_vec((rows, columns), numbers).expect("rows of equal length"))
+}
