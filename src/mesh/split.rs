@@ -18,18 +18,14 @@ impl Mesh {
     pub fn split(&self, labels: &[u8]) -> Split {
         assert_eq!(labels.len(), self.faces.len());
         let around = Incidence::new(self, |j, i| (j as u32, i as u8));
-        let mut split = Split {
-            mesh: Mesh::new(Vec::with_capacity(self.vertices.len()), self.faces.clone()),
-            of: Vec::with_capacity(self.vertices.len()),
-            labels: Vec::with_capacity(self.vertices.len()),
-        };
+        let (mut of, mut of_vertices) = (Vec::new(), Vec::new());
+        let mut faces = self.faces.clone();
         for v in 0..self.vertices.len() {
-            let first = split.of.len();
+            let first = of.len();
             let mut add = |label: u8| {
-                if !split.labels[first..].contains(&label) {
-                    split.mesh.vertices.push(self.vertices[v]);
-                    split.of.push(v as u32);
-                    split.labels.push(label);
+                if !of_vertices[first..].contains(&label) {
+                    of.push(v as u32);
+                    of_vertices.push(label);
                 }
             };
             around.at(v).iter().for_each(|&(j, _)| add(labels[j as usize]));
@@ -38,12 +34,13 @@ impl Mesh {
             }
             for &(j, corner) in around.at(v) {
                 let label = labels[j as usize];
-                let which = split.labels[first..].iter().position(|&p| p == label);
-                let which = first + which.expect("it was added above");
-                split.mesh.faces[j as usize][usize::from(corner)] = which as u32;
+                let at = of_vertices[first..].iter().position(|&p| p == label);
+                let at = first + at.expect("it was added above");
+                faces[j as usize][usize::from(corner)] = at as u32;
             }
         }
-        split
+        let vertices = of.iter().map(|&v| self.vertices[v as usize]).collect();
+        Split { mesh: Mesh::new(vertices, faces), of, labels: of_vertices }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod albedo;
 mod cases;
+mod classes;
 mod compare;
 mod contours;
 mod evaluate;

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use meshseg::counted::counted;
+use meshseg::domain::Element;
 use meshseg::mesh::Mesh;
 use meshseg::render::panels::{Regions, Shown, Surface};
 use meshseg::{Error, Result, file, npy, regions};
-use ndarray::{Array1, Axis, Ix1};
+use ndarray::{Array1, Ix1};
 
 use super::data::Data;
 
@@ -74,15 +76,23 @@ pub fn of_labels(
     m: usize,
     certainty: Option<Vec<f64>>,
 ) -> Result<Regions> {
-    let labels = labels(path, vertices)?;
+    let labels = labels(path, Element::Vertices, vertices)?;
     let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
     Ok(Regions::of_labels(&labels, m, certainty))
 }
 
-/// The labels in a file, one per vertex, from 0 to 63.
-pub fn labels(path: &Path, vertices: usize) -> Result<Vec<usize>> {
+/// The labels in a file, one per vertex or face of the mesh, from 0 to 63.
+pub fn labels(path: &Path, of: Element, count: usize) -> Result<Vec<usize>> {
     let found: Array1<i64> = npy::integers::<Ix1>(path, &file::read(path)?)?;
-    npy::check_rows(path, &found.mapv(|label| label as f64).insert_axis(Axis(1)), vertices)?;
+    let [one, many] = of.nouns();
+    if found.len() != count {
+        let message = format!(
+            "has {}, but the mesh has {}; supply one row per {one}",
+            counted(found.len(), "row", "rows"),
+            counted(count, one, many)
+        );
+        return Err(Error::malformed(path, message));
+    }
     let largest = *regions::REGIONS.end() - 1;
     let label = |(row, &label): (usize, &i64)| {
         usize::try_from(label).ok().filter(|&label| label <= largest).ok_or_else(|| {

@@ -3,16 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use meshseg::data::input::DataSource;
+use meshseg::domain::Element;
 use meshseg::mesh::curvature::CurvatureKind;
-use meshseg::mesh::{Mesh, Source, io};
+use meshseg::mesh::{Mesh, Source, Split, io};
 use meshseg::names::Named;
+use meshseg::render::panels::Regions;
 use meshseg::solve::check_mesh;
 use meshseg::{Error, Result, counted, file, npy, regions};
 use serde_json::Value;
 
 use super::arguments::Arguments;
 use super::data::Data;
-use super::input::{Input, of_labels, of_u};
+use super::input::{Input, labels, of_labels, of_u};
 
 /// Reads the folder of a run. Fails if it is not one, or one of its files is missing or broken.
 pub fn read(arguments: &Arguments) -> Result<Input> {
@@ -58,7 +60,11 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
     check_mesh(&mesh).map_err(|error| error.of_file(&path))?;
     // These are the colors of the regions.
     mesh.colors = None;
+    mesh.face_colors = None;
     let summary = json(&folder.join("summary.json"))?;
+    if summary.get("on").and_then(Value::as_str) == Some(Element::Faces.name()) {
+        return of_faces(folder, mesh, &summary, arguments);
+    }
     let regions = of_u(&folder.join("u.npy"), mesh.vertices.len())?;
     let threshold = summary.get("cut_threshold").and_then(Value::as_f64);
     let regions = match regions.count() {
@@ -91,6 +97,32 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
         regions: Some(regions),
         means,
         notes,
+        lacking: [lacking_data, String::new()],
+    })
+}
+
+/// Labels of faces, drawn on a mesh that is divided between them.
+fn of_faces(folder: &Path, mesh: Mesh, summary: &Value, arguments: &Arguments) -> Result<Input> {
+    let lacking_data = format!(
+        "{}: has labels of faces, beside which no data can be drawn; leave out --data",
+        folder.display()
+    );
+    if arguments.data.is_some() {
+        return Err(Error::unsuitable(lacking_data));
+    }
+    let labels = labels(&folder.join("face_labels.npy"), Element::Faces, mesh.faces.len())?;
+    let m = summary.get("regions").and_then(Value::as_u64).unwrap_or(1);
+    let m = m.clamp(1, *regions::REGIONS.end() as u64) as usize;
+    let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
+    let bytes: Vec<u8> = labels.into_iter().map(|label| label as u8).collect();
+    let Split { mesh, labels, .. } = mesh.split(&bytes);
+    let labels: Vec<usize> = labels.into_iter().map(usize::from).collect();
+    Ok(Input {
+        regions: Some(Regions::of_labels(&labels, m, None)),
+        mesh,
+        data: None,
+        means: None,
+        notes: Vec::new(),
         lacking: [lacking_data, String::new()],
     })
 }

@@ -7,6 +7,7 @@ use meshseg::colormap::{categorical, sequential};
 use meshseg::counted::counted;
 use meshseg::data::views::synthetic::{Light, Paint, Photograph, Studio};
 use meshseg::data::views::{View, cameras, to_toml};
+use meshseg::domain::Element;
 use meshseg::mesh::{Mesh, Source};
 use meshseg::solve::check_mesh;
 use meshseg::triple::Triple;
@@ -104,7 +105,7 @@ fn colors(arguments: &Arguments, source: &Source, mesh: &Mesh) -> Result<Colors>
         notes.iter().for_each(|line| note(&one_line(line)));
         return Ok(Colors::OfVertices(of_vertices(data)));
     };
-    let labels = labels(path, mesh.vertices.len())?;
+    let labels = labels(path, Element::Vertices, mesh.vertices.len())?;
     let colors = match &arguments.synthetic.means {
         Some(means) => of_means(means)?,
         None => (0..*regions::REGIONS.end()).map(categorical).collect(),

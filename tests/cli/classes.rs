@@ -1,0 +1,391 @@
+//! `segment --probabilities`, `--scores`, `--labels-in`: classes on vertices and faces, in every format.
+
+use std::fs;
+use std::io::Write;
+
+use meshseg::mesh::{Mesh, Shape, io};
+use ndarray::{Array1, Array2};
+use ndarray_npy::{NpzWriter, read_npy, write_npy};
+
+use crate::support::{Folder, names, stderr};
+
+const MESH: &str = "torus:60x40";
+
+fn mesh() -> Mesh {
+    MESH.parse::<Shape>().unwrap().mesh()
+}
+
+/// Four parts of the torus, by the sides of its faces' middles.
+fn truth(mesh: &Mesh) -> Vec<usize> {
+    let part = |j: usize| {
+        let [a, b, c] = mesh.corners(j);
+        let middle = (a.coords + b.coords + c.coords) / 3.0;
+        2 * usize::from(middle.x > 0.0) + usize::from(middle.y > 0.0)
+    };
+    (0..mesh.faces.len()).map(part).collect()
+}
+
+/// A number from 0 to 1 that looks random.
+fn noise(k: usize) -> f64 {
+    let mut x = (k as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    x = (x ^ (x >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    (x >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Votes for four classes, one row per face: the true one leads on average only.
+fn votes(truth: &[usize]) -> Array2<f64> {
+    Array2::from_shape_fn((truth.len(), 4), |(j, p)| {
+        let right = if truth[j] == p { 3.0 } else { 0.0 };
+        (right + 6.0 * noise(4 * j + p)).floor()
+    })
+}
+
+fn labels(folder: &Folder, file: &str) -> Array1<i32> {
+    read_npy(folder.path(file)).unwrap()
+}
+
+fn right(labels: &Array1<i32>, truth: &[usize]) -> f64 {
+    let right = labels.iter().zip(truth).filter(|&(&p, &q)| p as usize == q).count();
+    right as f64 / truth.len() as f64
+}
+
+/// One command from votes of faces to labels of faces and of vertices, on either element, with certificates.
+#[test]
+fn votes_become_labels_of_faces_and_vertices() {
+    let folder = Folder::new();
+    let mesh = mesh();
+    let truth = truth(&mesh);
+    let votes = votes(&truth);
+    folder.array("votes.npy", &votes);
+    let most = |j: usize| {
+        (1..4).fold(0, |best, p| if votes[[j, p]] > votes[[j, best]] { p } else { best })
+    };
+    let first: Array1<i32> = (0..truth.len()).map(|j| most(j) as i32).collect();
+    assert!(right(&first, &truth) < 0.75, "{}", right(&first, &truth));
+    for (on, rows) in [("faces", mesh.faces.len()), ("vertices", mesh.vertices.len())] {
+        let text =
+            folder.done(&format!("segment {MESH} --probabilities votes.npy --on {on} --out {on}"));
+        for part in
+            ["converged", "chosen for these probabilities", &format!("labels on {on}"), "relabeled"]
+        {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        let expected = [
+            "face_labels.npy",
+            "labels.npy",
+            "preview.png",
+            "segmented.ply",
+            "summary.json",
+            "trace.csv",
+            "u.npy",
+        ];
+        assert_eq!(names(&folder.path(on)), expected.map(String::from).into());
+        let answer = folder.answer(on);
+        assert_eq!(answer.u.dim(), (rows, 4));
+        assert!(answer.number("relative_gap") <= 1e-4 && answer.number("lambda") > 0.0);
+        assert!(answer.number("rounded_relative_gap") < 0.02);
+        let of_faces = labels(&folder, &format!("{on}/face_labels.npy"));
+        assert_eq!(of_faces.len(), mesh.faces.len());
+        assert!(right(&of_faces, &truth) > 0.97, "{on}: {}", right(&of_faces, &truth));
+        assert_eq!(labels(&folder, &format!("{on}/labels.npy")).len(), mesh.vertices.len());
+        let shares = answer.summary["region_parameters"].as_array().unwrap().iter();
+        let whole: f64 = shares.map(|class| class["share"].as_f64().unwrap()).sum();
+        assert!((whole - 1.0).abs() < 1e-12);
+        let written = io::read(&folder.path(&format!("{on}/segmented.ply"))).unwrap();
+        assert!(written.faces == mesh.faces && written.vertices == mesh.vertices);
+        let colors = written.face_colors.unwrap();
+        let palette = |p: i32| meshseg::colormap::categorical(p as usize);
+        for (color, &p) in colors.iter().zip(&of_faces) {
+            assert!((0..3).all(|c| (color[c] - palette(p)[c]).abs() < 1.0 / 255.0));
+        }
+    }
+    assert_eq!(folder.answer("faces").summary["on"], "faces");
+}
+
+/// Formats, votes, probabilities and scores with the same information give the same labels.
+#[test]
+fn every_format_gives_the_same_labels() {
+    let folder = Folder::new();
+    let votes = votes(&truth(&mesh())) + 1.0;
+    let p = &votes / &votes.sum_axis(ndarray::Axis(1)).insert_axis(ndarray::Axis(1));
+    folder.array("p.npy", &p);
+    folder.array("votes.npy", &votes);
+    folder.array("x.npy", &(p.mapv(f64::ln) + 3.0));
+    write_npy(folder.path("p32.npy"), &p.mapv(|p| p as f32)).unwrap();
+    let mut table = String::from("wall,roof,door,sky\n");
+    for row in p.outer_iter() {
+        table += &(row.iter().map(|p| format!("{p:?}")).collect::<Vec<_>>().join(", ") + "\n");
+    }
+    folder.write("p.csv", table);
+    let mut npz = NpzWriter::new(fs::File::create(folder.path("p.npz")).unwrap());
+    npz.add_array("names", &ndarray::arr1(&[1, 2, 3])).unwrap();
+    npz.add_array("probabilities", &p).unwrap();
+    npz.finish().unwrap();
+    let common = format!("segment {MESH} --lambda 0.02 --no-preview");
+    folder.done(&format!("{common} --probabilities p.npy --out expected"));
+    let expected = labels(&folder, "expected/face_labels.npy");
+    let energy = folder.answer("expected").number("energy");
+    for given in [
+        "--probabilities votes.npy",
+        "--probabilities p.csv",
+        "--probabilities p.npz",
+        "--probabilities p32.npy",
+        "--scores x.npy",
+    ] {
+        folder.done(&format!("{common} {given} --out found"));
+        let found = folder.answer("found").number("energy");
+        assert!((found - energy).abs() <= 2e-4 * energy, "{given}: {found} {energy}");
+        let other = labels(&folder, "found/face_labels.npy");
+        let differ = other.iter().zip(&expected).filter(|(a, b)| a != b).count();
+        assert!(differ <= 2, "{given}: {differ}");
+    }
+    let output = folder.run(&format!("{common} --probabilities votes.npy --out found"));
+    assert!(stderr(&output).contains("4800 faces do not sum to 1"), "{}", stderr(&output));
+}
+
+/// Labels of faces with two classes are optimal, by a certificate.
+#[test]
+fn two_classes_on_faces_are_optimal() {
+    let folder = Folder::new();
+    let p = Array2::from_shape_fn((4800, 2), |(j, p)| {
+        let first = (0.3 + 0.4 * f64::from(u8::from(j < 2400)) + 0.3 * noise(j)).min(1.0);
+        if p == 0 { first } else { 1.0 - first }
+    });
+    folder.array("p.npy", &p);
+    folder
+        .done(&format!("segment {MESH} --probabilities p.npy --lambda 0.05 --gap 1e-6 --out out"));
+    let answer = folder.answer("out");
+    assert_eq!(answer.number("rounded_relative_gap"), 0.0);
+    assert!(answer.number("relative_gap") <= 1e-6);
+}
+
+/// Noisy labels, some unknown: the rest is smoothed and the unknown ones are filled in.
+#[test]
+fn labels_are_smoothed_and_filled_in() {
+    let folder = Folder::new();
+    let truth = truth(&mesh());
+    let given: Array1<i32> = truth
+        .iter()
+        .enumerate()
+        .map(|(j, &p)| match noise(j) {
+            x if x < 0.15 => 9,
+            x if x < 0.25 => -1,
+            x if x < 0.45 => (40.0 * x) as i32 % 4,
+            _ => p as i32,
+        })
+        .collect();
+    write_npy(folder.path("labels.npy"), &given).unwrap();
+    let unknown = given.iter().filter(|&&p| p == 9 || p == -1).count();
+    let line = format!(
+        "segment {MESH} --labels-in labels.npy --unknown 9 --confidence 0.8 --out out --no-preview"
+    );
+    let output = folder.run(&line);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains(&format!("nothing is known of {unknown} faces")),
+        "{}",
+        stderr(&output)
+    );
+    let answer = folder.answer("out");
+    assert_eq!(answer.number("unknown_rows"), unknown as f64);
+    assert_eq!(answer.number("confidence"), 0.8);
+    let found = labels(&folder, "out/face_labels.npy");
+    assert!(right(&found, &truth) > 0.97, "{}", right(&found, &truth));
+    // NaN is unknown as well, and a table is read.
+    let mut table = String::new();
+    for &p in &given {
+        table += &(if p == 9 || p == -1 { "nan".to_owned() } else { p.to_string() } + "\n");
+    }
+    folder.write("labels.csv", table);
+    folder.done(&format!(
+        "segment {MESH} --labels-in labels.csv --confidence 0.8 --out other --no-preview"
+    ));
+    assert_eq!(labels(&folder, "other/face_labels.npy"), found);
+}
+
+/// Names and colors reach the terminal, the summary and the mesh.
+#[test]
+fn classes_have_names_and_colors() {
+    let folder = Folder::new();
+    folder.array("votes.npy", &votes(&truth(&mesh())));
+    folder.write(
+        "classes.csv",
+        "name,color\nwall,#cc8844\nroof,#010203\n\"tree, tall\",\nground,#ffffff\n",
+    );
+    let mut file = fs::File::create(folder.path("classes.toml")).unwrap();
+    for (name, color) in
+        [("wall", "#cc8844"), ("roof", "#010203"), ("tree, tall", ""), ("ground", "#ffffff")]
+    {
+        writeln!(file, "[[class]]\nname = \"{name}\"").unwrap();
+        if !color.is_empty() {
+            writeln!(file, "color = \"{color}\"").unwrap();
+        }
+    }
+    for list in ["classes.csv", "classes.toml"] {
+        let line = format!(
+            "segment {MESH} --probabilities votes.npy --lambda 0.02 --classes {list} --out out"
+        );
+        let text = folder.done(&line);
+        assert!(text.contains("tree, tall") && text.contains("#cc8844"), "{text}");
+        let answer = folder.answer("out");
+        let class = &answer.summary["region_parameters"][1];
+        assert_eq!(class["name"], "roof");
+        assert_eq!(class["palette"][2].as_f64().unwrap(), 3.0 / 255.0);
+        let colors = io::read(&folder.path("out/segmented.ply")).unwrap().face_colors.unwrap();
+        let label = labels(&folder, "out/face_labels.npy")[0];
+        assert_eq!(class["name"] == "roof", true);
+        if label == 1 {
+            assert_eq!(colors[0], [1.0, 2.0, 3.0].map(|c| c / 255.0));
+        }
+    }
+}
+
+/// The cut of labels of faces runs along edges; the result is drawn, and seeds of faces and vertices hold.
+#[test]
+fn cuts_pictures_and_seeds_of_faces() {
+    let folder = Folder::new();
+    folder.array("votes.npy", &votes(&truth(&mesh())));
+    folder.write("seeds.csv", "face,region\n7,3\n");
+    folder.write("corner.csv", "vertex,region\n0,2\n");
+    let common = format!("segment {MESH} --probabilities votes.npy --lambda 0.02 --no-preview");
+    let text =
+        folder.done(&format!("{common} --seeds seeds.csv --contours --cut-mesh cut.ply --out out"));
+    assert!(text.contains("polylines of length") && text.contains("cut mesh"), "{text}");
+    assert_eq!(labels(&folder, "out/face_labels.npy")[7], 3);
+    assert!(fs::read_to_string(folder.path("out/contours.obj")).unwrap().contains("g region-0-1"));
+    let cut = io::read(&folder.path("cut.ply")).unwrap();
+    assert_eq!(cut.faces, mesh().faces);
+    folder.done(&format!("{common} --seeds corner.csv --out corner"));
+    let found = labels(&folder, "corner/face_labels.npy");
+    let around = mesh().faces.iter().zip(&found).filter(|(face, _)| face.contains(&0)).count();
+    let seeds = mesh().faces.iter().zip(&found).filter(|(face, p)| face.contains(&0) && **p == 2);
+    assert_eq!(seeds.count(), around);
+    // Nothing of an earlier run stays.
+    folder.done(&format!("segment {MESH} --data curvature --regions 2 --no-preview --out out"));
+    assert!(!names(&folder.path("out")).contains("face_labels.npy"));
+    folder.done("render corner --out picture.png --show labels --views front");
+    assert!(image::open(folder.path("picture.png")).unwrap().width() > 100);
+}
+
+/// Seams are welded, for data on either element; labels are those of the file.
+#[test]
+fn seams_are_welded() {
+    let folder = Folder::new();
+    let mut mesh = mesh();
+    // Every face gets corners of its own.
+    mesh.vertices = mesh.faces.iter().flatten().map(|&v| mesh.vertices[v as usize]).collect();
+    mesh.faces = (0..4800).map(|j| [3 * j, 3 * j + 1, 3 * j + 2]).collect();
+    io::write(&folder.path("soup.ply"), &mesh).unwrap();
+    let truth = truth(&mesh);
+    folder.array("votes.npy", &votes(&truth));
+    let of_vertices =
+        Array2::from_shape_fn((14_400, 4), |(v, p)| f64::from(truth[v / 3] == p) + 0.5);
+    folder.array("vertices.npy", &of_vertices);
+    for (file, on) in
+        [("votes", "faces"), ("votes", "vertices"), ("vertices", "faces"), ("vertices", "vertices")]
+    {
+        folder.done(&format!(
+            "segment soup.ply --probabilities {file}.npy --on {on} --out out --no-preview"
+        ));
+        let answer = folder.answer("out");
+        assert_eq!(labels(&folder, "out/labels.npy").len(), 14_400);
+        assert_eq!(answer.number("vertices"), 14_400.0);
+        assert_eq!(answer.number("welded_vertices"), 12_000.0);
+        assert!(right(&labels(&folder, "out/face_labels.npy"), &truth) > 0.97, "{file} {on}");
+    }
+}
+
+#[test]
+fn what_is_no_class_is_refused() {
+    let folder = Folder::new();
+    let p = Array2::from_elem((32, 2), 0.5);
+    folder.array("p.npy", &p);
+    folder.array("short.npy", &Array2::from_elem((7, 2), 0.5));
+    folder.array("one.npy", &Array2::from_elem((32, 1), 0.5));
+    let mut negative = p.clone();
+    negative[[3, 1]] = -0.25;
+    folder.array("negative.npy", &negative);
+    let mut partly = p.clone();
+    partly[[4, 0]] = f64::NAN;
+    folder.array("partly.npy", &partly);
+    folder.array("zeros.npy", &Array2::zeros((32, 2)));
+    write_npy(folder.path("cube.npy"), &ndarray::Array3::<f64>::zeros((32, 2, 2))).unwrap();
+    folder.write("words.csv", "a,b\n0.5,half\n");
+    folder.write("ragged.csv", "0.5,0.5\n0.5\n");
+    folder.write("empty.csv", "a,b\n");
+    folder.write("text.npz", "no archive");
+    folder.write("p.dat", "0.5");
+    folder.write("half.csv", format!("0.5\n{}", "0\n".repeat(31)));
+    folder.write("far.csv", format!("70\n{}", "0\n".repeat(31)));
+    folder.write("three.csv", "name\na\nb\nc\n");
+    folder.write("color.csv", "name,color\na,red\nb,#000000\n");
+    folder.write("typo.toml", "[[class]]\nnmae = \"a\"\n");
+    folder.write(
+        "tetra.off",
+        "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n",
+    );
+    folder.array("four.npy", &Array2::from_elem((4, 2), 0.5));
+    for (line, part) in [
+        ("--probabilities short.npy", "has 7 rows, but the mesh has 25 vertices and 32 faces"),
+        ("--probabilities one.npy", "both p and 1 - p"),
+        ("--probabilities negative.npy", "row 3, column 1 is -0.25"),
+        ("--probabilities partly.npy", "row 4 of the probabilities has NaN and numbers"),
+        ("--probabilities zeros.npy", "at least one must be known"),
+        ("--probabilities cube.npy", "has 3 axes"),
+        ("--probabilities words.csv", "words.csv, line 2: `half` is not a number"),
+        ("--probabilities ragged.csv", "line 2: has 1 cells"),
+        ("--probabilities empty.csv", "has no rows"),
+        ("--probabilities text.npz", "is not an .npz file"),
+        ("--probabilities p.dat", "supply .npy, .npz or .csv"),
+        ("--probabilities missing.npy", "missing.npy"),
+        ("--probabilities p.npy --floor 0.5", "the floor is 0.5"),
+        ("--probabilities p.npy --floor nan", "the floor is NaN"),
+        ("--probabilities p.npy --mass voronoi", "--mass"),
+        ("--probabilities p.npy --coarse-to-fine", "coarse to fine"),
+        ("--probabilities p.npy --save q", "dual field"),
+        ("--probabilities p.npy --lambda -1", "lambda = -1"),
+        ("--labels-in p.npy", "has 2 columns"),
+        ("--labels-in half.csv", "the label in row 0 is 0.5"),
+        ("--labels-in far.csv", "71 regions"),
+        ("--labels-in one.npy --confidence 1", "labels are integers"),
+        ("--probabilities p.npy --classes three.csv", "has 3 classes, but there are 2"),
+        ("--probabilities p.npy --classes color.csv", "write it as #rrggbb"),
+        ("--probabilities p.npy --classes typo.toml", "typo.toml, line 2"),
+        ("--regions 2 --on faces", "--on needs --probabilities"),
+        ("--regions 2 --floor 0.1", "--floor needs --probabilities"),
+    ] {
+        let before = folder.listing();
+        let output = folder.run(&format!("segment grid:4x4 {line} --out out"));
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{line}\n{message}");
+        assert!(message.contains(part) && message.lines().count() == 1, "{line}\n{message}");
+        assert_eq!(folder.listing(), before, "{line}");
+    }
+    let output = folder.run("segment tetra.off --probabilities four.npy --out out");
+    assert!(stderr(&output).contains("as many vertices as faces"), "{}", stderr(&output));
+    folder.done("segment tetra.off --probabilities four.npy --on faces --out out --no-preview");
+    for line in [
+        "--probabilities p.npy --scores p.npy",
+        "--probabilities p.npy --regions 2",
+        "--scores p.npy --data colors",
+        "--labels-in one.npy --floor 0.1",
+        "--probabilities p.npy --confidence 0.9",
+        "--probabilities p.npy --model l1",
+    ] {
+        let output = folder.run(&format!("segment grid:4x4 {line} --out out"));
+        assert_eq!(output.status.code(), Some(2), "{line}");
+    }
+}
+
+/// Degenerate answers are said: one class everywhere, and classes that are never the most probable.
+#[test]
+fn degenerate_answers_are_said() {
+    let folder = Folder::new();
+    let one = Array2::from_shape_fn((32, 3), |(_, p)| [0.7, 0.2, 0.1][p]);
+    folder.array("one.npy", &one);
+    let output = folder.run("segment grid:4x4 --probabilities one.npy --out out --no-preview");
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    assert!(message.contains("class 0 is the most probable one everywhere"), "{message}");
+    assert!(message.contains("no face has its smallest cost there"), "{message}");
+}
