@@ -6,21 +6,33 @@
 //!
 //! The classes are the regions, and their costs are fixed, so that there is one convex problem and nothing to estimate.
 //! Labels are those of vertices or of faces (`domain.rs`), wherever the probabilities are: `classes/carry.rs` carries
-//! costs from one to the other exactly, and labels back. `classes/lambda.rs` chooses lambda if none is given.
+//! costs from one to the other exactly, and labels back. `classes/lambda.rs` chooses lambda if none is given, and
+//! `classes/islands.rs` removes small parts.
 
 pub mod carry;
 pub mod costs;
+pub mod islands;
 pub mod lambda;
 
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, ArrayView1};
 
-use crate::domain::Element;
+use crate::domain::{Domain, Element};
+use crate::empty_regions;
 use crate::error::Result;
 use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
+use crate::mesh::dual::Dual;
+use crate::names::Named;
+use crate::operator::Mass;
+use crate::problem::label_gap;
+use crate::relaxation::Relaxation;
 use crate::request::{Observer, Request};
+use crate::rounding::cut_energy;
 use crate::seeds::Seeds;
-use crate::solve::{Solution, solve_on_faces, solve_seeded};
+use crate::solve::{Solution, model_mesh, solve_on_faces, solve_weighted};
 use crate::start::Start;
+use crate::sweep::sum;
+pub use islands::{Cleaned, Cleaning};
 
 /// Pointwise costs of classes, and where they are known.
 pub struct ClassCosts {
@@ -28,6 +40,23 @@ pub struct ClassCosts {
     pub s: Array2<f64>,
     /// What the rows are those of.
     pub of: Element,
+}
+
+/// The class of least cost in a row, the first of equal ones.
+pub fn most_probable(s: ArrayView1<'_, f64>) -> usize {
+    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
+}
+
+/// How classes become labels.
+pub struct Labeling<'a> {
+    /// Where the labels are.
+    pub on: Element,
+    /// How much cuts cost where, if not everywhere the same.
+    pub contrast: Option<&'a Contrast>,
+    /// Vertices, or faces, whose labels are given.
+    pub seeds: &'a Seeds,
+    /// What is done to the labels in the end.
+    pub cleaning: Cleaning,
 }
 
 /// Labels of a mesh, on its vertices and on its faces.
@@ -38,6 +67,8 @@ pub struct ClassLabels {
     pub vertices: Array1<i32>,
     /// F labels.
     pub faces: Array1<i32>,
+    /// What was done to the labels in the end.
+    pub cleaned: Option<Cleaned>,
 }
 
 impl ClassCosts {
@@ -51,21 +82,31 @@ impl ClassCosts {
     }
 }
 
-/// Solves for labels of the vertices or the faces of a mesh as it is, without scaling. `s` are pointwise costs on these;
-/// seeds are those of the same element.
+/// Solves for labels of the vertices or the faces of a mesh as it is, without scaling. `s` are pointwise costs on these.
 ///
 /// # Errors
-/// Those of [`solve_seeded`] and [`solve_on_faces`].
+/// Those of [`solve_weighted`] and [`solve_on_faces`].
 pub fn label(
     mesh: &Mesh,
-    (s, on): (&Array2<f64>, Element),
-    seeds: &Seeds,
+    s: &Array2<f64>,
+    labeling: &Labeling<'_>,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<ClassLabels> {
-    let solution = match on {
-        Element::Vertices => solve_seeded(mesh, s, seeds, &Start::Argmin, request, observe)?,
-        Element::Faces => solve_on_faces(mesh, s, seeds, &Start::Argmin, request, observe)?,
+    let Labeling { on, contrast, seeds, cleaning } = labeling;
+    let mut solution = match on {
+        Element::Vertices => {
+            let factors = contrast.map(|contrast| contrast.of_faces(mesh));
+            let factors = factors.as_deref();
+            solve_weighted(mesh, factors, s, seeds, &Start::Argmin, request, observe)?
+        }
+        Element::Faces => {
+            solve_on_faces(mesh, *contrast, s, seeds, &Start::Argmin, request, observe)?
+        }
+    };
+    let cleaned = match cleaning.is_none() {
+        true => None,
+        false => Some(clean(mesh, s, labeling, &mut solution)?),
     };
     let labels = solution.labels.clone();
     let (vertices, faces) = match on {
@@ -75,7 +116,63 @@ pub fn label(
         }
         Element::Faces => (carry::labels_of_vertices(mesh, &labels, s.ncols()), labels),
     };
-    Ok(ClassLabels { solution, vertices, faces })
+    Ok(ClassLabels { solution, vertices, faces, cleaned })
+}
+
+/// Cleans the labels of a solution, and corrects what its summary says of them.
+fn clean(
+    mesh: &Mesh,
+    s: &Array2<f64>,
+    labeling: &Labeling<'_>,
+    solution: &mut Solution,
+) -> Result<Cleaned> {
+    let Labeling { on, contrast, seeds, cleaning } = labeling;
+    let (model, _) = model_mesh(mesh)?;
+    let dual = match on {
+        Element::Vertices => None,
+        Element::Faces => {
+            Some(contrast.map_or_else(|| Dual::new(mesh), |contrast| contrast.dual(mesh)))
+        }
+    };
+    let factors = contrast.map(|contrast| {
+        let factors = contrast.of_faces(mesh);
+        let kept = (0..factors.len()).filter(|&j| !mesh.is_degenerate(j));
+        kept.map(|j| factors[j]).collect::<Vec<f64>>()
+    });
+    let domain = match (&dual, &factors) {
+        (Some(dual), _) => Domain::Faces(dual),
+        (None, Some(factors)) => Domain::Weighted(&model, factors),
+        (None, None) => Domain::Vertices(&model),
+    };
+    let (weights, m) = (domain.weights(Mass::Barycentric), s.ncols());
+    let integrated = |(s, w): (ArrayView1<'_, f64>, f64)| -> Vec<f64> {
+        s.iter().map(|s| if s.is_nan() { 0.0 } else { w * s }).collect()
+    };
+    let f: Vec<f64> = s.outer_iter().zip(weights).flat_map(integrated).collect();
+    let summary = &mut solution.summary;
+    let relaxation = summary.relaxation.as_deref().and_then(Relaxation::named).unwrap_or_default();
+    let energy = |labels: &[u8]| {
+        let data = sum(labels.len(), |v| f[v * m + usize::from(labels[v])]);
+        data + cut_energy(domain, relaxation, summary.lambda, labels)
+    };
+    let mut labels: Vec<u8> = solution.labels.iter().map(|&p| p as u8).collect();
+    let before = energy(&labels);
+    let fixed = |v: usize| seeds.region(v).is_some();
+    let (parts, area) = cleaning.apply(domain, (&f, m), summary.lambda, &fixed, &mut labels);
+    let change = if parts == 0 { 0.0 } else { energy(&labels) - before };
+    let cleaned = Cleaned {
+        parts,
+        area,
+        energy_before: summary.rounded_energy,
+        energy_after: summary.rounded_energy + change,
+    };
+    summary.rounded_energy += change;
+    let bound = summary.rounding.as_ref().map_or(summary.dual_bound, |found| found.label_bound);
+    let above = |energy: f64| energy - summary.baseline;
+    summary.rounded_relative_gap = label_gap(above(summary.rounded_energy), above(bound));
+    solution.labels = labels.into_iter().map(i32::from).collect();
+    summary.empty_regions = empty_regions::of_labels(&solution.labels, m);
+    Ok(cleaned)
 }
 
 #[cfg(test)]

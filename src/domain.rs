@@ -53,6 +53,8 @@ impl Element {
 pub enum Domain<'a> {
     /// The vertices of a mesh, joined by its faces.
     Vertices(&'a Mesh),
+    /// The same with a positive factor for each face, by which its term is multiplied.
+    Weighted(&'a Mesh, &'a [f64]),
     /// The faces of a mesh, joined by its edges.
     Faces(&'a Dual),
 }
@@ -73,7 +75,7 @@ impl<'a> Domain<'a> {
     /// What has a label.
     pub fn element(self) -> Element {
         match self {
-            Domain::Vertices(_) => Element::Vertices,
+            Domain::Vertices(_) | Domain::Weighted(..) => Element::Vertices,
             Domain::Faces(_) => Element::Faces,
         }
     }
@@ -81,7 +83,7 @@ impl<'a> Domain<'a> {
     /// The number of unknowns.
     pub fn unknowns(self) -> usize {
         match self {
-            Domain::Vertices(mesh) => mesh.vertices.len(),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => mesh.vertices.len(),
             Domain::Faces(dual) => dual.areas.len(),
         }
     }
@@ -89,7 +91,7 @@ impl<'a> Domain<'a> {
     /// The number of terms of the total variation.
     pub fn terms(self) -> usize {
         match self {
-            Domain::Vertices(mesh) => mesh.faces.len(),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => mesh.faces.len(),
             Domain::Faces(dual) => dual.pairs.len(),
         }
     }
@@ -98,7 +100,7 @@ impl<'a> Domain<'a> {
     #[inline(always)]
     pub fn corners(self, j: usize) -> [u32; 3] {
         match self {
-            Domain::Vertices(mesh) => mesh.faces[j],
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => mesh.faces[j],
             Domain::Faces(dual) => {
                 let [a, b] = dual.pairs[j];
                 [a, b, b]
@@ -111,6 +113,7 @@ impl<'a> Domain<'a> {
     pub fn lengths(self, j: usize) -> [f64; 3] {
         match self {
             Domain::Vertices(mesh) => opposite_edges(mesh, j).map(|edge| edge.norm()),
+            Domain::Weighted(mesh, w) => opposite_edges(mesh, j).map(|edge| w[j] * edge.norm()),
             Domain::Faces(dual) => [2.0 * dual.weights[j], 2.0 * dual.weights[j], 0.0],
         }
     }
@@ -119,6 +122,7 @@ impl<'a> Domain<'a> {
     pub fn triangle_area(self, j: usize) -> f64 {
         match self {
             Domain::Vertices(mesh) => mesh.face_area(j),
+            Domain::Weighted(mesh, w) => w[j] * w[j] * mesh.face_area(j),
             Domain::Faces(_) => 0.0,
         }
     }
@@ -129,7 +133,7 @@ impl<'a> Domain<'a> {
         value: impl Fn(usize, usize) -> T + Sync,
     ) -> Incidence<T> {
         match self {
-            Domain::Vertices(mesh) => Incidence::new(mesh, value),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => Incidence::new(mesh, value),
             Domain::Faces(dual) => {
                 Incidence::in_ranges(&ranges(dual.areas.len()), &dual.pairs, value)
             }
@@ -139,7 +143,7 @@ impl<'a> Domain<'a> {
     /// The weight of each unknown in an integral.
     pub fn weights(self, mass: Mass) -> Vec<f64> {
         match self {
-            Domain::Vertices(mesh) => mass.weights(mesh),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => mass.weights(mesh),
             Domain::Faces(dual) => dual.areas.clone(),
         }
     }
@@ -147,7 +151,7 @@ impl<'a> Domain<'a> {
     /// The area of the cell of each unknown.
     pub fn cell_areas(self) -> Vec<f64> {
         match self {
-            Domain::Vertices(mesh) => barycentric_areas(mesh),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => barycentric_areas(mesh),
             Domain::Faces(dual) => dual.areas.clone(),
         }
     }
@@ -155,7 +159,7 @@ impl<'a> Domain<'a> {
     /// How pointwise costs are integrated. On faces all masses are the same.
     pub fn quadrature(self, mass: Mass) -> Quadrature<'a> {
         match self {
-            Domain::Vertices(mesh) => mass.on(mesh),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => mass.on(mesh),
             Domain::Faces(dual) => Quadrature::Lumped(dual.areas.clone()),
         }
     }
@@ -164,6 +168,7 @@ impl<'a> Domain<'a> {
     pub fn stencil(self) -> Stencil {
         match self {
             Domain::Vertices(mesh) => Stencil::new(mesh),
+            Domain::Weighted(mesh, w) => Stencil::weighted(mesh, w),
             Domain::Faces(dual) => Stencil::across_edges(dual),
         }
     }
@@ -171,7 +176,7 @@ impl<'a> Domain<'a> {
     /// The area of the surface.
     pub fn area(self) -> f64 {
         match self {
-            Domain::Vertices(mesh) => mesh.area(),
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => mesh.area(),
             Domain::Faces(dual) => sum(dual.areas.len(), |j| dual.areas[j]),
         }
     }

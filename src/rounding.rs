@@ -18,7 +18,8 @@ use crate::domain::Domain;
 use crate::field::{Row, Tangent};
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, label_gap, rounded};
-use crate::sweep::collect;
+use crate::relaxation::Relaxation;
+use crate::sweep::{collect, sum};
 use bound::LabelBound;
 use labels::{Cuts, Labels};
 
@@ -90,6 +91,13 @@ pub fn round<const M: usize>(
         return unchanged(argmax);
     }
     Rounded { labels, energy, argmax_energy, is_optimal }
+}
+
+/// lambda sum_j n_j: what the cuts of labels cost, one label per unknown.
+pub fn cut_energy(domain: Domain<'_>, relaxation: Relaxation, lambda: f64, labels: &[u8]) -> f64 {
+    let cuts = Cuts { lambda, relaxation };
+    let labels = Labels::new(domain, &[], 0, cuts, labels.to_vec());
+    sum(domain.terms(), |j| labels.face_cost(j as u32, labels.face_labels(j as u32)))
 }
 
 fn cuts<K, const M: usize>(problem: &Problem<K, M>) -> Cuts {

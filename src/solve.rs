@@ -23,6 +23,7 @@ use crate::empty_regions;
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
 use crate::mesh::dual::Dual;
 use crate::mesh::order::Order;
 use crate::operator::{Mass, Quadrature, Stencil};
@@ -64,9 +65,25 @@ pub fn solve_seeded(
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Solution> {
+    solve_weighted(mesh, None, s, seeds, start, request, observe)
+}
+
+/// The same with a factor for each face, by which cuts through it cost more or less: lambda varies over the surface.
+///
+/// Also fails unless there is a positive, finite factor for each face.
+pub fn solve_weighted(
+    mesh: &Mesh,
+    factors: Option<&[f64]>,
+    s: &Array2<f64>,
+    seeds: &Seeds,
+    start: &Start,
+    request: &Request,
+    observe: Observer<'_>,
+) -> Result<Solution> {
     request.check()?;
     regions::check(s.ncols())?;
     check_rows("costs", s.nrows(), mesh)?;
+    check_factors(factors, mesh.faces.len())?;
     seeds.check(s.nrows(), s.ncols())?;
     start.check(s.dim())?;
     let (known, mut warnings) = costs::checked(s, request.mass)?;
@@ -77,18 +94,28 @@ pub fn solve_seeded(
         !s[[k, 0]].is_nan() || seeds.region(k).is_some()
     }));
     let model = order.mesh(model);
+    let factors = factors.map(|factors| {
+        let kept: Vec<usize> = (0..mesh.faces.len()).filter(|&j| !mesh.is_degenerate(j)).collect();
+        let moved = order.faces(kept.len()).into_iter().map(|j| factors[kept[j]]);
+        moved.collect::<Vec<f64>>()
+    });
+    let domain = match &factors {
+        None => Domain::Vertices(&model),
+        Some(factors) => Domain::Weighted(&model, factors),
+    };
     let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
-    let solution = solve_given((&*model).into(), &order, warnings, given, request, observe)?;
+    let solution = solve_given(domain, &order, warnings, given, request, observe)?;
     Ok(solution.in_file_order(mesh, &order))
 }
 
 /// Minimizes E over labels of the faces of a mesh, see [`crate::domain`], for pointwise costs s (F x m). The costs of a face
-/// count with its area; NaN in a whole row marks it as unknown. `seeds` are faces whose labels are given.
+/// count with its area, cuts with their length, times what the contrast says; NaN in a whole row marks it as unknown. `seeds` are faces whose labels are given.
 ///
 /// Fails as [`solve_seeded`] does, for rows of faces in place of vertices, and if the request asks for what there is on vertices only: coarse to
 /// fine, and the dual field.
 pub fn solve_on_faces(
     mesh: &Mesh,
+    contrast: Option<&Contrast>,
     s: &Array2<f64>,
     seeds: &Seeds,
     start: &Start,
@@ -115,7 +142,10 @@ pub fn solve_on_faces(
     start.check(s.dim())?;
     let (known, mut warnings) = costs::checked(s, Mass::Barycentric)?;
     check_mesh(mesh)?;
-    let dual = Dual::new(mesh);
+    if let Some(Contrast::Faces(factors)) = contrast {
+        check_factors(Some(factors), mesh.faces.len())?;
+    }
+    let dual = contrast.map_or_else(|| Dual::new(mesh), |contrast| contrast.dual(mesh));
     warnings.extend(unreached::warning((&dual).into(), |j| {
         !s[[j, 0]].is_nan() || seeds.region(j).is_some()
     }));
@@ -123,6 +153,24 @@ pub fn solve_on_faces(
     let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
     let solution = solve_given((&dual).into(), &order, warnings, given, request, observe)?;
     Ok(solution.of_faces(mesh, &order))
+}
+
+fn check_factors(factors: Option<&[f64]>, faces: usize) -> Result<()> {
+    let Some(factors) = factors else { return Ok(()) };
+    if factors.len() != faces {
+        return Err(Error::unsuitable(format!(
+            "there are {}, but the mesh has {}; supply one weight per face",
+            counted(factors.len(), "weight", "weights"),
+            counted(faces, "face", "faces")
+        )));
+    }
+    match factors.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+        None => Ok(()),
+        Some(j) => Err(Error::unsuitable(format!(
+            "the weight of face {j} is {:?}: weights must be positive and finite, so that no cut is free",
+            factors[j]
+        ))),
+    }
 }
 
 /// Costs and start in the order of the caller, seeds in that of the domain.
@@ -157,7 +205,7 @@ fn solve_compiled<const M: usize>(
     let s = order.applied(regions::rows(s.view()));
     let problem = seeded_problem::<M>(domain, m, s, seeds, request)?;
     let beginning = match domain {
-        Domain::Vertices(mesh)
+        Domain::Vertices(mesh) | Domain::Weighted(mesh, _)
             if request.coarse_to_fine && !coarse::is_certified(&problem, request) =>
         {
             Some(coarse::start(mesh, &problem, request, observe)?)
@@ -233,7 +281,7 @@ fn empty_warning<const M: usize>(
         ));
     } else if !lost.is_empty() {
         let found = match domain {
-            Domain::Vertices(mesh) => {
+            Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => {
                 coarse::separating_lambda(mesh, problem, &lost, request, observe)?
             }
             Domain::Faces(_) => None,

@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 fn run_here(arguments: &Arguments) -> Outcome {
-    if let Some(given) = arguments.classes.given() {
+    if let Some(given) = arguments.classes.given(&arguments.mesh) {
         return classes::run(arguments, &given);
     }
     arguments.classes.check_unused()?;

@@ -9,7 +9,7 @@
 
 use super::Mesh;
 use super::order::Order;
-use super::sides::{edges, sides};
+use super::sides::{Side, edges, sides};
 use crate::sweep::collect;
 
 /// The faces of a mesh, and the pairs of them that share an edge.
@@ -26,6 +26,11 @@ pub struct Dual {
 impl Dual {
     /// The dual of a mesh. Edges without a length join nothing, nor do boundary edges.
     pub fn new(mesh: &Mesh) -> Self {
+        Self::weighted(mesh, &|_, _| 1.0)
+    }
+
+    /// The same with weights times a positive factor for each two sides of faces at an edge.
+    pub fn weighted(mesh: &Mesh, factor: &dyn Fn(&Side, &Side) -> f64) -> Self {
         let areas =
             collect(
                 mesh.faces.len(),
@@ -38,19 +43,20 @@ impl Dual {
         for sides in edges(&sides) {
             let [a, b] = sides[0].edge.map(|v| mesh.vertices[v as usize]);
             let length = (b - a).norm();
-            let mut join = |j: usize, k: usize, weight: f64| {
+            let mut join = |one: &Side, other: &Side, length: f64| {
+                let [j, k] = [one, other].map(Side::face);
                 // A face that folds onto itself has the same edge twice.
-                if j != k && weight > 0.0 {
+                if j != k && length > 0.0 {
                     pairs.push([j as u32, k as u32]);
-                    weights.push(weight);
+                    weights.push(length * factor(one, other));
                 }
             };
             match sides {
                 [_] => {}
-                [one, other] => join(one.face(), other.face(), length),
+                [one, other] => join(one, other, length),
                 ring => {
                     for (one, next) in ring.iter().zip(ring.iter().cycle().skip(1)) {
-                        join(one.face(), next.face(), 0.5 * length);
+                        join(one, next, 0.5 * length);
                     }
                 }
             }

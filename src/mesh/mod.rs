@@ -5,6 +5,7 @@
 
 pub mod charts;
 pub mod coarsen;
+pub mod contrast;
 pub mod curvature;
 pub(crate) mod disjoint_sets;
 pub mod distance;

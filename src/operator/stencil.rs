@@ -35,7 +35,7 @@ pub struct Stencil {
     vertices: usize,
     /// c1, c2, c3 of each face.
     weights: Vec<[f64; 3]>,
-    /// A_j where it does not follow from the weights: a third of the two faces at an edge.
+    /// A_j where it does not follow from the weights: with factors, and for edges a third of their two faces.
     areas: Option<Vec<f64>>,
     /// K^T, assembled on first use.
     incidence: OnceLock<ColumnsAtVertices>,
@@ -62,6 +62,16 @@ impl Stencil {
         let corners = sweep::copy(&mesh.faces);
         let (vertices, incidence) = (mesh.vertices.len(), OnceLock::new());
         Stencil { corners, vertices, weights, areas: None, incidence }
+    }
+
+    /// K with each (K u)_j multiplied by a positive factor.
+    pub fn weighted(mesh: &Mesh, factors: &[f64]) -> Self {
+        let mut stencil = Stencil::new(mesh);
+        let areas = sweep::collect(factors.len(), |j| stencil.area(j));
+        sweep::sweep((&mut stencil.weights[..], factors), |_, (weights, w)| {
+            *weights = weights.map(|c| c * w);
+        });
+        Stencil { areas: Some(areas), ..stencil }
     }
 
     /// K on the faces of a mesh, with jumps across edges in place of gradients.

@@ -48,11 +48,11 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The graph of a mesh without degenerate faces, or of its faces, where all weights are the exact ones.
+    /// The graph of a mesh without degenerate faces; with factors, or of its faces, all weights are the exact ones.
     pub fn new(domain: Domain<'_>, weights: EdgeWeights, lambda: f64) -> Self {
         match domain {
             Domain::Vertices(mesh) => Self::of_vertices(mesh, weights, lambda),
-            Domain::Faces(_) => {
+            Domain::Weighted(..) | Domain::Faces(_) => {
                 let weights = |j| exact(domain.lengths(j as usize), lambda);
                 Self::weighted(domain, weights)
             }

@@ -89,6 +89,10 @@ fn graph_of(domain: Domain<'_>, weights: EdgeWeights) -> GraphOf {
             let mesh = mesh.clone();
             Box::new(move |lambda| Graph::new((&mesh).into(), weights, lambda))
         }
+        Domain::Weighted(mesh, factors) => {
+            let (mesh, factors) = (mesh.clone(), factors.to_vec());
+            Box::new(move |lambda| Graph::new(Domain::Weighted(&mesh, &factors), weights, lambda))
+        }
         Domain::Faces(dual) => {
             let dual = dual.clone();
             Box::new(move |lambda| Graph::new((&dual).into(), weights, lambda))

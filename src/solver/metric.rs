@@ -65,7 +65,7 @@ impl Metric {
             MetricName::Consistent => {
                 let lumped = setup.domain.weights(Mass::Consistent);
                 match setup.domain {
-                    Domain::Vertices(mesh) => {
+                    Domain::Vertices(mesh) | Domain::Weighted(mesh, _) => {
                         let tau = step(4.0 * bound(&lumped), &lumped);
                         (Metric::Full(consistent_inverse(mesh)), tau)
                     }

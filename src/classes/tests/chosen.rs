@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_distr::StandardNormal;
 
 use super::{go, request};
-use crate::classes::{ClassCosts, label, lambda};
+use crate::classes::{ClassCosts, Cleaning, Labeling, label, lambda};
 use crate::domain::Element;
 use crate::mesh::Mesh;
 use crate::samples::{assert_within, rng, shape};
@@ -65,10 +65,13 @@ fn noisy_classes_are_recovered() {
         lambda::of_costs(&mesh, (&s, Element::Faces), &request(0.0, 1e-4), &mut go).unwrap();
     for on in [Element::Faces, Element::Vertices] {
         let s = costs.on(on, &mesh);
-        let found =
-            label(&mesh, (&s, on), &Seeds::default(), &request(lambda, 1e-4), &mut go).unwrap();
+        let seeds = &Seeds::default();
+        let labeling = Labeling { on, contrast: None, seeds, cleaning: Cleaning::default() };
+        let found = label(&mesh, &s, &labeling, &request(lambda, 1e-4), &mut go).unwrap();
         assert_eq!(found.vertices.len(), mesh.vertices.len());
         let share = right(&mut found.faces.iter().map(|&p| p as usize));
-        assert!(share > 0.97, "{on:?}: {share}");
+        // Cuts of labels of vertices run through faces, of which one in thirty is at a border here.
+        let least = if on == Element::Faces { 0.97 } else { 0.95 };
+        assert!(share > least, "{on:?}: {share}");
     }
 }

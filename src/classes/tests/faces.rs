@@ -27,7 +27,7 @@ use crate::start::Start;
 use crate::sweep::with_threads;
 
 fn solved(mesh: &Mesh, s: &Array2<f64>, request: &Request) -> Solution {
-    solve_on_faces(mesh, s, &Seeds::default(), &Start::Argmin, request, &mut go).unwrap()
+    solve_on_faces(mesh, None, s, &Seeds::default(), &Start::Argmin, request, &mut go).unwrap()
 }
 
 /// sum_j A_j s_j,label + sqrt(2) lambda times the length of the edges between faces with different labels.
@@ -237,7 +237,8 @@ fn seeds_and_unknown_faces() {
     seeds[n - 1] = Some(1);
     let seeds = Seeds::new(seeds);
     let request = request(1e-4, 1e-6);
-    let solution = solve_on_faces(&mesh, &s, &seeds, &Start::Argmin, &request, &mut go).unwrap();
+    let solution =
+        solve_on_faces(&mesh, None, &s, &seeds, &Start::Argmin, &request, &mut go).unwrap();
     assert_eq!((solution.labels[0], solution.labels[n - 1]), (0, 1));
     assert!(solution.summary.warnings.iter().any(|line| line.contains("unknown")));
     // Every labeling with a shortest cut around one corner is optimal; the cut is two edges or fewer.
@@ -251,7 +252,8 @@ fn what_faces_do_not_have_is_refused() {
     let mesh = shape("grid:4x4");
     let s = random_costs(mesh.faces.len(), 2, 970);
     let message = |s: &Array2<f64>, request: &Request| {
-        let found = solve_on_faces(&mesh, s, &Seeds::default(), &Start::Argmin, request, &mut go);
+        let found =
+            solve_on_faces(&mesh, None, s, &Seeds::default(), &Start::Argmin, request, &mut go);
         found.err().unwrap().to_string()
     };
     let coarse = Request { coarse_to_fine: true, ..request(0.1, 1e-3) };

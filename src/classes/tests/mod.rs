@@ -2,7 +2,9 @@
 
 mod carried;
 mod chosen;
+mod cleaned;
 mod faces;
+mod weighted;
 
 use std::ops::ControlFlow;
 

@@ -62,7 +62,7 @@ pub struct Arguments {
     /// Number of regions, 2 to 64; auto:2..8 chooses one of 2 to 8, for which clusters of the data are different, compact
     /// and far from each other (the largest Calinski-Harabasz index on a coarse mesh); auto is short for auto:2..8
     #[arg(long, value_name = "M", allow_negative_numbers = true,
-        required_unless_present_any = ["means", "thresholds", "probabilities", "scores", "labels_in"],
+        required_unless_present_any = ["means", "thresholds", "probabilities", "property", "scores", "labels_in"],
         conflicts_with_all = ["means", "thresholds"])]
     pub regions: Option<Regions>,
 

@@ -46,7 +46,7 @@ use self::rules::{
     uv_of_vertices, valid_uv, warn_untextured,
 };
 
-pub use ply::write_labeled;
+pub use ply::{Scalars, read_scalars, write_labeled};
 
 /// The file formats for triangle meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString)]

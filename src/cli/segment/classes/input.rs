@@ -7,12 +7,14 @@ use meshseg::classes::costs::{self, Found};
 use meshseg::counted::counted;
 use meshseg::domain::Element;
 use meshseg::mesh::Mesh;
+use meshseg::mesh::io::{self, Scalars};
 use meshseg::npz::Archive;
 use meshseg::{Error, Result, file, npy};
 use ndarray::{Array2, Axis, Ix1, Ix2};
 
 use super::arguments::{ClassArguments, Given};
 use super::list;
+use crate::cli::note;
 
 /// The costs, and what is worth saying about them.
 pub struct Input {
@@ -34,7 +36,10 @@ impl Input {
     /// probabilities, scores or labels.
     pub fn read(mesh: &Mesh, given: &Given, arguments: &ClassArguments) -> Result<Self> {
         let path = given.path();
-        let numbers = numbers(path, given.what())?;
+        let numbers = match given {
+            Given::Property(_, name) => property(path, name)?,
+            _ => numbers(path, given.what())?,
+        };
         let of = element(path, numbers.nrows(), mesh, arguments.on())?;
         let found = found(&numbers, given, arguments).map_err(|error| error.of_file(path))?;
         let Found { s, unknown, divided } = found;
@@ -61,7 +66,7 @@ impl Input {
 
 fn found(numbers: &Array2<f64>, given: &Given, arguments: &ClassArguments) -> Result<Found> {
     match given {
-        Given::Probabilities(_) => {
+        Given::Probabilities(_) | Given::Property(..) => {
             costs::of_probabilities(numbers, given.floor(arguments).expect("they have one"))
         }
         Given::Scores(_) => {
@@ -128,8 +133,37 @@ fn element(path: &Path, rows: usize, mesh: &Mesh, on: Option<Element>) -> Result
     }
 }
 
+/// The properties of a PLY mesh whose names match a pattern.
+fn property(path: &Path, pattern: &str) -> Result<Array2<f64>> {
+    if !path.extension().is_some_and(|end| end.eq_ignore_ascii_case("ply")) {
+        let message =
+            "--property needs a PLY mesh; give the numbers as a file with --probabilities";
+        return Err(Error::malformed(path, message));
+    }
+    let Scalars { numbers, names, .. } =
+        io::read_scalars(path, &file::read(path)?, &|name| matches(pattern, name))?;
+    note(&format!("the classes are the properties {}", names.join(", ")));
+    Ok(numbers)
+}
+
+/// Whether a name matches a pattern in which * stands for any characters.
+fn matches(pattern: &str, name: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let first = parts.next().expect("a split has a part");
+    let Some(mut rest) = name.strip_prefix(first) else { return false };
+    let parts: Vec<&str> = parts.collect();
+    let Some((last, middle)) = parts.split_last() else { return rest.is_empty() };
+    for part in middle {
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.ends_with(last)
+}
+
 /// The numbers in a file; entries may be NaN or infinite.
-fn numbers(path: &Path, what: &str) -> Result<Array2<f64>> {
+pub fn numbers(path: &Path, what: &str) -> Result<Array2<f64>> {
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     match extension.as_ref().and_then(|extension| extension.to_str()) {
         Some("npy") => array(path, &file::read(path)?),

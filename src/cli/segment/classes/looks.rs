@@ -1,6 +1,6 @@
 //! The picture: the most probable class beside the label.
 
-use meshseg::classes::ClassCosts;
+use meshseg::classes::{ClassCosts, most_probable};
 use meshseg::domain::Element;
 use meshseg::mesh::Split;
 use meshseg::outcome::{Looks, PicturedData};
@@ -49,7 +49,8 @@ fn colors(
     surface: &Surface,
     split: Option<&Split>,
 ) -> Vec<[f64; 3]> {
-    let color = |s: ArrayView1<'_, f64>| (!s[0].is_nan()).then(|| classes.all[cheapest(s)].palette);
+    let color =
+        |s: ArrayView1<'_, f64>| (!s[0].is_nan()).then(|| classes.all[most_probable(s)].palette);
     let mesh = split.map_or(&surface.mesh, |split| &split.mesh);
     let of = |v: usize| split.map_or(v, |split| split.of[v] as usize);
     if costs.of == Element::Vertices {
@@ -69,9 +70,4 @@ fn colors(
     }
     // 0 / 0 is NaN: nothing is known.
     sums.into_iter().map(|(sum, total)| sum.map(|c| c / total)).collect()
-}
-
-/// The most probable class, the first of equal ones.
-pub fn cheapest(s: ArrayView1<'_, f64>) -> usize {
-    (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best })
 }

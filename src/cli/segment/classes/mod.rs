@@ -1,12 +1,13 @@
 //! `meshseg segment --probabilities`, `--scores` and `--labels-in`: classes whose probabilities are known.
 
 mod arguments;
+mod contrast;
 mod input;
 mod list;
 mod looks;
 mod report;
 
-use meshseg::classes::{ClassCosts, ClassLabels, label, lambda};
+use meshseg::classes::{ClassCosts, ClassLabels, Labeling, label, lambda, most_probable};
 use meshseg::contour::{Contours, CutRecord};
 use meshseg::domain::Element;
 use meshseg::mesh::dual::Dual;
@@ -17,9 +18,9 @@ use meshseg::solve::Request;
 use meshseg::{Error, Result, outcome};
 use ndarray::Array2;
 
+use arguments::EdgeAware;
 pub use arguments::{ClassArguments, Given};
 use input::Input;
-use looks::cheapest;
 use report::{ClassSummary, Classes, report};
 
 use super::arguments::Arguments;
@@ -47,6 +48,10 @@ pub fn run(arguments: &Arguments, given: &Given) -> Outcome {
     request.check()?;
     let seeds = surface.seeds(arguments, m, on)?;
 
+    let contrast = arguments.classes.edge_aware();
+    let contrast = contrast.map(|choice| contrast::read(choice, &surface)).transpose()?;
+    let cleaning = arguments.classes.cleaning(&surface.scaled, surface.scale);
+
     let costs = welded(&surface, &input)?;
     let s = costs.on(on, &surface.scaled);
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
@@ -59,10 +64,11 @@ pub fn run(arguments: &Arguments, given: &Given) -> Outcome {
         }
     };
     let request = Request { lambda, ..request };
-    let found = label(&surface.scaled, (&s, on), &seeds, &request, &mut observe)?;
+    let labeling = Labeling { on, contrast: contrast.as_ref(), seeds: &seeds, cleaning };
+    let found = label(&surface.scaled, &s, &labeling, &request, &mut observe)?;
     progress.finish();
 
-    let ClassLabels { mut solution, vertices, faces } = found;
+    let ClassLabels { mut solution, vertices, faces, cleaned } = found;
     let welded_mesh = surface.welded();
     let contours = match on {
         Element::Vertices => cut::traced(welded_mesh, &mut solution),
@@ -81,7 +87,7 @@ pub fn run(arguments: &Arguments, given: &Given) -> Outcome {
         Element::Vertices => Classes::of(classes, &vertices, &s, (&surface.scaled).into()),
         Element::Faces => Classes::of(classes, &faces, &s, (&Dual::new(&surface.scaled)).into()),
     };
-    let mut found = ClassLabels { solution, vertices, faces };
+    let mut found = ClassLabels { solution, vertices, faces, cleaned };
     if let Some(weld) = &surface.weld {
         found.vertices = weld.of.iter().map(|&v| found.vertices[v as usize]).collect();
         found.solution = match on {
@@ -103,6 +109,8 @@ pub fn run(arguments: &Arguments, given: &Given) -> Outcome {
         floor: given.floor(&arguments.classes),
         confidence: given.confidence(&arguments.classes),
         unknown_rows: input.unknown,
+        edge_aware: arguments.classes.edge_aware().map(EdgeAware::name),
+        cleaned: found.cleaned.as_ref(),
         welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
         lambda_chosen: arguments.lambda.is_none(),
         seeds: seeds.count(),
@@ -148,7 +156,7 @@ fn welded(surface: &Surface, input: &Input) -> Result<ClassCosts> {
 
 /// A warning if the costs leave nothing to decide.
 fn one_class_everywhere(s: &Array2<f64>) -> Option<String> {
-    let mut known = s.outer_iter().filter(|row| !row[0].is_nan()).map(cheapest);
+    let mut known = s.outer_iter().filter(|row| !row[0].is_nan()).map(most_probable);
     let first = known.next()?;
     known.all(|p| p == first).then(|| {
         format!("class {first} is the most probable one everywhere, so there is nothing to cut; check the columns")

@@ -1,6 +1,7 @@
 //! The numbers of labeled classes: on the terminal and in `summary.json`.
 
-use meshseg::classes::ClassLabels;
+use meshseg::classes::{ClassLabels, Cleaned, most_probable};
+use meshseg::counted::counted;
 use meshseg::domain::{Domain, Element};
 use meshseg::names::Named;
 use meshseg::relaxation::Relaxation;
@@ -10,7 +11,6 @@ use serde::Serialize;
 
 use super::input::Input;
 use super::list::Class;
-use super::looks::cheapest;
 use crate::cli::segment::arguments::Arguments;
 use crate::cli::solving::summary_lines;
 use crate::cli::table;
@@ -55,9 +55,9 @@ impl Classes {
             let costs = s.row(k);
             if !costs[0].is_nan() {
                 known += area;
-                probable[cheapest(costs)] += area;
+                probable[most_probable(costs)] += area;
                 // Of several most probable classes, none counts as changed.
-                relabeled += if costs[label] > costs[cheapest(costs)] { area } else { 0.0 };
+                relabeled += if costs[label] > costs[most_probable(costs)] { area } else { 0.0 };
             }
         }
         let total: f64 = cells.iter().sum();
@@ -87,6 +87,9 @@ pub struct ClassSummary<'a> {
     pub floor: Option<f64>,
     pub confidence: Option<f64>,
     pub unknown_rows: usize,
+    pub edge_aware: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cleaned: Option<&'a Cleaned>,
     pub welded_vertices: usize,
     pub lambda_chosen: bool,
     pub seeds: usize,
@@ -130,6 +133,10 @@ pub fn report(
             100.0 * classes.relabeled_share
         ),
     ));
+    if let Some(choice) = arguments.classes.edge_aware() {
+        lines.push(("edge-aware", format!("cuts weigh by {}", choice.name())));
+    }
+    lines.extend(found.cleaned.as_ref().map(|cleaned| ("cleaned", cleaning(cleaned, classes))));
     lines.extend(of_cut);
     lines.push(("written to", arguments.solving.out.display().to_string()));
     table::pairs(&lines)
@@ -137,6 +144,22 @@ pub fn report(
         + &class_table(classes)
         + "\n"
         + &next_step(summary.lambda, arguments)
+}
+
+/// What was done to the labels in the end.
+fn cleaning(cleaned: &Cleaned, classes: &Classes) -> String {
+    let Cleaned { parts, area, energy_before, energy_after } = cleaned;
+    if *parts == 0 {
+        return "nothing: there are no such parts".into();
+    }
+    let total: f64 = classes.all.iter().map(|class| class.area).sum();
+    format!(
+        "{} of labels, {:.2} % of the area; their energy was {}, now {}",
+        counted(*parts, "part", "parts"),
+        100.0 * area / total,
+        table::number(*energy_before),
+        table::number(*energy_after)
+    )
 }
 
 fn class_table(classes: &Classes) -> String {

@@ -96,6 +96,12 @@ pub struct Property {
     pub kind: Kind,
 }
 
+impl Property {
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
 #[derive(Debug)]
 pub struct Element {
     pub name: String,

@@ -1,0 +1,151 @@
+//! Numeric properties of vertices or faces that the mesh itself does not keep, such as class probabilities.
+
+use std::path::Path;
+
+use ndarray::Array2;
+
+use super::header::{Encoding, Header, Kind, Property};
+use super::items::skip_property;
+use super::values::{Ascii, Binary, Values};
+use crate::error::{Error, Result};
+
+/// The properties of one element whose names match, in the order of the header.
+pub struct Scalars {
+    /// Whether they are those of faces.
+    pub of_faces: bool,
+    /// Their names.
+    pub names: Vec<String>,
+    /// One row per vertex or face of the file, one column per name.
+    pub numbers: Array2<f64>,
+}
+
+/// Reads the scalar properties of vertices or of faces whose names `matches`.
+///
+/// # Errors
+/// The content is not a valid PLY file, or vertices and faces, or neither, have such properties.
+pub fn read_scalars(path: &Path, bytes: &[u8], matches: &dyn Fn(&str) -> bool) -> Result<Scalars> {
+    let header = Header::parse(path, bytes)?;
+    match header.encoding {
+        Encoding::Ascii => body(path, &header, Ascii::new(path, bytes, &header), matches),
+        Encoding::LittleEndian => {
+            body(path, &header, Binary::<false>::new(path, bytes, &header), matches)
+        }
+        Encoding::BigEndian => {
+            body(path, &header, Binary::<true>::new(path, bytes, &header), matches)
+        }
+    }
+}
+
+fn body(
+    path: &Path,
+    header: &Header,
+    mut values: impl Values,
+    matches: &dyn Fn(&str) -> bool,
+) -> Result<Scalars> {
+    let matching =
+        |property: &Property| matches!(property.kind, Kind::Scalar(_)) && matches(property.name());
+    let having: Vec<&str> = header
+        .elements
+        .iter()
+        .filter(|element| element.properties.iter().any(matching))
+        .map(|element| element.name.as_str())
+        .filter(|name| ["vertex", "face"].contains(name))
+        .collect();
+    let wanted = match having[..] {
+        [only] => only,
+        [] => {
+            return Err(Error::malformed(
+                path,
+                "has no number of vertices or faces with such a name",
+            ));
+        }
+        _ => {
+            return Err(Error::malformed(
+                path,
+                "has properties with such names at vertices and at faces; choose names of one of them",
+            ));
+        }
+    };
+    let mut found =
+        Scalars { of_faces: wanted == "face", names: Vec::new(), numbers: Array2::zeros((0, 0)) };
+    for element in &header.elements {
+        values.expect(element)?;
+        if element.name != wanted {
+            for _ in 0..element.count {
+                values.begin()?;
+                element.properties.iter().try_for_each(|p| skip_property(p, &mut values))?;
+            }
+            continue;
+        }
+        let names = element.properties.iter().filter(|property| matching(property));
+        found.names = names.map(|property| property.name().to_owned()).collect();
+        let mut numbers = Vec::with_capacity(values.capacity(element) * found.names.len());
+        for _ in 0..element.count {
+            values.begin()?;
+            for property in &element.properties {
+                match property.kind {
+                    Kind::Scalar(scalar) if matching(property) => {
+                        numbers.push(values.number(scalar)?);
+                    }
+                    _ => skip_property(property, &mut values)?,
+                }
+            }
+        }
+        found.numbers = Array2::from_shape_vec((element.count, found.names.len()), numbers)
+            .expect("a number for each name");
+    }
+    values.finish()?;
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: &str = "element vertex 2\nproperty float x\nproperty double p_0\nproperty uchar p_1\n\
+        element face 2\nproperty list uchar int vertex_indices\nproperty short q\nproperty float p_\n";
+
+    fn ascii() -> Vec<u8> {
+        let body = "0.5 0.25 3\n1.5 nan 4\n3 0 1 2 -7 1\n4 0 1 2 3 8 2\n";
+        format!("ply\nformat ascii 1.0\n{HEADER}end_header\n{body}").into_bytes()
+    }
+
+    fn binary() -> Vec<u8> {
+        let mut bytes =
+            format!("ply\nformat binary_little_endian 1.0\n{HEADER}end_header\n").into_bytes();
+        for (x, p, q) in [(0.5_f32, 0.25_f64, 3_u8), (1.5, f64::NAN, 4)] {
+            bytes.extend(x.to_le_bytes());
+            bytes.extend(p.to_le_bytes());
+            bytes.push(q);
+        }
+        for (corners, q, p) in [(3_u8, -7_i16, 1.0_f32), (4, 8, 2.0)] {
+            bytes.push(corners);
+            (0..i32::from(corners)).for_each(|k| bytes.extend(k.to_le_bytes()));
+            bytes.extend(q.to_le_bytes());
+            bytes.extend(p.to_le_bytes());
+        }
+        bytes
+    }
+
+    #[test]
+    fn numbers_of_either_element_are_read_from_text_and_bytes() {
+        let path = Path::new("some.ply");
+        for bytes in [ascii(), binary()] {
+            let found =
+                read_scalars(path, &bytes, &|name| name.starts_with("p_") && name != "p_").unwrap();
+            assert!(!found.of_faces);
+            assert_eq!(found.names, ["p_0", "p_1"]);
+            assert_eq!(found.numbers.row(0).to_vec(), [0.25, 3.0]);
+            assert!(found.numbers[[1, 0]].is_nan() && found.numbers[[1, 1]] == 4.0);
+            let found = read_scalars(path, &bytes, &|name| name == "q").unwrap();
+            assert!(found.of_faces && found.numbers.column(0).to_vec() == [-7.0, 8.0]);
+            let message = |matches: &dyn Fn(&str) -> bool| {
+                read_scalars(path, &bytes, matches).err().unwrap().to_string()
+            };
+            assert!(message(&|name| name.starts_with("p_")).contains("at vertices and at faces"));
+            assert!(message(&|name| name == "w").contains("no number of vertices or faces"));
+            let cut = &bytes[..bytes.len() - 6];
+            assert!(read_scalars(path, cut, &|name| name == "q").is_err());
+        }
+    }
+}
