@@ -49,8 +49,17 @@ pub struct Labeled<'a> {
     pub vertices: &'a Array1<i32>,
     /// The labels of the faces, if there are any.
     pub faces: Option<&'a Array1<i32>>,
-    /// The mesh that is drawn if the solution is one of faces.
-    pub drawn: Option<&'a Split>,
+    /// What is drawn, if it is not the mesh.
+    pub drawn: Option<Drawn<'a>>,
+}
+
+/// What is drawn in place of the mesh.
+#[derive(Clone, Copy)]
+pub enum Drawn<'a> {
+    /// A part of the mesh, with all its vertices.
+    Part(&'a Mesh),
+    /// The mesh divided between the labels of its faces.
+    Split(&'a Split),
 }
 
 impl<'a> From<&'a Solution> for Labeled<'a> {
@@ -99,12 +108,15 @@ pub fn write(
 
         if let Some(PicturedData { colors, caption, view }) = &looks.data {
             let regions = &looks.regions;
-            let u = match drawn {
-                None => compared_rows(solution.u.view(), solution.summary.cut_threshold),
-                Some(split) => one_hot(&split.labels, regions.len()).into(),
+            let of_u = || compared_rows(solution.u.view(), solution.summary.cut_threshold);
+            let (mesh, u) = match drawn {
+                None => (mesh, of_u()),
+                Some(Drawn::Part(part)) => (part, of_u()),
+                Some(Drawn::Split(split)) => {
+                    (&split.mesh, one_hot(&split.labels, regions.len()).into())
+                }
             };
             let u = u.as_slice().expect("rows are contiguous");
-            let mesh = drawn.map_or(mesh, |split| &split.mesh);
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
             write_png(&folder.join("preview.png"), &image)?;
         }

@@ -11,7 +11,6 @@ use std::path::Path;
 
 use meshseg::data::input::InputData;
 use meshseg::data::{LitSurface, ModelName, Observed};
-use meshseg::domain::Element;
 use meshseg::labeling::{Labeler, Labeling, count_regions, label};
 use meshseg::mesh::geometry::barycentric_areas;
 use meshseg::operator::Mass;
@@ -62,7 +61,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let relaxation = solving.relaxation.unwrap_or_else(|| Relaxation::for_labels(regions));
     let request = Request { relaxation, ..request };
     request.check()?;
-    let seeds = surface.seeds(arguments, regions, Element::Vertices)?;
+    let seeds = surface.seeds(arguments, regions)?;
     let seed_vertices = seeds.count();
     let labeling = labeled(&surface, observed, &labeler, regions, seeds, arguments, &request)
         .map_err(|error| error.of_file(Path::new(&input.name)))?;

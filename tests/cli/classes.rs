@@ -379,6 +379,78 @@ fn properties_contrast_and_cleaning() {
     }
 }
 
+/// What a mask leaves out has no label, and the rest is as if it were not there.
+#[test]
+fn a_mask_leaves_out_a_part() {
+    let folder = Folder::new();
+    let mesh = mesh();
+    let truth = truth(&mesh);
+    folder.array("votes.npy", &votes(&truth));
+    let kept: Vec<bool> =
+        (0..mesh.faces.len()).map(|j| mesh.corners(j).iter().all(|x| x.x > 0.0)).collect();
+    write_npy(folder.path("mask.npy"), &Array1::from_iter(kept.iter().copied())).unwrap();
+    let vertices: String =
+        mesh.vertices.iter().map(|x| if x.x > 0.0 { "1\n" } else { "0\n" }).collect();
+    folder.write("mask.csv", vertices);
+    folder.write("seeds.csv", "face,region\n0,3\n");
+    assert!(kept[0]);
+    let common =
+        format!("segment {MESH} --probabilities votes.npy --lambda 0.02 --seeds seeds.csv");
+    for on in ["faces", "vertices"] {
+        let mut found = Vec::new();
+        for mask in ["mask.npy", "mask.csv"] {
+            let output =
+                folder.run(&format!("{common} --on {on} --mask {mask} --contours --out out"));
+            assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+            assert!(
+                stderr(&output).contains("faces are left out by the mask"),
+                "{}",
+                stderr(&output)
+            );
+            assert!(!stderr(&output).contains("unknown"), "{}", stderr(&output));
+            let of_faces = labels(&folder, "out/face_labels.npy");
+            for (&p, &kept) in of_faces.iter().zip(&kept) {
+                assert_eq!(p == -1, !kept);
+            }
+            let of_vertices = labels(&folder, "out/labels.npy");
+            let answer = folder.answer("out");
+            for (v, &p) in of_vertices.iter().enumerate() {
+                let inside = mesh
+                    .faces
+                    .iter()
+                    .zip(&kept)
+                    .any(|(face, &kept)| kept && face.contains(&(v as u32)));
+                assert_eq!(p == -1, !inside, "{v}");
+                if on == "vertices" {
+                    assert_eq!(answer.u[[v, 0]].is_nan(), !inside);
+                }
+            }
+            let outside = kept.iter().filter(|kept| !**kept).count();
+            assert_eq!(answer.number("left_out_faces"), outside as f64);
+            assert_eq!([answer.number("vertices"), answer.number("faces")], [2400.0, 4800.0]);
+            assert_eq!(of_faces[0], 3);
+            let written = io::read(&folder.path("out/segmented.ply")).unwrap();
+            assert_eq!(written.faces, mesh.faces);
+            found.push(of_faces);
+        }
+        assert_eq!(found[0], found[1]);
+        let inside = found[0].iter().zip(&truth).zip(&kept).filter(|(_, kept)| **kept);
+        let right = inside.clone().filter(|((p, q), _)| **p as usize == **q).count();
+        assert!(right as f64 > 0.94 * inside.count() as f64, "{on}");
+    }
+    folder.write("none.csv", "0\n".repeat(4800));
+    folder.write("two.csv", "0,1\n".repeat(4800));
+    for (mask, part) in [
+        ("none.csv", "leaves no face"),
+        ("two.csv", "has 2 columns"),
+        ("votes.npy", "has 4 columns"),
+    ] {
+        let output = folder.run(&format!("{common} --mask {mask} --out none"));
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains(part), "{}", stderr(&output));
+    }
+}
+
 #[test]
 fn what_is_no_class_is_refused() {
     let folder = Folder::new();

@@ -33,6 +33,11 @@ impl Surface {
     pub fn read(arguments: &Arguments) -> Result<Self> {
         let source = Source::parse(&arguments.mesh)?;
         let mesh = source.mesh()?;
+        Surface::of(source, mesh, arguments)
+    }
+
+    /// The surface of a mesh that comes from a source.
+    pub fn of(source: Source, mesh: Mesh, arguments: &Arguments) -> Result<Self> {
         let tolerance = arguments.weld.unwrap_or(0.0);
         let weld = if arguments.no_weld { None } else { welding::weld(&mesh, tolerance)? };
         let welded = weld.as_ref().map_or(&mesh, |weld| &weld.mesh);
@@ -70,13 +75,10 @@ impl Surface {
         (vertex_normals(&mesh), turned)
     }
 
-    /// The seeds of the file, on the vertices or faces of the welded mesh.
-    pub fn seeds(&self, arguments: &Arguments, m: usize, on: Element) -> Result<Seeds> {
+    /// The seeds of the file, on the welded mesh.
+    pub fn seeds(&self, arguments: &Arguments, m: usize) -> Result<Seeds> {
         let Some(path) = &arguments.seeds else { return Ok(Seeds::default()) };
-        let seeds = seeds::read(path, &self.mesh, m, on)?;
-        if on == Element::Faces {
-            return Ok(seeds);
-        }
+        let seeds = seeds::read(path, &self.mesh, m, Element::Vertices)?;
         let welded = self.weld.as_ref().map(|weld| seeds.welded(weld));
         welded.unwrap_or(Ok(seeds)).map_err(|error| error.of_file(path))
     }

@@ -73,6 +73,11 @@ pub struct ClassArguments {
     #[arg(long, value_parser = named::<Element>())]
     on: Option<Element>,
 
+    /// The part of the surface that counts: FILE.npy or FILE.csv with one number per vertex or face, 0 where it is left out. What is left out
+    /// has the label -1
+    #[arg(long, value_name = "FILE")]
+    mask: Option<PathBuf>,
+
     /// Where cuts are cheap. normals: at creases, lambda times exp(-a^2 / 2 s^2) for an angle a between two faces and s = 30
     /// degrees; colors: where the colors of the mesh change, exp(-d^2 / 2 s^2) for a difference d and its root mean square s;
     /// both at least 0.05. FILE.npy or FILE.csv: a positive weight per face, by which lambda is multiplied
@@ -235,6 +240,7 @@ impl ClassArguments {
             ("--floor", floor.is_some()),
             ("--on", on.is_some()),
             ("--classes", classes.is_some()),
+            ("--mask", self.mask.is_some()),
             ("--edge-aware", edge_aware.is_some()),
             ("--min-area", min_area.is_some()),
             ("--fill-holes", fill_holes.is_some()),
@@ -256,6 +262,11 @@ impl ClassArguments {
     /// Where labels are, if it is given.
     pub fn on(&self) -> Option<Element> {
         self.on
+    }
+
+    /// What counts of the surface, if it is given.
+    pub fn mask(&self) -> Option<&Path> {
+        self.mask.as_deref()
     }
 
     /// Where cuts are cheap, if it is given.

@@ -1,24 +1,24 @@
 //! `--edge-aware`: where cuts are cheap.
 
+use meshseg::mesh::Mesh;
 use meshseg::mesh::contrast::Contrast;
 use meshseg::{Error, Result};
 
 use super::arguments::EdgeAware;
 use super::input::numbers;
-use crate::cli::segment::surface::Surface;
 
 /// What weights the edges.
 ///
 /// # Errors
 /// The mesh has no colors, the file cannot be read, or does not have a positive weight per face.
-pub fn read(edge_aware: &EdgeAware, surface: &Surface) -> Result<Contrast> {
+pub fn read(edge_aware: &EdgeAware, mesh: &Mesh) -> Result<Contrast> {
     let path = match edge_aware {
         EdgeAware::Normals => return Ok(Contrast::Normals),
-        EdgeAware::Colors => return colors(surface).map(Contrast::Colors),
+        EdgeAware::Colors => return colors(mesh).map(Contrast::Colors),
         EdgeAware::File(path) => path,
     };
     let weights = numbers(path, "weights")?;
-    let faces = surface.mesh.faces.len();
+    let faces = mesh.faces.len();
     if weights.dim() != (faces, 1) {
         let (rows, columns) = weights.dim();
         let message = format!(
@@ -38,8 +38,7 @@ pub fn read(edge_aware: &EdgeAware, surface: &Surface) -> Result<Contrast> {
 }
 
 /// The color of each face.
-fn colors(surface: &Surface) -> Result<Vec<[f64; 3]>> {
-    let mesh = &surface.mesh;
+fn colors(mesh: &Mesh) -> Result<Vec<[f64; 3]>> {
     if let Some(colors) = &mesh.face_colors {
         return Ok(colors.clone());
     }

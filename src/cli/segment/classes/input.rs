@@ -109,7 +109,7 @@ fn labels(numbers: &Array2<f64>, unknown: &[i64]) -> Result<Vec<Option<i64>>> {
 }
 
 /// What the rows are those of.
-fn element(path: &Path, rows: usize, mesh: &Mesh, on: Option<Element>) -> Result<Element> {
+pub fn element(path: &Path, rows: usize, mesh: &Mesh, on: Option<Element>) -> Result<Element> {
     let [vertices, faces] = [Element::Vertices, Element::Faces].map(|element| element.count(mesh));
     match (rows == vertices, rows == faces, on) {
         (true, true, Some(on)) => Ok(on),

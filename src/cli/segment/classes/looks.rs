@@ -14,7 +14,7 @@ use crate::cli::solving::Solving;
 /// What is drawn; labels of faces on a mesh that is divided between them.
 pub fn looks(
     classes: &Classes,
-    costs: &ClassCosts,
+    costs: &dyn Fn() -> ClassCosts,
     surface: &Surface,
     split: Option<&Split>,
     solving: &Solving,
@@ -27,13 +27,18 @@ pub fn looks(
             None => format!("{p}   {:.1} %", 100.0 * class.share),
         },
     };
-    let drawn = || PicturedData {
-        colors: colors(classes, costs, surface, split),
-        caption: match costs.of {
-            Element::Vertices => "the most probable class at each vertex".into(),
-            Element::Faces => "the most probable class of the faces, averaged at vertices".into(),
-        },
-        view: solving.view,
+    let drawn = || {
+        let costs = &costs();
+        PicturedData {
+            colors: colors(classes, costs, surface, split),
+            caption: match costs.of {
+                Element::Vertices => "the most probable class at each vertex".into(),
+                Element::Faces => {
+                    "the most probable class of the faces, averaged at vertices".into()
+                }
+            },
+            view: solving.view,
+        }
     };
     Looks {
         regions: classes.all.iter().enumerate().map(region).collect(),

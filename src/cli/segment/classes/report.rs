@@ -40,7 +40,7 @@ pub struct Shown {
 impl Classes {
     /// For labels and costs on the same domain.
     pub fn of(
-        classes: Vec<Class>,
+        classes: &[Class],
         labels: &Array1<i32>,
         s: &Array2<f64>,
         domain: Domain<'_>,
@@ -62,8 +62,8 @@ impl Classes {
         }
         let total: f64 = cells.iter().sum();
         let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-        let shown = |(p, class): (usize, Class)| Shown {
-            name: class.name,
+        let shown = |(p, class): (usize, &Class)| Shown {
+            name: class.name.clone(),
             palette: class.color,
             area: areas[p],
             share: share(areas[p], total),
@@ -71,7 +71,7 @@ impl Classes {
         };
         Classes {
             relabeled_share: share(relabeled, known),
-            all: classes.into_iter().enumerate().map(shown).collect(),
+            all: classes.iter().enumerate().map(shown).collect(),
         }
     }
 }
@@ -87,6 +87,7 @@ pub struct ClassSummary<'a> {
     pub floor: Option<f64>,
     pub confidence: Option<f64>,
     pub unknown_rows: usize,
+    pub left_out_faces: usize,
     pub edge_aware: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cleaned: Option<&'a Cleaned>,

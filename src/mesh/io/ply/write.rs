@@ -35,7 +35,7 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> 
 /// properties of several types.
 ///
 /// `labels` has one entry per vertex, `face_labels` one per face, which then have colors and labels, too; `colors` has one RGB in
-/// [0, 1] per label.
+/// [0, 1] per label. Other labels are gray.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -54,13 +54,13 @@ pub fn write_labeled(
         header(out, mesh, [&properties, of_faces], None)?;
         records::<28>(out, mesh.vertices.len(), |k, record| {
             position(mesh, k, record);
-            record[24..27].copy_from_slice(&colors[usize::from(labels[k])]);
+            record[24..27].copy_from_slice(colors.get(usize::from(labels[k])).unwrap_or(&GRAY));
             record[27] = labels[k];
         })?;
         match face_labels {
             None => faces(out, mesh),
             Some(labels) => painted_faces_with(out, mesh, |j, record| {
-                record.extend(colors[usize::from(labels[j])]);
+                record.extend(colors.get(usize::from(labels[j])).unwrap_or(&GRAY));
                 record.push(labels[j]);
             }),
         }
@@ -95,6 +95,9 @@ pub fn write_labeled_faces(
 fn labeled_properties() -> String {
     format!("{COLOR_PROPERTIES}property uchar label\n")
 }
+
+/// The color of a label that is no region.
+const GRAY: [u8; 3] = [184; 3];
 
 const COLOR_PROPERTIES: &str = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
