@@ -322,7 +322,7 @@ fn properties_contrast_and_cleaning() {
         ply += " 7\n";
     }
     folder.write("votes.ply", ply);
-    let common = "--lambda 0.004 --no-preview";
+    let common = "--lambda 0.001 --no-preview";
     folder.done(&format!("segment {MESH} --probabilities votes.npy {common} --out array"));
     folder.done(&format!("segment votes.ply --property p_* {common} --out property"));
     let plain = labels(&folder, "array/face_labels.npy");
