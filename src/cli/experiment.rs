@@ -15,7 +15,7 @@ use meshseg::experiment::{
 use sha2::{Digest, Sha256};
 
 use super::progress::Progress;
-use super::{Failure, Outcome, named, note, print, table};
+use super::{Failure, Outcome, named, note, print, shard, table};
 
 /// Reproducible runs of solvers on instances, with figures, tables and a page.
 ///
@@ -88,14 +88,6 @@ pub struct Report {
 pub struct WhyArguments {
     /// Figure or table of a report, for example results/NAME/figures/decay.svg
     file: PathBuf,
-}
-
-fn shard(text: &str) -> std::result::Result<(usize, usize), String> {
-    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    match parsed {
-        Some((i, n)) if (1..=n).contains(&i) => Ok((i, n)),
-        _ => Err("must have the form I/N with 1 <= I <= N".into()),
-    }
 }
 
 pub fn run(verb: &Verb) -> Outcome {

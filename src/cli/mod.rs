@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 success, 1 bad input or I/O error, 2 usage, 130 interrupted (results so far are written completely).
 
+mod batch;
 mod compare;
 mod completions;
 mod cut;
@@ -36,7 +37,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use meshseg::Error;
 use meshseg::run::Status;
 
-use output::{Failure, Outcome, named, note, one_line, print, print_json, warn};
+use output::{Failure, Outcome, named, note, one_line, print, print_json, shard, warn};
 
 /// Convex multi-region segmentation of data on triangle meshes, with certified optimality gaps.
 #[derive(Parser)]
@@ -59,6 +60,7 @@ ellipsoid:6, peanut:6, dent:6.";
 #[derive(Subcommand)]
 enum Verb {
     Segment(Box<segment::Arguments>),
+    Batch(batch::Arguments),
     Solve(solve::Arguments),
     Evaluate(evaluate::Arguments),
     Compare(compare::Arguments),
@@ -89,6 +91,7 @@ pub fn main() -> ExitCode {
     interrupt::listen();
     let outcome = match cli.verb {
         Verb::Segment(arguments) => segment::run(&arguments),
+        Verb::Batch(arguments) => batch::run(&arguments),
         Verb::Solve(arguments) => solve::run(&arguments),
         Verb::Evaluate(arguments) => evaluate::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),

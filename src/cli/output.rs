@@ -62,3 +62,12 @@ pub(super) fn named<T: Named + Send + Sync + 'static>() -> impl TypedValueParser
     PossibleValuesParser::new(T::names())
         .map(|name| T::named(&name).expect("one of the possible values"))
 }
+
+/// Parses `I/N`: the I-th of N parts.
+pub(super) fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match parsed {
+        Some((i, n)) if (1..=n).contains(&i) => Ok((i, n)),
+        _ => Err("must have the form I/N with 1 <= I <= N".into()),
+    }
+}

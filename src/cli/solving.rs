@@ -232,7 +232,7 @@ fn time(summary: &Summary) -> String {
 }
 
 /// A share in percent, rounded upwards to two digits after the point, or to two significant ones if it is small.
-fn percent_or_less(share: f64) -> String {
+pub fn percent_or_less(share: f64) -> String {
     let percent = 100.0 * share;
     if percent == 0.0 || percent >= 0.01 {
         return format!("{:.2} %", (100.0 * percent).ceil() / 100.0);

@@ -1,6 +1,7 @@
 //! The program from outside: command lines, files, exit codes.
 
 mod albedo;
+mod batch;
 mod cases;
 mod classes;
 mod compare;

@@ -33,6 +33,7 @@ fn every_verb_has_help_with_examples() {
     for (verb, part) in [
         ("", "meshseg segment builtin:spot --regions 3 --out results/spot"),
         ("segment", "meshseg segment builtin:spot --regions 3 --out results/spot"),
+        ("batch", "meshseg batch scans.csv --resume"),
         ("solve", "meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh"),
         ("evaluate", "meshseg evaluate mesh.ply --costs S.npy"),
         ("compare", "meshseg compare results/horses horses.mat --mesh grid:480x320"),
