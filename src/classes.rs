@@ -13,9 +13,12 @@ pub mod carry;
 pub mod costs;
 pub mod islands;
 pub mod lambda;
+mod patches;
 
 use ndarray::{Array1, Array2, ArrayView1};
 
+use crate::costs::unknown_rows;
+use crate::counted::counted;
 use crate::domain::{Domain, Element};
 use crate::empty_regions;
 use crate::error::Result;
@@ -104,6 +107,10 @@ pub fn label(
             solve_on_faces(mesh, *contrast, s, seeds, &Start::Argmin, request, observe)?
         }
     };
+    // Unknown rows are told of where they were given, which may be on another element.
+    let unknown = s.outer_iter().filter(|row| row[0].is_nan()).count();
+    let of_costs = unknown_rows(unknown);
+    solution.summary.warnings.retain(|warning| *warning != of_costs);
     let cleaned = match cleaning.is_none() {
         true => None,
         false => Some(clean(mesh, s, labeling, &mut solution)?),
@@ -116,7 +123,34 @@ pub fn label(
         }
         Element::Faces => (carry::labels_of_vertices(mesh, &labels, s.ncols()), labels),
     };
+    if *on == Element::Faces {
+        solution.summary.warnings.extend(without_evidence(mesh));
+    }
     Ok(ClassLabels { solution, vertices, faces, cleaned })
+}
+
+/// Warnings about faces and vertices whose labels come from their neighbors, or from nowhere.
+fn without_evidence(mesh: &Mesh) -> Vec<String> {
+    let degenerate = (0..mesh.faces.len()).filter(|&j| mesh.is_degenerate(j)).count();
+    let mut has_faces = vec![false; mesh.vertices.len()];
+    mesh.faces.iter().flatten().for_each(|&v| has_faces[v as usize] = true);
+    let alone = has_faces.iter().filter(|has_faces| !**has_faces).count();
+    let mut warnings = Vec::new();
+    if degenerate > 0 {
+        warnings.push(counted(
+            degenerate,
+            "face has no area, so its costs do not count: it takes the label of its neighbors",
+            "faces have no area, so their costs do not count: they take the labels of their neighbors",
+        ));
+    }
+    if alone > 0 {
+        warnings.push(counted(
+            alone,
+            "vertex has no face: its label, 0, means nothing",
+            "vertices have no face: their label, 0, means nothing",
+        ));
+    }
+    warnings
 }
 
 /// Cleans the labels of a solution, and corrects what its summary says of them.
@@ -157,7 +191,7 @@ fn clean(
     };
     let mut labels: Vec<u8> = solution.labels.iter().map(|&p| p as u8).collect();
     let before = energy(&labels);
-    let fixed = |v: usize| seeds.region(v).is_some();
+    let fixed = |v: usize| seeds.region(v);
     let (parts, area) = cleaning.apply(domain, (&f, m), summary.lambda, &fixed, &mut labels);
     let change = if parts == 0 { 0.0 } else { energy(&labels) - before };
     let cleaned = Cleaned {

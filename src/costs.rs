@@ -48,14 +48,7 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     }
     let mut warnings = Vec::new();
     if unknown > 0 {
-        warnings.push(format!(
-            "the costs of {}; {INHERIT}",
-            counted(
-                unknown,
-                "vertex are NaN, which marks it as unknown",
-                "vertices are NaN, which marks them as unknown"
-            )
-        ));
+        warnings.push(unknown_rows(unknown));
     }
     if forbidden > 0 {
         warnings.push(counted(
@@ -66,6 +59,18 @@ pub fn checked(s: &Array2<f64>, mass: Mass) -> Result<(Cow<'_, Array2<f64>>, Vec
     }
     let known = s.mapv(|x| if x.is_nan() { 0.0 } else { x });
     Ok((if unknown > 0 { Cow::Owned(known) } else { Cow::Borrowed(s) }, warnings))
+}
+
+/// The warning about unknown rows.
+pub(crate) fn unknown_rows(count: usize) -> String {
+    format!(
+        "the costs of {}; {INHERIT}",
+        counted(
+            count,
+            "vertex are NaN, which marks it as unknown",
+            "vertices are NaN, which marks them as unknown"
+        )
+    )
 }
 
 fn check(k: usize, row: ArrayView1<'_, f64>) -> Result<()> {

@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::contour::{Contours, compared_rows};
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::{Mesh, Split, io};
+use crate::mesh::{Mesh, io};
 use crate::names::Named;
 use crate::npy;
 use crate::render::{Picture, Region, View};
@@ -49,17 +49,17 @@ pub struct Labeled<'a> {
     pub vertices: &'a Array1<i32>,
     /// The labels of the faces, if there are any.
     pub faces: Option<&'a Array1<i32>>,
-    /// What is drawn, if it is not the mesh.
+    /// What is drawn, if it is not the mesh with U.
     pub drawn: Option<Drawn<'a>>,
 }
 
-/// What is drawn in place of the mesh.
+/// What is drawn in place of the mesh and U.
 #[derive(Clone, Copy)]
-pub enum Drawn<'a> {
-    /// A part of the mesh, with all its vertices.
-    Part(&'a Mesh),
-    /// The mesh divided between the labels of its faces.
-    Split(&'a Split),
+pub struct Drawn<'a> {
+    /// A mesh with one color of the data per vertex.
+    pub mesh: &'a Mesh,
+    /// A row of m numbers per vertex: the region at a point is that of the largest.
+    pub u: &'a Array2<f64>,
 }
 
 impl<'a> From<&'a Solution> for Labeled<'a> {
@@ -108,13 +108,10 @@ pub fn write(
 
         if let Some(PicturedData { colors, caption, view }) = &looks.data {
             let regions = &looks.regions;
-            let of_u = || compared_rows(solution.u.view(), solution.summary.cut_threshold);
+            let threshold = solution.summary.cut_threshold;
             let (mesh, u) = match drawn {
-                None => (mesh, of_u()),
-                Some(Drawn::Part(part)) => (part, of_u()),
-                Some(Drawn::Split(split)) => {
-                    (&split.mesh, one_hot(&split.labels, regions.len()).into())
-                }
+                None => (mesh, compared_rows(solution.u.view(), threshold)),
+                Some(Drawn { mesh, u }) => (mesh, compared_rows(u.view(), threshold)),
             };
             let u = u.as_slice().expect("rows are contiguous");
             let image = Picture { mesh, data: colors, caption, regions, u, view: *view }.draw();
@@ -146,10 +143,6 @@ pub fn write(
         }
     }
     Ok(())
-}
-
-fn one_hot(labels: &[u8], m: usize) -> Array2<f64> {
-    Array2::from_shape_fn((labels.len(), m), |(v, p)| f64::from(usize::from(labels[v]) == p))
 }
 
 /// Writes a picture as a PNG file, which is a third larger than it could be since it is encoded fast.

@@ -123,11 +123,13 @@ pub fn solve_on_faces(
     observe: Observer<'_>,
 ) -> Result<Solution> {
     request.check()?;
-    let only_on_vertices =
-        [(request.coarse_to_fine, "coarse to fine"), (request.keep_dual, "a saved dual field")];
+    let only_on_vertices = [
+        (request.coarse_to_fine, "solving from coarse to fine"),
+        (request.keep_dual, "saving the dual field"),
+    ];
     if let Some((_, what)) = only_on_vertices.iter().find(|(wanted, _)| *wanted) {
         return Err(Error::unsuitable(format!(
-            "labels of faces do not come with {what}: leave it out, or label the vertices"
+            "{what} is for labels of vertices only: leave it out, or label the vertices"
         )));
     }
     regions::check(s.ncols())?;

@@ -140,7 +140,14 @@ impl Collected<'_> {
         for k in seeds {
             match self.regions[k] {
                 Some(other) if usize::from(other) != p => {
-                    return Err(wrong(format!("{noun} {k} is already a seed of region {other}")));
+                    let from = match (element, self.on) {
+                        (Element::Vertices, Element::Faces) => {
+                            format!("vertex {index} stands for the faces around it, of which ")
+                        }
+                        _ => String::new(),
+                    };
+                    let message = format!("{from}{noun} {k} is already a seed of region {other}");
+                    return Err(wrong(message));
                 }
                 _ => self.regions[k] = Some(p as u8),
             }

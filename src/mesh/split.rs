@@ -10,19 +10,19 @@ pub struct Split {
     /// The vertex of the given mesh that each vertex is.
     pub of: Vec<u32>,
     /// The label of each vertex, that of its faces; 0 without faces.
-    pub labels: Vec<u8>,
+    pub labels: Vec<u16>,
 }
 
 impl Mesh {
     /// Divides the vertices between the labels of the faces around them; one label per face. A vertex between n labels becomes n vertices.
-    pub fn split(&self, labels: &[u8]) -> Split {
+    pub fn split(&self, labels: &[u16]) -> Split {
         assert_eq!(labels.len(), self.faces.len());
         let around = Incidence::new(self, |j, i| (j as u32, i as u8));
         let (mut of, mut of_vertices) = (Vec::new(), Vec::new());
         let mut faces = self.faces.clone();
         for v in 0..self.vertices.len() {
             let first = of.len();
-            let mut add = |label: u8| {
+            let mut add = |label: u16| {
                 if !of_vertices[first..].contains(&label) {
                     of.push(v as u32);
                     of_vertices.push(label);
@@ -55,7 +55,7 @@ mod tests {
         let mut rng = rng(1301);
         for (name, mesh) in zoo() {
             let mesh = with_isolated_vertices(mesh);
-            let labels: Vec<u8> = mesh.faces.iter().map(|_| rng.random_range(0..4)).collect();
+            let labels: Vec<u16> = mesh.faces.iter().map(|_| rng.random_range(0..4)).collect();
             let split = mesh.split(&labels);
             assert_eq!(split.mesh.faces.len(), mesh.faces.len());
             for (j, face) in split.mesh.faces.iter().enumerate() {

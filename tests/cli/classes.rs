@@ -141,6 +141,18 @@ fn every_format_gives_the_same_labels() {
         let differ = other.iter().zip(&expected).filter(|(a, b)| a != b).count();
         assert!(differ <= 2, "{given}: {differ}");
     }
+    // A named first column that counts the rows is no class, and unknown rows may be words.
+    let indexed = p.outer_iter().enumerate().map(|(j, row)| match j {
+        7 => "7,NA,NA,NA,NA\n".to_owned(),
+        _ => format!("{j},{:?},{:?},{:?},{:?}\n", row[0], row[1], row[2], row[3]),
+    });
+    folder
+        .write("indexed.csv", format!("Face,wall,roof,door,sky\n{}", indexed.collect::<String>()));
+    folder.done(&format!("{common} --probabilities indexed.csv --out found"));
+    let answer = folder.answer("found");
+    assert_eq!((answer.u.ncols(), answer.number("unknown_rows")), (4, 1.0));
+    let other = labels(&folder, "found/face_labels.npy");
+    assert!(other.iter().zip(&expected).filter(|(a, b)| a != b).count() <= 2);
     let output = folder.run(&format!("{common} --probabilities votes.npy --out found"));
     assert!(stderr(&output).contains("4800 faces do not sum to 1"), "{}", stderr(&output));
 }
@@ -328,7 +340,7 @@ fn properties_contrast_and_cleaning() {
     let plain = labels(&folder, "array/face_labels.npy");
     assert_eq!(labels(&folder, "property/face_labels.npy"), plain);
     let output = folder.run(&format!("segment votes.ply --property q_* {common} --out none"));
-    assert!(stderr(&output).contains("no number of vertices or faces"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("no such number at vertices or faces"), "{}", stderr(&output));
     let output = folder.run(&format!("segment {MESH} --property p_* {common} --out none"));
     assert!(stderr(&output).contains("needs a PLY mesh"), "{}", stderr(&output));
 
@@ -345,6 +357,29 @@ fn properties_contrast_and_cleaning() {
     assert!(after.number("rounded_relative_gap") >= before.number("rounded_relative_gap"));
     let share = right(&labels(&folder, "clean/face_labels.npy"), &truth);
     assert!(share > right(&plain, &truth), "{share}");
+    let property = |name: &str| {
+        folder.done(&format!("segment votes.ply --property {name} {common} --out property"));
+        labels(&folder, "property/face_labels.npy")
+    };
+    assert_eq!(property("face:p_*"), plain);
+    // The curve is that of the labels that are written.
+    for cleaning in ["", "--min-area 1%", "--components"] {
+        let line = format!(
+            "segment votes.ply --property p_* {common} --on vertices --contours {cleaning}"
+        );
+        folder.done(&format!("{line} --cut-mesh cut.ply --out curve"));
+        let cut = io::read(&folder.path("cut.ply")).unwrap();
+        let answer = folder.answer("curve");
+        let of_mesh = cut.faces.len() - mesh.faces.len();
+        match cleaning {
+            "--components" => {
+                assert_eq!(answer.number("contour_length"), 0.0);
+                assert_eq!(of_mesh, 0);
+                assert!(!folder.path("curve/contours.obj").exists());
+            }
+            _ => assert!(of_mesh > 0 && answer.number("contour_length") > 0.0),
+        }
+    }
     folder.done(&format!(
         "segment votes.ply --property p_* {common} --components --on vertices --out one"
     ));
@@ -473,6 +508,14 @@ fn what_is_no_class_is_refused() {
     folder.write("p.dat", "0.5");
     folder.write("half.csv", format!("0.5\n{}", "0\n".repeat(31)));
     folder.write("far.csv", format!("70\n{}", "0\n".repeat(31)));
+    let rows = |first: &dyn Fn(usize) -> String| -> String {
+        (0..32).map(|row| format!("{},0.5,0.5\n", first(row))).collect()
+    };
+    folder.write("counted.csv", rows(&|row| row.to_string()));
+    folder.write("order.csv", format!("face,a,b\n{}", rows(&|row| (31 - row).to_string())));
+    folder.write("semicolons.csv", "0.5;0.5\n".repeat(32));
+    folder.write("twice.csv", "name\na\na\n");
+    NpzWriter::new(fs::File::create(folder.path("empty.npz")).unwrap()).finish().unwrap();
     folder.write("three.csv", "name\na\nb\nc\n");
     folder.write("color.csv", "name,color\na,red\nb,#000000\n");
     folder.write("typo.toml", "[[class]]\nnmae = \"a\"\n");
@@ -502,7 +545,16 @@ fn what_is_no_class_is_refused() {
         ("--probabilities p.npy --lambda -1", "lambda = -1"),
         ("--labels-in p.npy", "has 2 columns"),
         ("--labels-in half.csv", "the label in row 0 is 0.5"),
-        ("--labels-in far.csv", "71 regions"),
+        (
+            "--labels-in far.csv",
+            "the label in row 0 is 70: classes are numbered from 0 to 63; --unknown 70",
+        ),
+        ("--probabilities counted.csv", "a first column that counts the rows"),
+        ("--probabilities order.csv", "must be 0, 1, 2"),
+        ("--probabilities semicolons.csv", "separate numbers by commas"),
+        ("--probabilities p.npy --classes twice.csv", "classes 0 and 1 have the same name"),
+        ("--probabilities p.npy --pure 2", "--pure needs --data views:FILE"),
+        ("--probabilities empty.npz", "has no arrays"),
         ("--labels-in one.npy --confidence 1", "labels are integers"),
         ("--probabilities p.npy --classes three.csv", "has 3 classes, but there are 2"),
         ("--probabilities p.npy --classes color.csv", "write it as #rrggbb"),

@@ -114,6 +114,22 @@ fn only_holes_are_filled() {
     assert!(labels.iter().all(|&p| p < 2));
 }
 
+/// A component takes the label of its seeds; with several of them it stays as it is.
+#[test]
+fn components_take_the_labels_of_their_seeds() {
+    let mesh = disjoint([shape("sphere:2"), shape("grid:5x4")]);
+    let s = random_costs(mesh.faces.len(), 3, 1503);
+    let first = shape("sphere:2").faces.len();
+    let mut regions = vec![None; mesh.faces.len()];
+    (regions[5], regions[first], regions[first + 30]) = (Some(2), Some(0), Some(1));
+    let seeds = &Seeds::new(regions);
+    let cleaning = Cleaning { one_per_component: true, ..Cleaning::default() };
+    let labeling = Labeling { on: Element::Faces, contrast: None, seeds, cleaning };
+    let found = label(&mesh, &s, &labeling, &request(1e-3, 1e-5), &mut go).unwrap();
+    assert!(found.faces.iter().take(first).all(|&p| p == 2));
+    assert_eq!((found.faces[first], found.faces[first + 30]), (0, 1));
+}
+
 /// One label per component is the best constant one.
 #[test]
 fn components_get_one_label() {

@@ -104,7 +104,7 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
 /// Labels of faces, drawn on a mesh that is divided between them.
 fn of_faces(folder: &Path, mesh: Mesh, summary: &Value, arguments: &Arguments) -> Result<Input> {
     let lacking_data = format!(
-        "{}: has labels of faces, beside which no data can be drawn; leave out --data",
+        "{}: the run has labels of faces, and no data are drawn beside these; show labels",
         folder.display()
     );
     if arguments.data.is_some() {
@@ -114,8 +114,8 @@ fn of_faces(folder: &Path, mesh: Mesh, summary: &Value, arguments: &Arguments) -
     let m = summary.get("regions").and_then(Value::as_u64).unwrap_or(1);
     let m = m.clamp(1, *regions::REGIONS.end() as u64) as usize;
     let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
-    let bytes: Vec<u8> = labels.into_iter().map(|label| label as u8).collect();
-    let Split { mesh, labels, .. } = mesh.split(&bytes);
+    let labels: Vec<u16> = labels.into_iter().map(|label| label as u16).collect();
+    let Split { mesh, labels, .. } = mesh.split(&labels);
     let labels: Vec<usize> = labels.into_iter().map(usize::from).collect();
     Ok(Input {
         regions: Some(Regions::of_labels(&labels, m, None)),

@@ -15,7 +15,7 @@ use crate::cli::named;
 const DEFAULT_CONFIDENCE: f64 = 0.9;
 
 /// Options that belong to other data.
-const OTHER_DATA: [&str; 11] = [
+const OTHER_DATA: [&str; 13] = [
     "data",
     "project",
     "fit",
@@ -27,6 +27,8 @@ const OTHER_DATA: [&str; 11] = [
     "every",
     "init",
     "light",
+    "ambient",
+    "seed",
 ];
 
 #[derive(clap::Args)]

@@ -9,6 +9,7 @@ use meshseg::domain::Element;
 use meshseg::mesh::Mesh;
 use meshseg::mesh::io::{self, Scalars};
 use meshseg::npz::Archive;
+use meshseg::regions::REGIONS;
 use meshseg::{Error, Result, file, npy};
 use ndarray::{Array2, Axis, Ix1, Ix2};
 
@@ -53,6 +54,13 @@ impl Input {
             ));
         }
         let mut warnings = Vec::new();
+        if let Given::Labels(_) = given {
+            let is_there = |label: &i64| numbers.iter().any(|&x| x == *label as f64);
+            let absent = arguments.unknown().iter().filter(|label| !is_there(label));
+            warnings.extend(
+                absent.map(|label| format!("no row has the label {label}, which --unknown names")),
+            );
+        }
         if unknown > 0 {
             warnings.push(format!(
                 "nothing is known of {}; where they are connected to known ones, they take the labels of their neighbors",
@@ -74,6 +82,14 @@ fn found(numbers: &Array2<f64>, given: &Given, arguments: &ClassArguments) -> Re
         }
         Given::Labels(_) => {
             let labels = labels(numbers, arguments.unknown())?;
+            let largest = (REGIONS.end() - 1) as i64;
+            if let Some(row) = labels.iter().position(|label| label.is_some_and(|p| p > largest)) {
+                let label = numbers[[row, 0]];
+                return Err(Error::unsuitable(format!(
+                    "the label in row {row} is {label}: classes are numbered from 0 to {largest}; --unknown {label} marks such \
+                     rows as unknown"
+                )));
+            }
             let m = match arguments.list() {
                 Some(path) => list::count(path)?,
                 None => {
@@ -124,7 +140,7 @@ pub fn element(path: &Path, rows: usize, mesh: &Mesh, on: Option<Element>) -> Re
         _ => Err(Error::malformed(
             path,
             format!(
-                "has {}, but the mesh has {} and {}; supply one row per vertex or per face",
+                "has {}, but the mesh has {} and {} (a polygon counts as its triangles); supply one row per vertex or per face",
                 counted(rows, "row", "rows"),
                 counted(vertices, "vertex", "vertices"),
                 counted(faces, "face", "faces")
@@ -140,9 +156,16 @@ fn property(path: &Path, pattern: &str) -> Result<Array2<f64>> {
             "--property needs a PLY mesh; give the numbers as a file with --probabilities";
         return Err(Error::malformed(path, message));
     }
-    let Scalars { numbers, names, .. } =
-        io::read_scalars(path, &file::read(path)?, &|name| matches(pattern, name))?;
-    note(&format!("the classes are the properties {}", names.join(", ")));
+    let Scalars { numbers, names, .. } = io::read_scalars(
+        path,
+        &file::read(path)?,
+        &|element, name| match pattern.split_once(':') {
+            Some((of, pattern)) => of == element && matches(pattern, name),
+            None => matches(pattern, name),
+        },
+    )?;
+    let properties = if names.len() == 1 { "property" } else { "properties" };
+    note(&format!("read from the {properties} {}", names.join(", ")));
     Ok(numbers)
 }
 
@@ -172,6 +195,7 @@ pub fn numbers(path: &Path, what: &str) -> Result<Array2<f64>> {
             let names = archive.names();
             let name = match &names[..] {
                 [only] => only.clone(),
+                [] => return Err(Error::malformed(path, "has no arrays")),
                 _ if archive.has(what) => what.to_owned(),
                 _ => {
                     let message = format!(
@@ -208,14 +232,16 @@ fn table(path: &Path) -> Result<Array2<f64>> {
         .flexible(true)
         .from_reader(&bytes[..]);
     let (mut numbers, mut columns, mut rows) = (Vec::new(), 0, 0);
+    let mut is_indexed = false;
     for (index, record) in reader.records().enumerate() {
         let record = record.map_err(|error| Error::malformed(path, error.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line) as usize;
-        let number = |cell: &str| match cell {
-            "" => Some(f64::NAN),
+        let number = |cell: &str| match cell.to_ascii_lowercase().as_str() {
+            "" | "na" | "n/a" | "null" | "none" => Some(f64::NAN),
             cell => cell.parse::<f64>().ok(),
         };
-        if index == 0 && record.iter().all(|cell| number(cell).is_none()) {
+        if index == 0 && record.iter().all(|cell| number(cell).is_none()) && !is_split(&record) {
+            is_indexed = record.len() > 1 && names_rows(&record[0]);
             continue;
         }
         if rows == 0 {
@@ -227,7 +253,8 @@ fn table(path: &Path) -> Result<Array2<f64>> {
         }
         for cell in &record {
             numbers.push(number(cell).ok_or_else(|| {
-                Error::malformed_line(path, line, format!("`{cell}` is not a number"))
+                let hint = if is_split(&record) { "; separate numbers by commas" } else { "" };
+                Error::malformed_line(path, line, format!("`{cell}` is not a number{hint}"))
             })?);
         }
         rows += 1;
@@ -235,5 +262,36 @@ fn table(path: &Path) -> Result<Array2<f64>> {
     if rows == 0 {
         return Err(Error::malformed(path, "has no rows"));
     }
-    Ok(Array2::from_shape_vec((rows, columns), numbers).expect("rows of equal length"))
+    let table = Array2::from_shape_vec((rows, columns), numbers).expect("rows of equal length");
+    without_index(path, table, is_indexed)
+}
+
+/// Whether a row looks as if its numbers were separated by something other than commas.
+fn is_split(record: &csv::StringRecord) -> bool {
+    let separators = |cell: &str| cell.contains([';', '\t']) || cell.trim().contains(' ');
+    record.iter().any(|cell| separators(cell) && cell.contains(|c: char| c.is_ascii_digit()))
+}
+
+/// Whether this is the name of a column that counts the rows.
+fn names_rows(name: &str) -> bool {
+    let name = name.to_ascii_lowercase();
+    ["face", "vertex", "index", "id", "row"].contains(&name.as_str())
+}
+
+/// The table without a first column that counts the rows, which its header must name.
+fn without_index(path: &Path, table: Array2<f64>, is_indexed: bool) -> Result<Array2<f64>> {
+    let counts = table.column(0).iter().enumerate().all(|(row, &x)| x == row as f64);
+    match (is_indexed, counts) {
+        (true, true) => Ok(table.slice_move(ndarray::s![.., 1..])),
+        (true, false) => {
+            let message =
+                "has a first column that names the rows, which must be 0, 1, 2, ... in this order";
+            Err(Error::malformed(path, message))
+        }
+        (false, true) if table.ncols() > 2 && table.nrows() > 2 => {
+            let message = "has a first column that counts the rows; leave it out, or name it face or vertex in a header";
+            Err(Error::malformed(path, message))
+        }
+        _ => Ok(table),
+    }
 }

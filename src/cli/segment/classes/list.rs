@@ -68,7 +68,8 @@ fn classes(path: &Path) -> Result<Vec<Class>> {
     regions::check(written.len()).map_err(|error| error.of_file(path))?;
     let class = |(p, Written { name, color }): (usize, Written)| {
         if name.trim().is_empty() || name.chars().any(char::is_control) {
-            return Err(Error::malformed(path, format!("class {p} has no name")));
+            let message = format!("class {p} has no name, or one with a line break");
+            return Err(Error::malformed(path, message));
         }
         let color = match color.as_deref().map(str::trim) {
             None | Some("") => categorical(p),
@@ -81,7 +82,14 @@ fn classes(path: &Path) -> Result<Vec<Class>> {
         };
         Ok(Class { name: Some(name.trim().to_owned()), color })
     };
-    written.into_iter().enumerate().map(class).collect()
+    let classes: Vec<Class> = written.into_iter().enumerate().map(class).collect::<Result<_>>()?;
+    for (p, class) in classes.iter().enumerate() {
+        if let Some(other) = classes[..p].iter().position(|other| other.name == class.name) {
+            let message = format!("classes {other} and {p} have the same name");
+            return Err(Error::malformed(path, message));
+        }
+    }
+    Ok(classes)
 }
 
 fn toml(path: &Path) -> Result<Vec<Written>> {

@@ -1,22 +1,119 @@
 //! The picture: the most probable class beside the label.
 
-use meshseg::classes::{ClassCosts, most_probable};
+use meshseg::classes::{ClassCosts, ClassLabels, most_probable};
 use meshseg::domain::Element;
-use meshseg::mesh::Split;
+use meshseg::mesh::{Mesh, Split};
 use meshseg::outcome::{Looks, PicturedData};
 use meshseg::render;
-use ndarray::ArrayView1;
+use ndarray::{Array2, ArrayView1};
 
+use super::prepared::Prepared;
 use super::report::{Classes, Shown};
-use crate::cli::segment::surface::Surface;
 use crate::cli::solving::Solving;
 
-/// What is drawn; labels of faces on a mesh that is divided between them.
+/// Faces of larger meshes are too small for colors of their own.
+const MAX_FACES_APART: usize = 500_000;
+
+/// What `Split` tells apart besides the label: the most probable class, or that none is known.
+const KEYS: u16 = 65;
+
+/// The mesh as it is drawn, with a row of U and a color of the data per vertex.
+pub struct Picture {
+    mesh: Mesh,
+    u: Array2<f64>,
+    colors: Vec<[f64; 3]>,
+}
+
+impl Picture {
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    pub fn u(&self) -> &Array2<f64> {
+        &self.u
+    }
+
+    /// Of labels of what counts. Faces with data, or labels, of their own get corners of their own.
+    pub fn new(
+        prepared: &Prepared,
+        found: &ClassLabels,
+        u: &Array2<f64>,
+        classes: &Classes,
+    ) -> Self {
+        let costs = prepared.drawn_costs();
+        let mesh = &prepared.surface.mesh;
+        let color = |s: ArrayView1<'_, f64>| match s[0].is_nan() {
+            true => [f64::NAN; 3],
+            false => classes.all[most_probable(s)].palette,
+        };
+        let apart = costs.of == Element::Faces && mesh.faces.len() <= MAX_FACES_APART;
+        if prepared.on == Element::Vertices && costs.of == Element::Vertices {
+            let colors = costs.s.outer_iter().map(color).collect();
+            return Picture { mesh: mesh.clone(), u: u.clone(), colors };
+        }
+        let class = |j: usize| {
+            let s = costs.s.row(j);
+            if s[0].is_nan() { KEYS - 1 } else { most_probable(s) as u16 }
+        };
+        let label = |j: usize| match prepared.on {
+            Element::Faces => found.faces[j] as u16,
+            Element::Vertices => 0,
+        };
+        let key = |j: usize| label(j) * KEYS + if apart { class(j) } else { 0 };
+        let keys: Vec<u16> = (0..mesh.faces.len()).map(key).collect();
+        let Split { mesh: split, of, labels: keys } = mesh.split(&keys);
+        let m = classes.all.len();
+        let u = match prepared.on {
+            Element::Vertices => {
+                u.select(ndarray::Axis(0), &of.iter().map(|&v| v as usize).collect::<Vec<_>>())
+            }
+            Element::Faces => Array2::from_shape_fn((of.len(), m), |(v, p)| {
+                f64::from(u8::from(usize::from(keys[v] / KEYS) == p))
+            }),
+        };
+        let colors = match costs.of {
+            Element::Vertices => of.iter().map(|&v| color(costs.s.row(v as usize))).collect(),
+            Element::Faces if apart => {
+                let of_key = |key: &u16| {
+                    let class = classes.all.get(usize::from(key % KEYS));
+                    class.map_or([f64::NAN; 3], |class| class.palette)
+                };
+                keys.iter().map(of_key).collect()
+            }
+            Element::Faces => averaged(&split, &costs, &color),
+        };
+        Picture { mesh: split, u, colors }
+    }
+}
+
+/// The mean color of the faces around each vertex; NaN where nothing is known.
+fn averaged(
+    mesh: &Mesh,
+    costs: &ClassCosts,
+    color: &dyn Fn(ArrayView1<'_, f64>) -> [f64; 3],
+) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0.0); mesh.vertices.len()];
+    for (j, face) in mesh.faces.iter().enumerate() {
+        let color = color(costs.s.row(j));
+        if color[0].is_nan() {
+            continue;
+        }
+        let area = mesh.face_area(j).max(f64::MIN_POSITIVE);
+        for &v in face {
+            let (sum, total) = &mut sums[v as usize];
+            *total += area;
+            (0..3).for_each(|c| sum[c] += area * color[c]);
+        }
+    }
+    // 0 / 0 is NaN.
+    sums.into_iter().map(|(sum, total)| sum.map(|c| c / total)).collect()
+}
+
+/// What is drawn of the classes and of the data.
 pub fn looks(
     classes: &Classes,
-    costs: &dyn Fn() -> ClassCosts,
-    surface: &Surface,
-    split: Option<&Split>,
+    picture: Option<&Picture>,
+    of: Element,
     solving: &Solving,
 ) -> Looks {
     let region = |(p, class): (usize, &Shown)| render::Region {
@@ -27,52 +124,14 @@ pub fn looks(
             None => format!("{p}   {:.1} %", 100.0 * class.share),
         },
     };
-    let drawn = || {
-        let costs = &costs();
-        PicturedData {
-            colors: colors(classes, costs, surface, split),
-            caption: match costs.of {
-                Element::Vertices => "the most probable class at each vertex".into(),
-                Element::Faces => {
-                    "the most probable class of the faces, averaged at vertices".into()
-                }
-            },
-            view: solving.view,
-        }
-    };
+    let [one, _] = of.nouns();
     Looks {
         regions: classes.all.iter().enumerate().map(region).collect(),
-        data: (!solving.no_preview).then(drawn),
+        data: picture.map(|picture| PicturedData {
+            colors: picture.colors.clone(),
+            caption: format!("the most probable class of each {one}"),
+            view: solving.view,
+        }),
         views: None,
     }
-}
-
-/// One color per vertex of the drawn mesh; NaN where nothing is known.
-fn colors(
-    classes: &Classes,
-    costs: &ClassCosts,
-    surface: &Surface,
-    split: Option<&Split>,
-) -> Vec<[f64; 3]> {
-    let color =
-        |s: ArrayView1<'_, f64>| (!s[0].is_nan()).then(|| classes.all[most_probable(s)].palette);
-    let mesh = split.map_or(&surface.mesh, |split| &split.mesh);
-    let of = |v: usize| split.map_or(v, |split| split.of[v] as usize);
-    if costs.of == Element::Vertices {
-        return (0..mesh.vertices.len())
-            .map(|v| color(costs.s.row(of(v))).unwrap_or([f64::NAN; 3]))
-            .collect();
-    }
-    let mut sums = vec![([0.0; 3], 0.0); mesh.vertices.len()];
-    for (j, face) in mesh.faces.iter().enumerate() {
-        let Some(color) = color(costs.s.row(j)) else { continue };
-        let area = mesh.face_area(j).max(f64::MIN_POSITIVE);
-        for &v in face {
-            let (sum, total) = &mut sums[v as usize];
-            *total += area;
-            (0..3).for_each(|c| sum[c] += area * color[c]);
-        }
-    }
-    // 0 / 0 is NaN: nothing is known.
-    sums.into_iter().map(|(sum, total)| sum.map(|c| c / total)).collect()
 }

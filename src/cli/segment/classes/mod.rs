@@ -17,11 +17,13 @@ use meshseg::names::Named;
 use meshseg::operator::Mass;
 use meshseg::outcome::{self, Drawn, Labeled};
 use meshseg::relaxation::Relaxation;
+use meshseg::run::Status;
 use meshseg::solve::Request;
 use meshseg::{Error, Result};
 
 use arguments::EdgeAware;
 pub use arguments::{ClassArguments, Given};
+use looks::Picture;
 use prepared::Prepared;
 use report::{ClassSummary, Classes, report};
 
@@ -54,6 +56,7 @@ fn request(arguments: &Arguments) -> Result<Request> {
     let solving = &arguments.solving;
     let request = solving.request(&arguments.mesh, arguments.lambda.unwrap_or(0.0))?;
     request.check()?;
+    arguments.views.options(None)?;
     if request.mass != Mass::Barycentric {
         let message = "--mass: costs of classes are always integrated by areas; leave it out";
         return Err(Error::unsuitable(message));
@@ -70,19 +73,23 @@ fn labeled(prepared: &Prepared, arguments: &Arguments, request: Request) -> Resu
     request.check()?;
     let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let lambda = match arguments.lambda {
-        Some(lambda) => lambda,
+    let chosen = match arguments.lambda {
+        Some(lambda) => Some(lambda),
         None => {
             let given = (&costs.s, costs.of);
-            lambda::of_costs(&surface.scaled, given, &request, &mut observe)?
+            lambda::of_costs(&surface.scaled, given, *on, &request, &mut observe)?
         }
     };
+    let lambda = chosen.unwrap_or(0.0);
     let request = Request { lambda, ..request };
     let cleaning = arguments.classes.cleaning(&surface.scaled, surface.scale);
     let labeling = Labeling { on: *on, contrast: contrast.as_ref(), seeds, cleaning };
     let mut found = label(&surface.scaled, s, &labeling, &request, &mut observe)?;
     progress.finish();
     let warnings = &mut found.solution.summary.warnings;
+    if chosen.is_none() {
+        warnings.push("the search for lambda was interrupted, so it is 0: each label is the most probable one".into());
+    }
     warnings.extend(prepared.input.warnings.iter().cloned());
     warnings.extend(of_mesh(surface, arguments));
     warnings.extend(prepared.one_class_everywhere());
@@ -93,7 +100,9 @@ fn labeled(prepared: &Prepared, arguments: &Arguments, request: Request) -> Resu
 fn traced(prepared: &Prepared, found: &mut ClassLabels) -> Contours {
     let welded = prepared.surface.welded();
     match prepared.on {
-        Element::Vertices => cut::traced(welded, &mut found.solution),
+        Element::Vertices => {
+            with_shown_rows(found, |found| cut::traced(welded, &mut found.solution))
+        }
         Element::Faces => {
             let contours = Contours::between_faces(welded, found.faces.view());
             let m = prepared.s.ncols();
@@ -102,6 +111,26 @@ fn traced(prepared: &Prepared, found: &mut ClassLabels) -> Contours {
             contours
         }
     }
+}
+
+/// Calls a function while U agrees with labels of vertices that were cleaned, whose rows become those of the labels.
+fn with_shown_rows<T>(found: &mut ClassLabels, call: impl FnOnce(&mut ClassLabels) -> T) -> T {
+    let changed = found.cleaned.is_some_and(|cleaned| cleaned.parts > 0);
+    if !changed || found.solution.summary.on.is_some() {
+        return call(found);
+    }
+    let mut shown = found.solution.u.clone();
+    for (mut row, &label) in shown.outer_iter_mut().zip(&found.solution.labels) {
+        let label = label as usize;
+        if row.iter().any(|u| *u > row[label]) {
+            row.fill(0.0);
+            row[label] = 1.0;
+        }
+    }
+    let u = std::mem::replace(&mut found.solution.u, shown);
+    let result = call(found);
+    found.solution.u = u;
+    result
 }
 
 /// The labels on the vertices of the file and the faces that count.
@@ -127,19 +156,20 @@ fn write(
 ) -> Outcome {
     let Prepared { surface, mask, input, on, .. } = prepared;
     let solving = &arguments.solving;
-    let split = (*on == Element::Faces).then(|| {
-        let labels: Vec<u8> = found.faces.iter().map(|&p| p as u8).collect();
-        surface.mesh.split(&labels)
-    });
-    let looks = looks::looks(classes, &|| prepared.drawn_costs(), surface, split.as_ref(), solving);
-    let of_cut = match on {
-        Element::Vertices => {
-            cut::report(&surface.mesh, &found.solution, contours, &looks, solving)?
-        }
-        Element::Faces => {
-            cut::report_of_faces(&surface.mesh, &found.faces, contours, &looks, solving)?
-        }
-    };
+    let (picture, looks, of_cut) = with_shown_rows(&mut found, |found| -> Result<_> {
+        let draw = || Picture::new(prepared, found, &found.solution.u, classes);
+        let picture = (!solving.no_preview).then(draw);
+        let looks = looks::looks(classes, picture.as_ref(), input.costs.of, solving);
+        let of_cut = match on {
+            Element::Vertices => {
+                cut::report(&surface.mesh, &found.solution, contours, &looks, solving)?
+            }
+            Element::Faces => {
+                cut::report_of_faces(&surface.mesh, &found.faces, contours, &looks, solving)?
+            }
+        };
+        Ok((picture, looks, of_cut))
+    })?;
     found.vertices = mask.all_vertices(found.vertices);
     found.faces = mask.all_faces(&found.faces);
     let solution = &mut found.solution;
@@ -158,22 +188,20 @@ fn write(
         edge_aware: arguments.classes.edge_aware().map(EdgeAware::name),
         cleaned: found.cleaned.as_ref(),
         welded_vertices: surface.weld.as_ref().map_or(0, |weld| weld.merged),
-        lambda_chosen: arguments.lambda.is_none(),
+        lambda_chosen: arguments.lambda.is_none()
+            && found.solution.summary.status != Status::Interrupted,
         seeds: prepared.seeds.count(),
         normalize: arguments.normalize.name(),
         scale: surface.scale,
         relabeled_share: classes.relabeled_share,
         region_parameters: &classes.all,
     };
-    let drawn = match &split {
-        Some(split) => Drawn::Split(split),
-        None => Drawn::Part(&surface.mesh),
-    };
+    let drawn = picture.as_ref().map(|picture| Drawn { mesh: picture.mesh(), u: picture.u() });
     let labeled = Labeled {
         solution: &found.solution,
         vertices: &found.vertices,
         faces: Some(&found.faces),
-        drawn: Some(drawn),
+        drawn,
     };
     let written = cut::requested(contours, solving);
     outcome::write(&solving.out, &summary, labeled, &mask.whole, &looks, written)?;

@@ -5,6 +5,7 @@ use meshseg::counted::counted;
 use meshseg::domain::{Domain, Element};
 use meshseg::names::Named;
 use meshseg::relaxation::Relaxation;
+use meshseg::run::Status;
 use meshseg::solve::Summary;
 use ndarray::{Array1, Array2};
 use serde::Serialize;
@@ -111,7 +112,7 @@ pub fn report(
 ) -> String {
     let summary = &found.solution.summary;
     let mut lines = summary_lines(summary);
-    if arguments.lambda.is_none() {
+    if arguments.lambda.is_none() && summary.status != Status::Interrupted {
         let lambda = lines.iter_mut().find(|(name, _)| *name == "lambda");
         lambda.expect("it has a line").1 += ", chosen for these probabilities";
     }
@@ -151,7 +152,7 @@ pub fn report(
 fn cleaning(cleaned: &Cleaned, classes: &Classes) -> String {
     let Cleaned { parts, area, energy_before, energy_after } = cleaned;
     if *parts == 0 {
-        return "nothing: there are no such parts".into();
+        return "nothing: there are no such parts, or they have seeds".into();
     }
     let total: f64 = classes.all.iter().map(|class| class.area).sum();
     format!(

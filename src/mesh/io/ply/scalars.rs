@@ -19,11 +19,15 @@ pub struct Scalars {
     pub numbers: Array2<f64>,
 }
 
-/// Reads the scalar properties of vertices or of faces whose names `matches`.
+/// Reads the scalar properties of vertices or of faces whose element, `vertex` or `face`, and name `matches`.
 ///
 /// # Errors
 /// The content is not a valid PLY file, or vertices and faces, or neither, have such properties.
-pub fn read_scalars(path: &Path, bytes: &[u8], matches: &dyn Fn(&str) -> bool) -> Result<Scalars> {
+pub fn read_scalars(
+    path: &Path,
+    bytes: &[u8],
+    matches: &dyn Fn(&str, &str) -> bool,
+) -> Result<Scalars> {
     let header = Header::parse(path, bytes)?;
     match header.encoding {
         Encoding::Ascii => body(path, &header, Ascii::new(path, bytes, &header), matches),
@@ -40,14 +44,17 @@ fn body(
     path: &Path,
     header: &Header,
     mut values: impl Values,
-    matches: &dyn Fn(&str) -> bool,
+    matches: &dyn Fn(&str, &str) -> bool,
 ) -> Result<Scalars> {
-    let matching =
-        |property: &Property| matches!(property.kind, Kind::Scalar(_)) && matches(property.name());
+    let matching = |element: &str, property: &Property| {
+        matches!(property.kind, Kind::Scalar(_)) && matches(element, property.name())
+    };
     let having: Vec<&str> = header
         .elements
         .iter()
-        .filter(|element| element.properties.iter().any(matching))
+        .filter(|element| {
+            element.properties.iter().any(|property| matching(&element.name, property))
+        })
         .map(|element| element.name.as_str())
         .filter(|name| ["vertex", "face"].contains(name))
         .collect();
@@ -56,13 +63,13 @@ fn body(
         [] => {
             return Err(Error::malformed(
                 path,
-                "has no number of vertices or faces with such a name",
+                format!("has no such number at vertices or faces, but {}", listed(header)),
             ));
         }
         _ => {
             return Err(Error::malformed(
                 path,
-                "has properties with such names at vertices and at faces; choose names of one of them",
+                "has such properties at vertices and at faces; write vertex:NAME or face:NAME",
             ));
         }
     };
@@ -77,14 +84,15 @@ fn body(
             }
             continue;
         }
-        let names = element.properties.iter().filter(|property| matching(property));
+        let is_wanted = |property: &Property| matching(&element.name, property);
+        let names = element.properties.iter().filter(|property| is_wanted(property));
         found.names = names.map(|property| property.name().to_owned()).collect();
         let mut numbers = Vec::with_capacity(values.capacity(element) * found.names.len());
         for _ in 0..element.count {
             values.begin()?;
             for property in &element.properties {
                 match property.kind {
-                    Kind::Scalar(scalar) if matching(property) => {
+                    Kind::Scalar(scalar) if is_wanted(property) => {
                         numbers.push(values.number(scalar)?);
                     }
                     _ => skip_property(property, &mut values)?,
@@ -96,6 +104,17 @@ fn body(
     }
     values.finish()?;
     Ok(found)
+}
+
+/// The numbers that vertices and faces have.
+fn listed(header: &Header) -> String {
+    let elements = header.elements.iter().filter(|e| ["vertex", "face"].contains(&e.name.as_str()));
+    let names = elements.flat_map(|element| {
+        let scalars = element.properties.iter().filter(|p| matches!(p.kind, Kind::Scalar(_)));
+        scalars.map(move |property| format!("{}:{}", element.name, property.name()))
+    });
+    let names: Vec<String> = names.collect();
+    if names.is_empty() { "none at all".into() } else { names.join(", ") }
 }
 
 #[cfg(test)]
@@ -132,20 +151,26 @@ mod tests {
         let path = Path::new("some.ply");
         for bytes in [ascii(), binary()] {
             let found =
-                read_scalars(path, &bytes, &|name| name.starts_with("p_") && name != "p_").unwrap();
+                read_scalars(path, &bytes, &|_, name| name.starts_with("p_") && name != "p_")
+                    .unwrap();
             assert!(!found.of_faces);
             assert_eq!(found.names, ["p_0", "p_1"]);
             assert_eq!(found.numbers.row(0).to_vec(), [0.25, 3.0]);
             assert!(found.numbers[[1, 0]].is_nan() && found.numbers[[1, 1]] == 4.0);
-            let found = read_scalars(path, &bytes, &|name| name == "q").unwrap();
+            let found = read_scalars(path, &bytes, &|_, name| name == "q").unwrap();
             assert!(found.of_faces && found.numbers.column(0).to_vec() == [-7.0, 8.0]);
-            let message = |matches: &dyn Fn(&str) -> bool| {
+            let message = |matches: &dyn Fn(&str, &str) -> bool| {
                 read_scalars(path, &bytes, matches).err().unwrap().to_string()
             };
-            assert!(message(&|name| name.starts_with("p_")).contains("at vertices and at faces"));
-            assert!(message(&|name| name == "w").contains("no number of vertices or faces"));
+            assert!(
+                message(&|_, name| name.starts_with("p_")).contains("at vertices and at faces")
+            );
+            assert!(
+                message(&|_, name| name == "w")
+                    .contains("but vertex:x, vertex:p_0, vertex:p_1, face:q")
+            );
             let cut = &bytes[..bytes.len() - 6];
-            assert!(read_scalars(path, cut, &|name| name == "q").is_err());
+            assert!(read_scalars(path, cut, &|_, name| name == "q").is_err());
         }
     }
 }
