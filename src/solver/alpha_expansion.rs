@@ -219,7 +219,10 @@ mod tests {
         problem: &Problem<Stencil, M>,
     ) -> AlphaExpansion<M> {
         let start = problem.f.iter().map(|f| Row::one_hot(f.argmin())).collect();
-        AlphaExpansion::new(&Settings { weights }, Setup { domain: mesh.into(), problem, start, dual_start: None })
+        AlphaExpansion::new(
+            &Settings { weights },
+            Setup { domain: mesh.into(), problem, start, dual_start: None },
+        )
     }
 
     /// G of labels.
@@ -273,7 +276,8 @@ mod tests {
             let problem = random_problem::<2>(&mesh, 0.3, seed);
             // From here every labeling is an expansion of label 0.
             let start = vec![Row::one_hot(1); 9];
-            let setup = Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
+            let setup =
+                Setup { domain: (&mesh).into(), problem: &problem, start, dual_start: None };
             let mut method = AlphaExpansion::new(&Settings::default(), setup);
             Step::<Stencil, 2>::step(&mut method, &problem);
             let energy = |labels: u32| {

@@ -359,7 +359,8 @@ mod tests {
         for rho in [0.7, 1.8, 1.95] {
             let settings = Settings { rho, balance: Balancing::Fixed, ..Settings::default() };
             let start = random_labels(n, 2, &mut rng(78));
-            let setup = Setup { domain: (&mesh).into(), problem: &known.problem, start, dual_start: None };
+            let setup =
+                Setup { domain: (&mesh).into(), problem: &known.problem, start, dual_start: None };
             let mut solver = DouglasRachford::new(&settings, setup);
             let (rho, omega) = (solver.rho, solver.omega);
 
