@@ -82,10 +82,10 @@ mod tests {
     /// Faces are those of the mesh, once each; a small mesh is one patch, a large one several.
     #[test]
     fn patches_are_parts_of_the_mesh() {
-        let large = [("large", shape("torus:150x120"))];
+        let large = [("many faces", shape("torus:150x120"))];
         for (name, mesh) in zoo().into_iter().chain(large) {
             let found = patches(&mesh, &|_| true, &mut rng(1601));
-            assert_eq!(found.len() > 1, name == "large");
+            assert_eq!(found.len() > 1, name == "many faces");
             let mut faces: Vec<usize> =
                 found.iter().flat_map(|patch| patch.faces.clone()).collect();
             let count = faces.len();
