@@ -7,7 +7,7 @@
 //! ```
 //!
 //! r is what the best single class costs above the cheapest labels, per area. Labels that follow the noise of g cost more of h, whose
-//! noise is another, and so do labels that miss what is there. Of the lambdas whose V_i is within two standard errors of the
+//! noise is another, and so do labels that miss what is there. Of the lambdas whose V_i is within a standard error of the
 //! smallest one, the largest is chosen; the standard error of a difference is that of its sum over the unknowns. All is done where the labels
 //! will be, on vertices or on faces, and at the resolution of the mesh, since cells average noise: on the whole mesh if it is small, or else on
 //! patches around faces that are drawn at random.
@@ -163,7 +163,7 @@ fn search<const M: usize>(
     let best = &tried[best(&tried, &validated)].1;
     let is_good = |(_, labels): &&(f64, Vec<usize>)| {
         let [sum, error] = excess(best, labels, &validated);
-        sum <= 2.0 * error
+        sum <= error
     };
     Ok(tried.iter().filter(is_good).map(|(lambda, _)| *lambda).reduce(f64::max))
 }

@@ -91,7 +91,8 @@ impl Surface {
         } else if let Some(tolerance) = arguments.weld {
             note(&welding::note(None, tolerance));
         }
-        if self.scale != 1.0 {
+        // Not where the note would say 1.000000.
+        if (self.scale - 1.0).abs() > 5e-7 {
             note(&format!(
                 "scaled by {:.6e} to total area 1, which lambda refers to; --normalize none keeps the units",
                 self.scale
