@@ -85,7 +85,8 @@ impl ClassCosts {
     }
 }
 
-/// Solves for labels of the vertices or the faces of a mesh as it is, without scaling. `s` are pointwise costs on these.
+/// Solves for labels of the vertices or the faces of a mesh as it is, without scaling. `s` are pointwise costs on
+/// these.
 ///
 /// # Errors
 /// Those of [`solve_weighted`] and [`solve_on_faces`].

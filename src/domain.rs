@@ -1,5 +1,5 @@
-//! Where labels live: at the vertices of a mesh, where U is linear on each face, or on its faces, where U is constant on
-//! each face and jumps across edges.
+//! Where labels live: at the vertices of a mesh, where U is linear on each face, or on its faces, where U is constant
+//! on each face and jumps across edges.
 //!
 //! ```text
 //!             unknowns u_k            data term                 terms of the total variation
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Either way K is a [`Stencil`], so that problems, solvers and certificates are the same. The cut of labels costs
-//! sqrt(2) lambda times its length: a polyline through faces on vertices, a path along edges on faces. On faces every term has two unknowns,
-//! for which the relaxation `separate` is exact.
+//! sqrt(2) lambda times its length: a polyline through faces on vertices, a path along edges on faces. On faces every
+//! term has two unknowns, for which the relaxation `separate` is exact.
 
 use strum::{EnumString, IntoStaticStr, VariantNames};
 

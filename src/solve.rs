@@ -108,11 +108,12 @@ pub fn solve_weighted(
     Ok(solution.in_file_order(mesh, &order))
 }
 
-/// Minimizes E over labels of the faces of a mesh, see [`crate::domain`], for pointwise costs s (F x m). The costs of a face
-/// count with its area, cuts with their length, times what the contrast says; NaN in a whole row marks it as unknown. `seeds` are faces whose labels are given.
+/// Minimizes E over labels of the faces of a mesh, see [`crate::domain`], for pointwise costs s (F x m). The costs of a
+/// face count with its area, cuts with their length, times what the contrast says; NaN in a whole row marks it as
+/// unknown. `seeds` are faces whose labels are given.
 ///
-/// Fails as [`solve_seeded`] does, for rows of faces in place of vertices, and if the request asks for what there is on vertices only: coarse to
-/// fine, and the dual field.
+/// Fails as [`solve_seeded`] does, for rows of faces in place of vertices, and if the request asks for what there is on
+/// vertices only: coarse to fine, and the dual field.
 pub fn solve_on_faces(
     mesh: &Mesh,
     contrast: Option<&Contrast>,

@@ -14,7 +14,8 @@ use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::incidence::Incidence;
 use crate::sweep::{collect, ranges, sweep_parts};
 
-/// V x m pointwise costs from F x m, for the barycentric mass: integrated, they are the integrals of the costs of the faces.
+/// V x m pointwise costs from F x m, for the barycentric mass: integrated, they are the integrals of the costs of the
+/// faces.
 pub fn to_vertices(mesh: &Mesh, s: &Array2<f64>) -> Array2<f64> {
     let areas = barycentric_areas(mesh);
     let around = Incidence::new(mesh, |j, _| j as u32);
@@ -48,8 +49,8 @@ pub fn to_faces(mesh: &Mesh, s: &Array2<f64>) -> Array2<f64> {
     })
 }
 
-/// The label of each face, for U and labels of the vertices: that of two corners or more, otherwise the one with the largest
-/// u in the middle of the face.
+/// The label of each face, for U and labels of the vertices: that of two corners or more, otherwise the one with the
+/// largest u in the middle of the face.
 pub fn labels_of_faces(mesh: &Mesh, u: &Array2<f64>, labels: &Array1<i32>) -> Array1<i32> {
     let label = |j: usize| {
         let corners = mesh.faces[j].map(|v| v as usize);
@@ -68,7 +69,8 @@ pub fn labels_of_faces(mesh: &Mesh, u: &Array2<f64>, labels: &Array1<i32>) -> Ar
     collect(mesh.faces.len(), label).into()
 }
 
-/// The label of each vertex: the one that covers most of the area around it, the first of equal ones; 0 at vertices without faces.
+/// The label of each vertex: the one that covers most of the area around it, the first of equal ones; 0 at vertices
+/// without faces.
 pub fn labels_of_vertices(mesh: &Mesh, labels: &Array1<i32>, m: usize) -> Array1<i32> {
     let around = Incidence::new(mesh, |j, _| j as u32);
     let label = |k: usize| {

@@ -29,7 +29,8 @@ pub struct Found {
     pub divided: usize,
 }
 
-/// Fails unless a floor is positive and below 1 / m, above which every class of a row of zeros but one would cost the same as a tie.
+/// Fails unless a floor is positive and below 1 / m, above which every class of a row of zeros but one would cost the
+/// same as a tie.
 pub fn check_floor(floor: f64, m: usize) -> Result<()> {
     if floor > 0.0 && floor < 1.0 / m as f64 {
         return Ok(());
@@ -101,8 +102,8 @@ pub fn of_scores(x: &Array2<f64>, floor: f64) -> Result<Found> {
 /// Costs of m classes from labels that are right with probability `confidence`; `None` is unknown.
 ///
 /// # Errors
-/// A number of classes that is not from 2 to 64, a confidence that is not between 1 / m and 1, labels that are no class, and no label
-/// at all.
+/// A number of classes that is not from 2 to 64, a confidence that is not between 1 / m and 1, labels that are no
+/// class, and no label at all.
 pub fn of_labels(labels: &[Option<i64>], m: usize, confidence: f64) -> Result<Found> {
     regions::check(m)?;
     let chance = 1.0 / m as f64;

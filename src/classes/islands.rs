@@ -1,8 +1,9 @@
 //! Labels without small parts: what is done to labels beyond their energy, and what it costs.
 //!
-//! A part is a connected set with one label. Parts smaller than an area take the label of their neighbors that costs least; holes, parts
-//! within one other label, are filled up to another area. The smallest come first, and of neighboring parts one at a time. With one
-//! label per component, each connected component of the surface takes the label of its seeds, or the one that costs least in total.
+//! A part is a connected set with one label. Parts smaller than an area take the label of their neighbors that costs
+//! least; holes, parts within one other label, are filled up to another area. The smallest come first, and of
+//! neighboring parts one at a time. With one label per component, each connected component of the surface takes the
+//! label of its seeds, or the one that costs least in total.
 //!
 //! ```text
 //! R(after) - R(before)     is reported, for R of `problem.rs`: it is never below the certified bound
@@ -44,8 +45,8 @@ impl Cleaning {
         *self == Cleaning::default()
     }
 
-    /// Changes labels; `f` are integrated costs, m per unknown. Parts with an unknown whose label is `fixed` stay, and so do
-    /// components with several fixed labels. Returns the number of parts that changed, and their area.
+    /// Changes labels; `f` are integrated costs, m per unknown. Parts with an unknown whose label is `fixed` stay, and
+    /// so do components with several fixed labels. Returns the number of parts that changed, and their area.
     pub fn apply(
         &self,
         domain: Domain<'_>,
@@ -69,7 +70,8 @@ impl Cleaning {
     }
 }
 
-/// Each component takes the label of least total cost, or that of its fixed unknowns; it stays as it is if these differ.
+/// Each component takes the label of least total cost, or that of its fixed unknowns; it stays as it is if these
+/// differ.
 fn constant_on_components(
     domain: Domain<'_>,
     (f, m): (&[f64], usize),

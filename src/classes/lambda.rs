@@ -6,13 +6,15 @@
 //! V_i = sum_k <u_ik, h_k>
 //! ```
 //!
-//! r is what the best single class costs above the cheapest labels, per area. Labels that follow the noise of g cost more of h, whose
-//! noise is another, and so do labels that miss what is there. Of the lambdas whose V_i is within a standard error of the
-//! smallest one, the largest is chosen; the standard error of a difference is that of its sum over the unknowns. All is done where the labels
-//! will be, on vertices or on faces, and at the resolution of the mesh, since cells average noise: on the whole mesh if it is small, or else on
-//! patches around faces that are drawn at random.
+//! r is what the best single class costs above the cheapest labels, per area. Labels that follow the noise of g cost
+//! more of h, whose noise is another, and so do labels that miss what is there. Of the lambdas whose V_i is within a
+//! standard error of the smallest one, the largest is chosen; the standard error of a difference is that of its sum
+//! over the unknowns. All is done where the labels will be, on vertices or on faces, and at the resolution of the mesh,
+//! since cells average noise: on the whole mesh if it is small, or else on patches around faces that are drawn at
+//! random.
 //!
-//! Reference: T. Hastie, R. Tibshirani, J. Friedman, *The Elements of Statistical Learning*, 2nd edition, 2009, section 7.10.
+//! Reference: T. Hastie, R. Tibshirani, J. Friedman, *The Elements of Statistical Learning*, 2nd edition, 2009, section
+//! 7.10.
 
 use ndarray::Array2;
 use rand::{RngExt, SeedableRng};
@@ -47,11 +49,12 @@ const FITTED_SHARE: f64 = 0.8;
 /// With fewer known rows, all are fitted and validated.
 const MIN_DIVIDED: usize = 50;
 
-/// A lambda with labels that cost so many standard errors more than the best ones is too large, and so are all larger ones.
+/// A lambda with labels that cost so many standard errors more than the best ones is too large, and so are all larger
+/// ones.
 const HOPELESS: f64 = 10.0;
 
-/// lambda for labels on the vertices or faces of a mesh, and pointwise costs on either; a row of NaN is unknown. It is 0 where one
-/// class is the cheapest everywhere, and `None` if the observer ends the search.
+/// lambda for labels on the vertices or faces of a mesh, and pointwise costs on either; a row of NaN is unknown. It is
+/// 0 where one class is the cheapest everywhere, and `None` if the observer ends the search.
 ///
 /// # Errors
 /// No face has an area, or the integrated costs leave the range of double precision.

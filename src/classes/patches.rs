@@ -1,5 +1,5 @@
-//! Parts of a mesh at its own resolution, on which a choice is tried: the whole mesh if it is small, or else connected patches around
-//! faces that are drawn at random.
+//! Parts of a mesh at its own resolution, on which a choice is tried: the whole mesh if it is small, or else connected
+//! patches around faces that are drawn at random.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;

@@ -18,8 +18,9 @@ use super::{Cli, Failure, Outcome, note, one_line, print, shard};
 
 /// Segment many meshes, one line each, and go on after one that fails.
 ///
-/// LIST.csv has the header mesh,out and further columns named after options of `segment`, such as probabilities or lambda; a row
-/// is a mesh with its values, and an empty cell leaves the option out. Paths are relative to the current folder.
+/// LIST.csv has the header mesh,out and further columns named after options of `segment`, such as probabilities or
+/// lambda; a row is a mesh with its values, and an empty cell leaves the option out. Paths are relative to the current
+/// folder.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

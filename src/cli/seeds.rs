@@ -4,8 +4,8 @@
 //! vertex,region      or    face,region       a table (.csv) with this header, one seed per line
 //! ```
 //!
-//! or integers (.npy), one per vertex or per face, -1 where there is no seed. For labels of vertices a face is a seed at its
-//! corners, for labels of faces a vertex is one at the faces around it.
+//! or integers (.npy), one per vertex or per face, -1 where there is no seed. For labels of vertices a face is a seed
+//! at its corners, for labels of faces a vertex is one at the faces around it.
 
 use std::cell::OnceCell;
 use std::path::Path;
@@ -16,8 +16,8 @@ use meshseg::mesh::Mesh;
 use meshseg::seeds::Seeds;
 use meshseg::{Error, Result, file, npy};
 
-/// Reads the seeds of the vertices or faces of a mesh with m regions. Fails if an index or a region is out of range, or a
-/// vertex or face would be a seed of two regions.
+/// Reads the seeds of the vertices or faces of a mesh with m regions. Fails if an index or a region is out of range, or
+/// a vertex or face would be a seed of two regions.
 pub fn read(path: &Path, mesh: &Mesh, m: usize, on: Element) -> Result<Seeds> {
     let regions = vec![None; on.count(mesh)];
     let mut collected = Collected { path, mesh, m, on, around: OnceCell::new(), regions };

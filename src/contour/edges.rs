@@ -7,8 +7,8 @@ use crate::mesh::Mesh;
 use crate::mesh::sides::{edges, sides};
 
 impl Contours {
-    /// The edges whose faces have different labels, F labels from 0 to 63. An edge with more than two faces is there once for each
-    /// pair of their labels.
+    /// The edges whose faces have different labels, F labels from 0 to 63. An edge with more than two faces is there
+    /// once for each pair of their labels.
     pub fn between_faces(mesh: &Mesh, labels: ArrayView1<'_, i32>) -> Self {
         let mut segments = Vec::new();
         let sides = sides(&mesh.faces);

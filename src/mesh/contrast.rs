@@ -6,8 +6,8 @@
 //! faces      (w_j + w_k) / 2                     for given weights of faces
 //! ```
 //!
-//! The first two are at least [`LEAST`], so that no cut is free. A face weighs the mean of its edges. Reference for colors: C. Rother,
-//! V. Kolmogorov, A. Blake, *GrabCut*, ACM Transactions on Graphics 23(3), 2004.
+//! The first two are at least [`LEAST`], so that no cut is free. A face weighs the mean of its edges. Reference for
+//! colors: C. Rother, V. Kolmogorov, A. Blake, *GrabCut*, ACM Transactions on Graphics 23(3), 2004.
 
 use super::Mesh;
 use super::dual::Dual;

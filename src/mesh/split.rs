@@ -14,7 +14,8 @@ pub struct Split {
 }
 
 impl Mesh {
-    /// Divides the vertices between the labels of the faces around them; one label per face. A vertex between n labels becomes n vertices.
+    /// Divides the vertices between the labels of the faces around them; one label per face. A vertex between n labels
+    /// becomes n vertices.
     pub fn split(&self, labels: &[u16]) -> Split {
         assert_eq!(labels.len(), self.faces.len());
         let around = Incidence::new(self, |j, i| (j as u32, i as u8));

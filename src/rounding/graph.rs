@@ -1,6 +1,7 @@
 //! Graphs whose cuts cost about lambda |(K U)_j|, summed over the faces, for one-hot U.
 //!
-//! A curve costs sqrt(2) lambda times its length. An edge ij opposite to corner k of a face j weighs sqrt(2) lambda times
+//! A curve costs sqrt(2) lambda times its length. An edge ij opposite to corner k of a face j weighs sqrt(2) lambda
+//! times
 //!
 //! ```text
 //! exact        (l_i + l_j - l_k) / 4
@@ -8,8 +9,8 @@
 //! crofton      (g_i + g_j) / (4 l_k),      g_i = alpha_i / 2  2 pi a_i / Theta_i
 //! ```
 //!
-//! and the weights of its faces are summed. l_i is the length of the edge opposite to corner i, alpha_i the angle at it,
-//! Theta_i the sum of the angles at its vertex, and a_i the barycentric area of its vertex.
+//! and the weights of its faces are summed. l_i is the length of the edge opposite to corner i, alpha_i the angle at
+//! it, Theta_i the sum of the angles at its vertex, and a_i the barycentric area of its vertex.
 //!
 //! * `exact`: where a face has at most two labels, the cut costs lambda |(K U)_j|, see `labels.rs`; with the relaxation
 //!   `separate` for all labels.

@@ -78,8 +78,8 @@ pub struct Summary {
     pub cut: Option<CutRecord>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
-    /// The relaxation: `frobenius`, `separate` or `envelope`. Energies and bounds are those of this relaxation, also those of
-    /// labels. `None` in results from before there were others than `frobenius`.
+    /// The relaxation: `frobenius`, `separate` or `envelope`. Energies and bounds are those of this relaxation, also
+    /// those of labels. `None` in results from before there were others than `frobenius`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation: Option<Cow<'static, str>>,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
@@ -99,8 +99,8 @@ pub struct RoundingRecord {
     pub rounding: Cow<'static, str>,
     /// The energy of the labels argmax_p u_kp.
     pub argmax_energy: f64,
-    /// L: no labels have a smaller energy. It is D, R where a minimum cut found the best labels, or higher than D if a label
-    /// gap was requested.
+    /// L: no labels have a smaller energy. It is D, R where a minimum cut found the best labels, or higher than D if a
+    /// label gap was requested.
     pub label_bound: f64,
     /// The number of ascents that raised L, in both orders of the vertices each.
     pub label_ascents: u64,

@@ -1,9 +1,8 @@
 //! README.md for a new user: every command runs as printed, in order, and gives the output that is printed below it.
 //!
-//! Blocks of `sh` are scripts; in blocks of `text`, lines that begin with `$` are commands and the others their output; a row of a
-//! table that ends with a command is one, too.
-//! Commands that build or install are skipped, since the program is built. Numbers may differ in their last digits, and
-//! times are not compared.
+//! Blocks of `sh` are scripts; in blocks of `text`, lines that begin with `$` are commands and the others their output;
+//! a row of a table that ends with a command is one, too. Commands that build or install are skipped, since the program
+//! is built. Numbers may differ in their last digits, and times are not compared.
 
 use std::fs;
 use std::path::{Path, PathBuf};

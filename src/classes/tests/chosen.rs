@@ -49,8 +49,8 @@ fn lambda_has_the_units_of_cost_times_length() {
     assert_eq!(chosen(&mesh, &flat), 0.0);
 }
 
-/// Labels on faces and on vertices, with the lambda that is chosen, recover four parts of a torus from costs of which the
-/// cheapest is wrong on a large part.
+/// Labels on faces and on vertices, with the lambda that is chosen, recover four parts of a torus from costs of which
+/// the cheapest is wrong on a large part.
 #[test]
 fn noisy_classes_are_recovered() {
     let mesh = shape("torus:60x40");

@@ -33,8 +33,8 @@ impl Input {
     /// Reads the file.
     ///
     /// # Errors
-    /// It cannot be read or is malformed, has another number of rows than the mesh has vertices or faces, or its numbers are no
-    /// probabilities, scores or labels.
+    /// It cannot be read or is malformed, has another number of rows than the mesh has vertices or faces, or its
+    /// numbers are no probabilities, scores or labels.
     pub fn read(mesh: &Mesh, given: &Given, arguments: &ClassArguments) -> Result<Self> {
         let path = given.path();
         let numbers = match given {

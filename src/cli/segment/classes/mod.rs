@@ -1,4 +1,5 @@
-//! `meshseg segment --probabilities`, `--property`, `--scores` and `--labels-in`: classes whose probabilities are known.
+//! `meshseg segment --probabilities`, `--property`, `--scores` and `--labels-in`: classes whose probabilities are
+//! known.
 
 mod arguments;
 mod contrast;

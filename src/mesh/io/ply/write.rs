@@ -34,8 +34,8 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> 
 /// Writes a mesh with a color and a label per vertex. All are `uchar`: some readers abort on vertices with additional
 /// properties of several types.
 ///
-/// `labels` has one entry per vertex, `face_labels` one per face, which then have colors and labels, too; `colors` has one RGB in
-/// [0, 1] per label. Other labels are gray.
+/// `labels` has one entry per vertex, `face_labels` one per face, which then have colors and labels, too; `colors` has
+/// one RGB in [0, 1] per label. Other labels are gray.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -106,8 +106,8 @@ fn images(mesh: &Mesh) -> Option<(Vec<&Path>, Vec<Option<usize>>)> {
     mesh.materials.as_ref().map(Materials::images).filter(|(images, _)| !images.is_empty())
 }
 
-/// Writes the header; `extras` are properties of a vertex besides its position, and of a face. Without a `folder`, which image
-/// names are relative to, texture coordinates, images and colors of faces are omitted.
+/// Writes the header; `extras` are properties of a vertex besides its position, and of a face. Without a `folder`,
+/// which image names are relative to, texture coordinates, images and colors of faces are omitted.
 fn header(
     out: &mut dyn Write,
     mesh: &Mesh,
