@@ -7,21 +7,21 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use clap::CommandFactory;
+use clap::Args;
 use meshseg::counted::counted;
 use meshseg::{Error, Result, file};
 use serde_json::Value;
 
-use super::interrupt;
+use super::output::{Failure, Outcome, note, one_line, print, shard};
 use super::solving::percent_or_less;
-use super::{Cli, Failure, Outcome, note, one_line, print, shard};
+use super::{interrupt, segment};
 
 /// Segment many meshes, one line each, and go on after one that fails.
 ///
 /// LIST.csv has the header mesh,out and further columns named after options of `segment`, such as probabilities or
 /// lambda; a row is a mesh with its values, and an empty cell leaves the option out. Paths are relative to the current
 /// folder.
-#[derive(clap::Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Table of meshes
@@ -213,8 +213,7 @@ fn check_column(path: &Path, name: &str, again: bool) -> Result<()> {
     if name == "mesh" {
         return Ok(());
     }
-    let program = Cli::command();
-    let segment = program.find_subcommand("segment").expect("a verb");
+    let segment = segment::Arguments::augment_args(clap::Command::new("segment"));
     let option = segment.get_arguments().find(|option| option.get_long() == Some(name));
     match option {
         Some(option) if option.get_action().takes_values() => Ok(()),
