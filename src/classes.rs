@@ -25,10 +25,8 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::mesh::contrast::Contrast;
 use crate::mesh::dual::Dual;
-use crate::names::Named;
 use crate::operator::Mass;
 use crate::problem::label_gap;
-use crate::relaxation::Relaxation;
 use crate::request::{Observer, Request};
 use crate::rounding::cut_energy;
 use crate::seeds::Seeds;
@@ -114,7 +112,7 @@ pub fn label(
     solution.summary.warnings.retain(|warning| *warning != of_costs);
     let cleaned = match cleaning.is_none() {
         true => None,
-        false => Some(clean(mesh, s, labeling, &mut solution)?),
+        false => Some(clean(mesh, s, labeling, request, &mut solution)?),
     };
     let labels = solution.labels.clone();
     let (vertices, faces) = match on {
@@ -124,14 +122,12 @@ pub fn label(
         }
         Element::Faces => (carry::labels_of_vertices(mesh, &labels, s.ncols()), labels),
     };
-    if *on == Element::Faces {
-        solution.summary.warnings.extend(without_evidence(mesh));
-    }
     Ok(ClassLabels { solution, vertices, faces, cleaned })
 }
 
-/// Warnings about faces and vertices whose labels come from their neighbors, or from nowhere.
-fn without_evidence(mesh: &Mesh) -> Vec<String> {
+/// Warnings about labels of faces: of faces without area, which come from their neighbors, and of vertices without
+/// faces, which come from nowhere.
+pub fn without_evidence(mesh: &Mesh) -> Vec<String> {
     let degenerate = (0..mesh.faces.len()).filter(|&j| mesh.is_degenerate(j)).count();
     let mut has_faces = vec![false; mesh.vertices.len()];
     mesh.faces.iter().flatten().for_each(|&v| has_faces[v as usize] = true);
@@ -159,6 +155,7 @@ fn clean(
     mesh: &Mesh,
     s: &Array2<f64>,
     labeling: &Labeling<'_>,
+    request: &Request,
     solution: &mut Solution,
 ) -> Result<Cleaned> {
     let Labeling { on, contrast, seeds, cleaning } = labeling;
@@ -185,15 +182,14 @@ fn clean(
     };
     let f: Vec<f64> = s.outer_iter().zip(weights).flat_map(integrated).collect();
     let summary = &mut solution.summary;
-    let relaxation = summary.relaxation.as_deref().and_then(Relaxation::named).unwrap_or_default();
     let energy = |labels: &[u8]| {
         let data = sum(labels.len(), |v| f[v * m + usize::from(labels[v])]);
-        data + cut_energy(domain, relaxation, summary.lambda, labels)
+        data + cut_energy(domain, request.relaxation, request.lambda, labels)
     };
     let mut labels: Vec<u8> = solution.labels.iter().map(|&p| p as u8).collect();
     let before = energy(&labels);
     let fixed = |v: usize| seeds.region(v);
-    let (parts, area) = cleaning.apply(domain, (&f, m), summary.lambda, &fixed, &mut labels);
+    let (parts, area) = cleaning.apply(domain, (&f, m), request.lambda, &fixed, &mut labels);
     let change = if parts == 0 { 0.0 } else { energy(&labels) - before };
     let cleaned = Cleaned {
         parts,

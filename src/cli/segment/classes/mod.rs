@@ -10,7 +10,7 @@ mod mask;
 mod prepared;
 mod report;
 
-use meshseg::classes::{ClassLabels, Labeling, label, lambda};
+use meshseg::classes::{ClassLabels, Labeling, label, lambda, without_evidence};
 use meshseg::contour::{Contours, CutRecord};
 use meshseg::domain::Element;
 use meshseg::mesh::dual::Dual;
@@ -93,6 +93,10 @@ fn labeled(prepared: &Prepared, arguments: &Arguments, request: Request) -> Resu
     }
     warnings.extend(prepared.input.warnings.iter().cloned());
     warnings.extend(of_mesh(surface, arguments));
+    if *on == Element::Faces {
+        // Of the whole mesh: vertices that the mask leaves out have faces.
+        warnings.extend(without_evidence(&prepared.mask.whole));
+    }
     warnings.extend(prepared.one_class_everywhere());
     Ok(found)
 }
