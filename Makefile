@@ -1,13 +1,18 @@
-.PHONY: test rust page build environment lint bench bench-report paper reproduce
+.PHONY: test rust python page build environment lint bench bench-report paper reproduce
 
 # All tests of the project, in release mode, because the numerical code is slow without optimization.
 test:
 	$(MAKE) --jobs=2 build environment
 	$(MAKE) rust
+	$(MAKE) python
 	$(MAKE) page
 
 rust:
 	cargo test --release --locked
+
+# The tests of the Python package, which is installed in an environment of its own.
+python:
+	./python/test
 
 # The tests of the report page, in a browser.
 page:
@@ -16,11 +21,12 @@ page:
 build:
 	cargo test --release --locked --no-run
 
-# Python environments: the reference solvers, for tests that compare with them, and Snakemake, for the workflows that
-# tests write.
+# Python environments: the reference solvers, for tests that compare with them, Snakemake, for the workflows that tests
+# write, and what the tests of the Python package need.
 environment:
 	./experiments/reference/run python -c pass
 	./tests/cli/experiment/snakemake --version
+	./python/test environment
 
 lint:
 	cargo fmt --all --check

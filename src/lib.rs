@@ -22,13 +22,15 @@
 //! given U. Every solver behind them is a [`solver::Solver`], run by [`run::Run`].
 //!
 //! The feature `experiments` adds pictures, figures, result folders, exchange and experiments; `cli` adds the program.
-//! The library sets nothing process-wide, and all threads are those of [`sweep::with_threads`].
+//! Without it the library sets nothing process-wide, and all threads are those of [`sweep::with_threads`].
 
 #![warn(missing_docs)]
 
 pub mod agreement;
 pub mod certificate;
 pub mod classes;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod coarse;
 pub mod colormap;
 mod constant;

@@ -21,7 +21,9 @@ const MAX_BRACKETS: usize = 16;
 /// # Errors
 /// The file cannot be read, is truncated, has another type or shape, or an entry that is not finite.
 pub fn read_matrix(path: &Path) -> Result<Array2<f64>> {
-    finite(path, read_rows(path)?)
+    let matrix = read_rows(path)?;
+    check_matrix(path, &matrix)?;
+    Ok(matrix)
 }
 
 /// The same, but entries may be infinite or NaN.
@@ -86,11 +88,17 @@ pub fn read_data(path: &Path) -> Result<Array2<f64>> {
             ));
         }
     };
+    check_data(path, &data)?;
+    Ok(data)
+}
+
+/// Fails if the data of a file have no column, or an entry is infinite.
+pub fn check_data(path: &Path, data: &Array2<f64>) -> Result<()> {
     if data.ncols() == 0 {
         return Err(Error::malformed(path, "has no columns"));
     }
     match data.indexed_iter().find(|(_, x)| x.is_infinite()) {
-        None => Ok(data),
+        None => Ok(()),
         Some(((row, column), x)) => Err(Error::malformed(
             path,
             format!(
@@ -113,9 +121,10 @@ pub fn write<A: WritableElement, D: Dimension>(
     file::write(path, |out| array.write_npy(out).map_err(std::io::Error::other))
 }
 
-fn finite(path: &Path, array: Array2<f64>) -> Result<Array2<f64>> {
+/// Fails if an entry of the array of a file is not finite.
+pub fn check_matrix(path: &Path, array: &Array2<f64>) -> Result<()> {
     match array.indexed_iter().find(|(_, x)| !x.is_finite()) {
-        None => Ok(array),
+        None => Ok(()),
         Some(((row, column), x)) => Err(Error::malformed(
             path,
             format!("the entry in row {row}, column {column} is {x}; it must be a finite number"),

@@ -3,14 +3,16 @@
 //! Each mesh is a process of its own, so that a mesh that fails, or needs too much memory, ends none of the others.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use clap::Args;
-use meshseg::counted::counted;
-use meshseg::{Error, Result, file};
 use serde_json::Value;
+
+use crate::counted::counted;
+use crate::{Error, Result, file};
 
 use super::output::{Failure, Outcome, note, one_line, print, shard};
 use super::solving::percent_or_less;
@@ -59,12 +61,11 @@ struct Row {
     options: Vec<String>,
 }
 
-pub fn run(arguments: &Arguments) -> Outcome {
+/// `program` starts the program anew.
+pub fn run(arguments: &Arguments, program: &[OsString]) -> Outcome {
     let rows = rows(&arguments.list)?;
     let (first, step) = arguments.shard.unwrap_or((1, 1));
     let rows: Vec<&Row> = rows.iter().skip(first - 1).step_by(step).collect();
-    let program = std::env::current_exe()
-        .map_err(|error| Error::unsuitable(format!("the program cannot find itself: {error}")))?;
     interrupt::keep_results();
     let (mut failed, mut skipped) = (0, 0);
     for row in &rows {
@@ -72,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             skipped += 1;
             continue;
         }
-        let line = match labeled(&program, row, &arguments.options)? {
+        let line = match labeled(program, row, &arguments.options)? {
             Ended::Done(line) => line,
             Ended::Failed(line) => {
                 failed += 1;
@@ -111,9 +112,15 @@ enum Ended {
     Interrupted,
 }
 
-fn labeled(program: &Path, row: &Row, common: &[String]) -> Result<Ended> {
+fn labeled(program: &[OsString], row: &Row, common: &[String]) -> Result<Ended> {
     let begin = Instant::now();
-    let output = Command::new(program)
+    let Some((name, first)) = program.split_first() else {
+        return Err(Error::unsuitable(
+            "a batch starts the program for each mesh: run it from a shell",
+        ));
+    };
+    let output = Command::new(name)
+        .args(first)
         .args(["segment", &row.mesh])
         .args(&row.options)
         .args(common)

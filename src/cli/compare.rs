@@ -3,14 +3,15 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use meshseg::agreement::{Agreement, Boundaries, Boundary, MeanAgreement, boundaries, grid_image};
-use meshseg::counted::counted;
-use meshseg::data::humans;
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::mesh::{Mesh, Shape, Source};
-use meshseg::{Error, Result, file, npy};
 use ndarray::Ix1;
 use serde::Serialize;
+
+use crate::agreement::{Agreement, Boundaries, Boundary, MeanAgreement, boundaries, grid_image};
+use crate::counted::counted;
+use crate::data::humans;
+use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::{Mesh, Shape, Source};
+use crate::{Error, Result, file, npy};
 
 use super::{Outcome, print, print_json, table, warn};
 

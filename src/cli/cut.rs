@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use meshseg::Result;
-use meshseg::contour::{Cells, Contours, CutRecord};
-use meshseg::counted::counted;
-use meshseg::mesh::{Mesh, io};
-use meshseg::outcome::Looks;
-use meshseg::solve::Solution;
 use ndarray::Array1;
+
+use crate::Result;
+use crate::contour::{Cells, Contours, CutRecord};
+use crate::counted::counted;
+use crate::mesh::{Mesh, io};
+use crate::outcome::Looks;
+use crate::solve::Solution;
 
 use super::solving::Solving;
 use super::{note, table};

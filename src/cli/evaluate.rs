@@ -1,18 +1,21 @@
 //! `meshseg evaluate`: energies and certificate of any U, as JSON.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use meshseg::certificate::DUAL_STEPS;
-use meshseg::counted::counted;
-use meshseg::evaluate::{Evaluation, Question, evaluate};
-use meshseg::mesh::{Mesh, Weld};
-use meshseg::operator::Mass;
-use meshseg::problem::{Smoothing, SmoothingMode};
-use meshseg::relaxation::Relaxation;
-use meshseg::{Error, Result, npy};
 use ndarray::Array2;
 
+use crate::certificate::DUAL_STEPS;
+use crate::counted::counted;
+use crate::evaluate::{Evaluation, Question, evaluate};
+use crate::mesh::{Mesh, Weld};
+use crate::operator::Mass;
+use crate::problem::{Smoothing, SmoothingMode};
+use crate::relaxation::Relaxation;
+use crate::{Error, Result};
+
 use super::inputs::mesh_with_costs;
+use super::memory::Memory;
 use super::progress::Progress;
 use super::{Outcome, named, note, print_json, warn, welding};
 
@@ -71,6 +74,10 @@ pub struct Arguments {
     /// merged vertices take the means of their costs and of their rows of U. Without --weld the mesh stays as it is
     #[arg(long, value_name = "TOLERANCE", num_args = 0..=1, default_missing_value = "0", allow_negative_numbers = true)]
     weld: Option<f64>,
+
+    /// What the names of files stand for, if they are in memory.
+    #[arg(skip)]
+    pub memory: Memory,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -78,16 +85,20 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .epsilon
         .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
         .transpose()?;
-    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
-    let u = labels(&arguments.u, &costs)?;
-    let q =
-        arguments.q.as_deref().map(|path| dual_field(path, &mesh, costs.ncols())).transpose()?;
+    let memory = &arguments.memory;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, memory)?;
+    let u = labels(&arguments.u, &costs, memory)?;
+    let q = arguments
+        .q
+        .as_deref()
+        .map(|path| dual_field(path, &mesh, costs.ncols(), memory))
+        .transpose()?;
     let question = Question {
         lambda: arguments.lambda,
         relaxation: arguments.relaxation,
         mass: arguments.mass,
         smoothing,
-        q: q.as_ref(),
+        q: q.as_deref(),
         dual_steps: arguments.dual_steps,
     };
     let weld = match arguments.weld {
@@ -108,8 +119,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Reads U, which must have the shape of the costs.
-fn labels(path: &Path, costs: &Array2<f64>) -> Result<Array2<f64>> {
-    let u = npy::read_matrix(path)?;
+fn labels<'a>(
+    path: &Path,
+    costs: &Array2<f64>,
+    memory: &'a Memory,
+) -> Result<Cow<'a, Array2<f64>>> {
+    let u = memory.matrix(path)?;
     if u.dim() == costs.dim() {
         return Ok(u);
     }
@@ -121,8 +136,13 @@ fn labels(path: &Path, costs: &Array2<f64>) -> Result<Array2<f64>> {
 }
 
 /// Reads q, which must have two rows for each face.
-fn dual_field(path: &Path, mesh: &Mesh, regions: usize) -> Result<Array2<f64>> {
-    let q = npy::read_matrix(path)?;
+fn dual_field<'a>(
+    path: &Path,
+    mesh: &Mesh,
+    regions: usize,
+    memory: &'a Memory,
+) -> Result<Cow<'a, Array2<f64>>> {
+    let q = memory.matrix(path)?;
     let faces = mesh.faces.len();
     if q.dim() == (2 * faces, regions) {
         return Ok(q);

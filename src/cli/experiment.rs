@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use meshseg::Result;
-use meshseg::experiment::{
+use sha2::{Digest, Sha256};
+
+use crate::Result;
+use crate::experiment::{
     self, Cluster, Command, Done, Event, Folders, Machine, Plan, Planned, Program, Spec, Store,
     one_line, operand,
 };
-use sha2::{Digest, Sha256};
 
 use super::progress::Progress;
 use super::{Failure, Outcome, named, note, print, shard, table};
@@ -165,7 +166,7 @@ fn make(Run { selection, force, emit, jobs }: &Run) -> Outcome {
         let jobs = jobs.map(|n| n as usize);
         return Ok(print(&experiment::emit(*cluster, &plan, &command, jobs))?);
     }
-    meshseg::file::check_folder(&folder)?;
+    crate::file::check_folder(&folder)?;
     let store = Store::open(folder)?;
     store.keep(&spec)?;
     let mut progress = Progress::new(spec.stop.relative_gap.unwrap_or(0.0));

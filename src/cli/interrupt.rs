@@ -6,7 +6,7 @@
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meshseg::file;
+use crate::file;
 
 /// Whether a run polls [`requested`].
 static KEEPS_RESULTS: AtomicBool = AtomicBool::new(false);

@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
-use meshseg::data::ModelName;
-use meshseg::names::Named;
-use meshseg::{Error, Result, file, npy, regions};
+use ndarray::Array2;
 use serde_json::{Map, Value};
+
+use crate::data::ModelName;
+use crate::names::Named;
+use crate::{Error, Result, file, npy, regions};
+
+use super::memory::Memory;
 
 /// The keys of a region in `summary.json` that are not parameters.
 const OTHER_KEYS: [&str; 4] = ["palette", "color", "area", "share"];
@@ -18,16 +22,20 @@ pub struct Means {
 
 /// Reads `FILE.npy`, m rows of d numbers, or the `summary.json` of an earlier run, whose model is that of the
 /// parameters.
-pub fn read(path: &Path, model: Option<ModelName>) -> Result<Means> {
+pub fn read(path: &Path, model: Option<ModelName>, memory: &Memory) -> Result<Means> {
     let found = match path.extension().and_then(|extension| extension.to_str()) {
-        Some("npy") => of_array(path, model.unwrap_or_default())?,
+        Some("npy") => {
+            let rows = memory.array(path).cloned().map_or_else(|| npy::read_data(path), Ok)?;
+            of_array(path, &rows, model.unwrap_or_default())?
+        }
         _ => of_summary(path, model)?,
     };
     regions::check(found.parameters.len()).map_err(|error| error.of_file(path))?;
     Ok(found)
 }
 
-fn of_array(path: &Path, model: ModelName) -> Result<Means> {
+/// In the units of data from such a file.
+fn of_array(path: &Path, rows: &Array2<f64>, model: ModelName) -> Result<Means> {
     let key = match model {
         ModelName::Constant => "mean",
         ModelName::L1 => "median",
@@ -40,8 +48,6 @@ fn of_array(path: &Path, model: ModelName) -> Result<Means> {
             return Err(Error::malformed(path, message));
         }
     };
-    // In the units of data from such a file.
-    let rows = npy::read_data(path)?;
     let parameters = |row: ndarray::ArrayView1<f64>| {
         let numbers: Vec<Value> = row.iter().map(|&x| Value::from(x)).collect();
         Value::Object(Map::from_iter([(key.to_owned(), Value::Array(numbers))]))

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::counted::counted;
-use meshseg::data::input::density;
-use meshseg::mesh::distance::{Distances, between};
-use meshseg::mesh::shapes::MAX_FACES;
-use meshseg::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, TooFine, io};
-use meshseg::solve::check_mesh;
-use meshseg::{Error, Result};
+use crate::counted::counted;
+use crate::data::input::density;
+use crate::mesh::distance::{Distances, between};
+use crate::mesh::shapes::MAX_FACES;
+use crate::mesh::{BoundingBox, Mesh, Shape, Source, Statistics, TooFine, io};
+use crate::solve::check_mesh;
+use crate::{Error, Result};
 
 use super::{Outcome, note, print, print_json, table, warn, welding};
 

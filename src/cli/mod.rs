@@ -1,8 +1,10 @@
-//! The command line, one file per verb. The only module that prints: data to stdout, everything else to stderr.
+//! The program: the command line, one file per verb. The only room that prints: data to stdout, everything else to stderr.
+//! [`call`] is the command line for programs in the same process, which get in memory what a shell finds in files.
 //!
 //! Exit codes: 0 success, 1 bad input or I/O error, 2 usage, 130 interrupted (results so far are written completely).
 
 mod batch;
+mod call;
 mod compare;
 mod completions;
 mod cut;
@@ -10,7 +12,9 @@ mod evaluate;
 mod experiment;
 mod inputs;
 mod interrupt;
+mod listener;
 mod means;
+mod memory;
 mod mesh;
 mod operators;
 mod output;
@@ -29,14 +33,18 @@ mod table;
 mod views;
 mod welding;
 
+use std::ffi::OsString;
 use std::io;
-use std::process::ExitCode;
+use std::iter::once;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use meshseg::Error;
-use meshseg::run::Status;
+use crate::Error;
+use crate::run::Status;
 
+pub use call::{Refused, call};
+pub use listener::{Found, Listener};
+pub use memory::Memory;
 use output::{Failure, Outcome, named, note, one_line, print, print_json, shard, warn};
 
 /// Convex multi-region segmentation of data on triangle meshes, with certified optimality gaps.
@@ -79,8 +87,19 @@ enum Verb {
     Completions(completions::Arguments),
 }
 
-pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+/// Runs the program with the arguments that follow its name, and returns its exit code. Ctrl-C, the log and the standard
+/// streams are those of the process. `program` are the words that start the program anew.
+pub fn main(program: &[OsString], arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(once("meshseg".into()).chain(arguments)) {
+        Ok(cli) => cli,
+        // Help and the version are such errors as well.
+        Err(error) => {
+            return match error.print() {
+                Ok(()) => error.exit_code() as u8,
+                Err(_) => 1,
+            };
+        }
+    };
     tracing_subscriber::fmt()
         .with_writer(io::stderr)
         .with_target(false)
@@ -89,43 +108,46 @@ pub fn main() -> ExitCode {
         .with_ansi(io::IsTerminal::is_terminal(&io::stderr()))
         .init();
     interrupt::listen();
-    let outcome = match cli.verb {
-        Verb::Segment(arguments) => segment::run(&arguments),
-        Verb::Batch(arguments) => batch::run(&arguments),
-        Verb::Solve(arguments) => solve::run(&arguments),
-        Verb::Evaluate(arguments) => evaluate::run(&arguments),
-        Verb::Compare(arguments) => compare::run(&arguments),
-        Verb::Render(arguments) => render::run(&arguments),
-        Verb::Reconstruct(arguments) => reconstruct::run(&arguments),
-        Verb::Operators(arguments) => operators::run(&arguments),
-        Verb::Mesh(verb) => mesh::run(&verb),
-        Verb::Problem(verb) => problem::run(&verb),
-        Verb::Experiment(verb) => experiment::run(&verb),
-        Verb::Paper(verb) => paper::run(&verb),
-        Verb::Solvers(arguments) => solvers::run(&arguments),
-        Verb::Completions(arguments) => completions::run(&arguments, &mut Cli::command()),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+    match cli.verb.run(program) {
+        Ok(()) => 0,
         Err(Failure::Input(error)) => {
             note(&format!("error: {}", one_line(&error.to_string())));
             if let Error::Format(error) = &error {
                 experiment::draw(error);
             }
-            ExitCode::from(1)
+            1
         }
         // The reader of a pipe has closed it.
-        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
-            ExitCode::SUCCESS
-        }
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => 0,
         Err(Failure::Output(error)) => {
             note(&format!("error: standard output: {error}"));
-            ExitCode::from(1)
+            1
         }
-        Err(Failure::Interrupted) => ExitCode::from(130),
+        Err(Failure::Interrupted) => 130,
         Err(Failure::Contradicted) => {
             note(&format!("error: {}", Status::Contradicted.sentence()));
-            ExitCode::from(1)
+            1
+        }
+    }
+}
+
+impl Verb {
+    fn run(&self, program: &[OsString]) -> Outcome {
+        match self {
+            Verb::Segment(arguments) => segment::run(arguments),
+            Verb::Batch(arguments) => batch::run(arguments, program),
+            Verb::Solve(arguments) => solve::run(arguments),
+            Verb::Evaluate(arguments) => evaluate::run(arguments),
+            Verb::Compare(arguments) => compare::run(arguments),
+            Verb::Render(arguments) => render::run(arguments),
+            Verb::Reconstruct(arguments) => reconstruct::run(arguments),
+            Verb::Operators(arguments) => operators::run(arguments),
+            Verb::Mesh(verb) => mesh::run(verb),
+            Verb::Problem(verb) => problem::run(verb),
+            Verb::Experiment(verb) => experiment::run(verb),
+            Verb::Paper(verb) => paper::run(verb),
+            Verb::Solvers(arguments) => solvers::run(arguments),
+            Verb::Completions(arguments) => completions::run(arguments, &mut Cli::command()),
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
-use meshseg::mesh::source;
-use meshseg::operator::{Matrix, export, mass, npz};
-use meshseg::solve::model_mesh;
-use meshseg::{Result, file, npy};
 use sprs::CsMat;
+
+use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
+use crate::mesh::source;
+use crate::operator::{Matrix, export, mass, npz};
+use crate::solve::model_mesh;
+use crate::{Result, file, npy};
 
 use super::{Outcome, print, table, warn, welding};
 

@@ -3,8 +3,11 @@
 use std::io::{self, Write};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use meshseg::Error;
-use meshseg::names::Named;
+
+use crate::Error;
+use crate::names::Named;
+
+use super::listener::listening;
 
 /// Why a verb failed.
 pub(super) enum Failure {
@@ -36,6 +39,9 @@ pub(super) fn one_line(message: &str) -> String {
 }
 
 pub(super) fn print(text: &str) -> io::Result<()> {
+    if listening(|listener| listener.printed += text).is_some() {
+        return Ok(());
+    }
     let mut stdout = io::stdout().lock();
     stdout.write_all(text.as_bytes())?;
     stdout.flush()
@@ -43,12 +49,18 @@ pub(super) fn print(text: &str) -> io::Result<()> {
 
 /// Prints a line to stderr. If that is closed, as when Ctrl-C ends the other programs of a pipe, work continues.
 pub(super) fn note(line: &str) {
+    if listening(|listener| listener.notes.push(line.to_owned())).is_some() {
+        return;
+    }
     let _ = writeln!(io::stderr(), "{line}");
 }
 
 pub(super) fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
-    let json = serde_json::to_string_pretty(value).map_err(io::Error::from)?;
-    print(&(json + "\n"))
+    print(&(json(value) + "\n"))
+}
+
+pub(super) fn json(value: &impl serde::Serialize) -> String {
+    serde_json::to_string_pretty(value).expect("maps with text as keys, and no errors of its own")
 }
 
 pub(super) fn warn(warnings: &[String]) {

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use meshseg::counted::counted;
-use meshseg::paper::{self, Checked};
+use crate::counted::counted;
+use crate::paper::{self, Checked};
 
 use super::{Error, Outcome, note, print};
 

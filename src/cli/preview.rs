@@ -1,11 +1,12 @@
 //! The regions in the preview of a run: their colors and the legend.
 
-use meshseg::Mesh;
-use meshseg::colormap::categorical;
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::outcome::{Looks, PicturedData};
-use meshseg::render::{Region, View};
 use ndarray::{Array1, Array2, ArrayView1};
+
+use crate::Mesh;
+use crate::colormap::categorical;
+use crate::mesh::geometry::barycentric_areas;
+use crate::outcome::{Looks, PicturedData};
+use crate::render::{Region, View};
 
 /// A line of the legend, with the first three numbers of the value of a region.
 pub fn legend(

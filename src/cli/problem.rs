@@ -4,21 +4,23 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use meshseg::certificate::DUAL_STEPS;
-use meshseg::exchange::{End, Exchanged, Iterates, certify};
-use meshseg::experiment::{Folders, Spec, did_you_mean};
-use meshseg::names::Named;
-use meshseg::operator::Mass;
-use meshseg::outcome;
-use meshseg::relaxation::Relaxation;
-use meshseg::render::View;
-use meshseg::run::{Status, Stop};
-use meshseg::solve::{Request, model_mesh};
-use meshseg::solver::Method;
-use meshseg::start::Start;
-use meshseg::{Error, Result, costs};
+
+use crate::certificate::DUAL_STEPS;
+use crate::exchange::{End, Exchanged, Iterates, certify};
+use crate::experiment::{Folders, Spec, did_you_mean};
+use crate::names::Named;
+use crate::operator::Mass;
+use crate::outcome;
+use crate::relaxation::Relaxation;
+use crate::render::View;
+use crate::run::{Status, Stop};
+use crate::solve::{Request, model_mesh};
+use crate::solver::Method;
+use crate::start::Start;
+use crate::{Error, Result, costs};
 
 use super::inputs::mesh_with_costs;
+use super::memory::Memory;
 use super::progress::Progress;
 use super::solve::Init;
 use super::solving::{exit, summary_lines};
@@ -140,9 +142,10 @@ impl Export {
                 "--instance and --data-dir need an experiment file, which ends in .toml",
             ));
         }
-        let (mesh, s) = mesh_with_costs(&self.input, costs)?;
+        let memory = Memory::default();
+        let (mesh, s) = mesh_with_costs(&self.input, costs, &memory)?;
         let init = self.init.as_ref().unwrap_or(&Init::Argmin);
-        let start = init.start(&s, self.seed.unwrap_or(0))?;
+        let start = init.start(&s, self.seed.unwrap_or(0), &memory)?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
         let problem = Exchanged::new(&mesh, &s, lambda, mass, &start)?;
         warn(&welding::seams(&mesh, welding::CONVERT_COMMAND));
@@ -215,7 +218,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
         let message = format!("--gap {gap:?}: must be a finite number, 0 or more");
         return Err(Error::unsuitable(message).into());
     }
-    meshseg::file::check_folder(out)?;
+    crate::file::check_folder(out)?;
     let problem = Exchanged::read(path)?;
     let mut iterates = Iterates::of(folder);
     if let Some(error) = iterates.broken.take() {

@@ -7,8 +7,10 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use meshseg::run::Sample;
 
+use crate::run::Sample;
+
+use super::listener::listening;
 use super::{interrupt, note, table};
 
 /// Time between updates of the line on a terminal.
@@ -30,8 +32,11 @@ pub struct Progress {
 impl Progress {
     /// Also makes Ctrl-C end the run rather than the program. `tolerance` is the target gap.
     pub fn new(tolerance: f64) -> Self {
-        interrupt::keep_results();
-        let line = stderr().is_terminal().then(|| {
+        let is_listening = || listening(|_| ()).is_some();
+        if !is_listening() {
+            interrupt::keep_results();
+        }
+        let line = (stderr().is_terminal() && !is_listening()).then(|| {
             let style = ProgressStyle::with_template("{spinner} {msg}").expect("a valid template");
             ProgressBar::new_spinner().with_style(style)
         });
@@ -49,8 +54,11 @@ impl Progress {
         self.title = title + ": ";
     }
 
-    /// The observer for [`meshseg::run::Run::advance`].
+    /// The observer for [`crate::run::Run::advance`].
     pub fn observe(&mut self, sample: Option<&Sample>) -> ControlFlow<()> {
+        if let Some(flow) = listening(|listener| (listener.observe)(sample)) {
+            return flow;
+        }
         if let Some(sample) = sample {
             let message = self.is_due().then(|| self.message(sample));
             self.update(message);
@@ -79,6 +87,8 @@ impl Progress {
                 line.set_message(message);
                 line.tick();
             }
+            // A program that listens has the samples.
+            None if listening(|_| ()).is_some() => {}
             None => note(&message),
         }
     }

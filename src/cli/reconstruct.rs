@@ -8,15 +8,14 @@ mod warnings;
 
 use std::ops::ControlFlow;
 
-use meshseg::evolve::shots::Photographs;
-use meshseg::evolve::{End, Event, reconstruct};
-use meshseg::{file, sweep};
+use crate::evolve::shots::Photographs;
+use crate::evolve::{End, Event, reconstruct};
+use crate::{file, sweep};
 
+use super::{Failure, Outcome, inputs, note, print, warn};
 pub use arguments::Arguments;
 use folder::Folder;
 use progress::Steps;
-
-use super::{Failure, Outcome, inputs, note, print, warn};
 
 pub fn run(arguments: &Arguments) -> Outcome {
     sweep::with_threads(arguments.threads.map(usize::from), || run_here(arguments))?

@@ -10,15 +10,14 @@ mod run_folder;
 mod synthetic;
 mod viewpoints;
 
-use meshseg::render::Views;
-use meshseg::render::panels::{Panel, Panels, Shown};
-use meshseg::{Error, Result, file, sweep};
+use crate::render::Views;
+use crate::render::panels::{Panel, Panels, Shown};
+use crate::{Error, Result, file, sweep};
 
 use super::{Outcome, note, one_line, print, table};
+pub use arguments::Arguments;
 use input::Input;
 use viewpoints::Viewpoints;
-
-pub use arguments::Arguments;
 
 pub fn run(arguments: &Arguments) -> Outcome {
     sweep::with_threads(arguments.threads.map(usize::from), || run_here(arguments))?

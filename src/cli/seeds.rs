@@ -10,19 +10,23 @@
 use std::cell::OnceCell;
 use std::path::Path;
 
-use meshseg::counted::counted;
-use meshseg::domain::Element;
-use meshseg::mesh::Mesh;
-use meshseg::seeds::Seeds;
-use meshseg::{Error, Result, file, npy};
+use ndarray::{Array2, Ix1};
+
+use crate::counted::counted;
+use crate::domain::Element;
+use crate::mesh::Mesh;
+use crate::seeds::Seeds;
+use crate::{Error, Result, file, npy};
+
+use super::memory::Memory;
 
 /// Reads the seeds of the vertices or faces of a mesh with m regions. Fails if an index or a region is out of range, or
 /// a vertex or face would be a seed of two regions.
-pub fn read(path: &Path, mesh: &Mesh, m: usize, on: Element) -> Result<Seeds> {
+pub fn read(path: &Path, mesh: &Mesh, m: usize, on: Element, memory: &Memory) -> Result<Seeds> {
     let regions = vec![None; on.count(mesh)];
     let mut collected = Collected { path, mesh, m, on, around: OnceCell::new(), regions };
     match path.extension().and_then(|extension| extension.to_str()) {
-        Some("npy") => collected.add_array()?,
+        Some("npy") => collected.add_array(memory.array(path))?,
         _ => collected.add_table()?,
     }
     let seeds = Seeds::new(collected.regions);
@@ -43,8 +47,17 @@ struct Collected<'a> {
 }
 
 impl Collected<'_> {
-    fn add_array(&mut self) -> Result<()> {
-        let labels = npy::integers::<ndarray::Ix1>(self.path, &file::read(self.path)?)?;
+    fn add_array(&mut self, array: Option<&Array2<f64>>) -> Result<()> {
+        let labels: Vec<i64> = match array {
+            None => npy::integers::<Ix1>(self.path, &file::read(self.path)?)?.to_vec(),
+            Some(array) => {
+                let column = array.iter().map(|&x| (x.fract() == 0.0).then_some(x as i64));
+                let whole = column.collect::<Option<_>>().filter(|_| array.ncols() == 1);
+                whole.ok_or_else(|| {
+                    Error::malformed(self.path, "must be integers, one per vertex or face")
+                })?
+            }
+        };
         let (vertices, faces) = (self.mesh.vertices.len(), self.mesh.faces.len());
         let element = match labels.len() {
             n if n == vertices && n == faces => {

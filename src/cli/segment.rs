@@ -9,19 +9,25 @@ mod surface;
 
 use std::path::Path;
 
-use meshseg::data::input::InputData;
-use meshseg::data::{LitSurface, ModelName, Observed};
-use meshseg::labeling::{Labeler, Labeling, count_regions, label};
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::operator::Mass;
-use meshseg::outcome;
-use meshseg::relaxation::Relaxation;
-use meshseg::seeds::Seeds;
-use meshseg::segment::Alternation;
-use meshseg::segment::count::{self, Count};
-use meshseg::solve::Request;
-use meshseg::{Error, Result, sweep};
+use crate::data::input::InputData;
+use crate::data::{LitSurface, ModelName, Observed};
+use crate::labeling::{Labeler, Labeling, count_regions, label};
+use crate::mesh::geometry::barycentric_areas;
+use crate::operator::Mass;
+use crate::outcome;
+use crate::relaxation::Relaxation;
+use crate::seeds::Seeds;
+use crate::segment::Alternation;
+use crate::segment::count::{self, Count};
+use crate::solve::Request;
+use crate::{Error, Result};
 
+use super::listener::{self, listening, with_threads};
+use super::output::json;
+use super::progress::Progress;
+use super::solving::exit;
+use super::views::ViewSummary;
+use super::{Outcome, cut, note, one_line, print, views, warn};
 pub use arguments::Arguments;
 use arguments::Regions;
 use found::{Found, describe_regions};
@@ -29,13 +35,8 @@ use report::{looks, report};
 use summary::{SegmentSummary, summary};
 use surface::{Surface, warnings};
 
-use super::progress::Progress;
-use super::solving::exit;
-use super::views::ViewSummary;
-use super::{Outcome, cut, note, one_line, print, views, warn};
-
 pub fn run(arguments: &Arguments) -> Outcome {
-    sweep::with_threads(arguments.solving.threads(), || run_here(arguments))?
+    with_threads(arguments.solving.threads(), || run_here(arguments))?
 }
 
 fn run_here(arguments: &Arguments) -> Outcome {
@@ -80,15 +81,23 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let summary =
         SegmentSummary { views, ..summary(&found, &surface, &input, &labeler, arguments) };
     let looks = looks(&found, &surface, &input, arguments);
-    let written = cut::requested(&contours, solving);
-    let labeled = (&found.solution).into();
-    outcome::write(&solving.out, &summary, labeled, &surface.mesh, &looks, written)?;
+    if let Some(out) = &solving.out {
+        let written = cut::requested(&contours, solving);
+        let labeled = (&found.solution).into();
+        outcome::write(out, &summary, labeled, &surface.mesh, &looks, written)?;
+    }
     let of_cut = cut::report(&surface.mesh, &found.solution, &contours, &looks, solving)?;
 
     surface.report(arguments);
     warn(&found.solution.summary.warnings);
     let printed = print(&report(&found, &input, lambda, &labeler, of_cut, arguments));
-    exit(found.solution.summary.status, printed)
+    let (status, summary) = (found.solution.summary.status, json(&summary));
+    listening(|listener| {
+        let vertices = found.solution.labels.clone();
+        let solution = found.solution;
+        listener.found = Some(listener::Found { summary, solution, vertices, faces: None });
+    });
+    exit(status, printed)
 }
 
 /// m, and what was tried for it.

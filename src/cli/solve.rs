@@ -3,17 +3,20 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use meshseg::domain::Element as On;
-use meshseg::seeds::Seeds;
-use meshseg::start::Start;
-use meshseg::{Result, npy, outcome, solve, sweep};
 use ndarray::Array2;
 
+use crate::domain::Element as On;
+use crate::seeds::Seeds;
+use crate::start::Start;
+use crate::{Result, outcome, solve};
+
 use super::inputs::mesh_with_costs;
+use super::listener::{Found, listening, with_threads};
+use super::memory::Memory;
 use super::progress::Progress;
 use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, cut, note, preview, print, table, warn, welding};
+use super::{Outcome, cut, note, output, preview, print, table, warn, welding};
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
 ///
@@ -59,6 +62,10 @@ pub struct Arguments {
 
     #[command(flatten)]
     solving: Solving,
+
+    /// What the names of files stand for, if they are in memory.
+    #[arg(skip)]
+    pub memory: Memory,
 }
 
 const EXAMPLES: &str = "\
@@ -90,13 +97,13 @@ impl FromStr for Init {
 }
 
 impl Init {
-    pub fn start(&self, costs: &Array2<f64>, seed: u64) -> Result<Start> {
+    pub fn start(&self, costs: &Array2<f64>, seed: u64, memory: &Memory) -> Result<Start> {
         Ok(match self {
             Init::Uniform => Start::Uniform,
             Init::Random => Start::Random { seed },
             Init::Argmin => Start::Argmin,
             Init::File(path) => {
-                let start = Start::Given(npy::read_matrix(path)?);
+                let start = Start::Given(memory.matrix(path)?.into_owned());
                 start.check(costs.dim()).map_err(|error| error.of_file(path))?;
                 start
             }
@@ -105,18 +112,19 @@ impl Init {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    sweep::with_threads(arguments.solving.threads(), || run_here(arguments))?
+    with_threads(arguments.solving.threads(), || run_here(arguments))?
 }
 
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(&arguments.mesh, arguments.lambda)?;
-    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs)?;
+    let memory = &arguments.memory;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, memory)?;
     let seeds = match &arguments.seeds {
-        Some(path) => seeds::read(path, &mesh, costs.ncols(), On::Vertices)?,
+        Some(path) => seeds::read(path, &mesh, costs.ncols(), On::Vertices, memory)?,
         None => Seeds::default(),
     };
-    let start = arguments.init.start(&costs, arguments.seed)?;
+    let start = arguments.init.start(&costs, arguments.seed, memory)?;
     let weld = match arguments.weld {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
@@ -147,11 +155,13 @@ fn run_here(arguments: &Arguments) -> Outcome {
         None => welding::seams(&mesh, "--weld"),
     });
 
-    let draw = !solving.no_preview;
+    let draw = solving.draws();
     let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
-    let written = cut::requested(&contours, solving);
-    let labeled = (&solution).into();
-    outcome::write(&solving.out, &solution.summary, labeled, &mesh, &looks, written)?;
+    if let Some(out) = &solving.out {
+        let written = cut::requested(&contours, solving);
+        let labeled = (&solution).into();
+        outcome::write(out, &solution.summary, labeled, &mesh, &looks, written)?;
+    }
     let of_cut = cut::report(&mesh, &solution, &contours, &looks, solving)?;
     if let Some(tolerance) = arguments.weld {
         note(&welding::note(weld.as_ref(), tolerance));
@@ -160,6 +170,12 @@ fn run_here(arguments: &Arguments) -> Outcome {
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);
     lines.extend(of_cut);
-    lines.push(("written to", solving.out.display().to_string()));
-    exit(summary.status, print(&table::pairs(&lines)))
+    lines.extend(solving.written_to());
+    let (status, printed) = (summary.status, print(&table::pairs(&lines)));
+    listening(|listener| {
+        let vertices = solution.labels.clone();
+        let summary = output::json(&solution.summary);
+        listener.found = Some(Found { summary, vertices, faces: None, solution });
+    });
+    exit(status, printed)
 }

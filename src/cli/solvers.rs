@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use meshseg::solver::Method;
+use crate::solver::Method;
 
 use super::{Outcome, print};
 

@@ -3,21 +3,22 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meshseg::coarse::Record;
-use meshseg::counted::rounded_up;
-use meshseg::empty_regions;
-use meshseg::mesh::io::check_labeled_faces;
-use meshseg::names::Named;
-use meshseg::operator::Mass;
-use meshseg::relaxation::Relaxation;
-use meshseg::render::View;
-use meshseg::rounding::Rounding;
-use meshseg::run::{Status, Stop, time_limit};
-use meshseg::solve::{Request, Summary};
-use meshseg::solver::chambolle_pock::Precision;
-use meshseg::solver::{Method, Options};
-use meshseg::{Error, Result};
 use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use crate::coarse::Record;
+use crate::counted::rounded_up;
+use crate::empty_regions;
+use crate::mesh::io::check_labeled_faces;
+use crate::names::Named;
+use crate::operator::Mass;
+use crate::relaxation::Relaxation;
+use crate::render::View;
+use crate::rounding::Rounding;
+use crate::run::{Status, Stop, time_limit};
+use crate::solve::{Request, Summary};
+use crate::solver::chambolle_pock::Precision;
+use crate::solver::{Method, Options};
+use crate::{Error, Result};
 
 use super::{Failure, Outcome, named, table};
 
@@ -106,8 +107,8 @@ pub struct Solving {
     threads: Option<u16>,
 
     /// Folder for the results; written completely or not at all
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    #[arg(long, value_name = "DIR", required = true)]
+    pub out: Option<PathBuf>,
 
     /// Viewpoint of preview.png: auto (one or two views that show the regions), front, back, x, -x, y, -y, z,
     /// -z, or AZIMUTH,ELEVATION in degrees from the front and the horizon
@@ -131,7 +132,28 @@ pub enum Saved {
     Q,
 }
 
+/// Results that a cut mesh might replace.
+const RESULTS: [&str; 2] = ["segmented.ply", "contours.obj"];
+
 impl Solving {
+    /// Whether there is to be a picture.
+    pub fn draws(&self) -> bool {
+        self.out.is_some() && !self.no_preview
+    }
+
+    /// The line that says where the results are.
+    pub fn written_to(&self) -> Option<(&'static str, String)> {
+        self.out.as_ref().map(|out| ("written to", out.display().to_string()))
+    }
+
+    /// What to look at, at the beginning of a sentence.
+    pub fn see(&self) -> String {
+        let picture = if self.no_preview { "segmented.ply" } else { "preview.png" };
+        self.out
+            .as_ref()
+            .map_or_else(String::new, |out| format!("see {}; ", out.join(picture).display()))
+    }
+
     pub fn threads(&self) -> Option<usize> {
         self.threads.map(usize::from)
     }
@@ -173,7 +195,9 @@ impl Solving {
             label_gap: self.label_gap.map(|gap| not_negative("--label-gap", gap)).transpose()?,
         };
         request.check()?;
-        meshseg::file::check_folder(&self.out)?;
+        if let Some(out) = &self.out {
+            crate::file::check_folder(out)?;
+        }
         if let Some(path) = &self.cut_mesh {
             self.check_cut_mesh(path, mesh)?;
         }
@@ -183,10 +207,11 @@ impl Solving {
     /// Checks that the cut mesh can be written, and that it replaces neither the mesh, nor its materials, nor other results.
     fn check_cut_mesh(&self, path: &Path, mesh: &Path) -> Result<()> {
         check_labeled_faces(path)?;
-        let in_results = path.parent() == Some(&self.out);
+        let out = self.out.as_deref();
         // The folder of the results is created before.
-        if !in_results || self.out.is_dir() {
-            meshseg::file::check_file(path)?;
+        let in_results = out.is_some() && path.parent() == out;
+        if !in_results || out.is_some_and(Path::is_dir) {
+            crate::file::check_file(path)?;
         }
         let is = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
         let refuse = |what: &str| {
@@ -196,8 +221,8 @@ impl Solving {
         if is(path, mesh) {
             return refuse("the mesh that is cut");
         }
-        let of_run = ["segmented.ply", "contours.obj"].map(|name| self.out.join(name));
-        if of_run.iter().any(|file| file == path || is(file, path)) {
+        let of_run = out.into_iter().flat_map(|out| RESULTS.map(|name| out.join(name)));
+        if of_run.into_iter().any(|file| file == path || is(&file, path)) {
             return refuse("another result");
         }
         let library = path.with_extension("mtl");

@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::data::input::{DataSource, InputData};
-use meshseg::data::views::{Coverage, PixelWeights, ViewOptions};
-use meshseg::labeling::Labeler;
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::names::Named;
-use meshseg::operator::Mass;
-use meshseg::solve::{Request, Solution};
-use meshseg::{Error, Mesh, Result};
 use serde::Serialize;
+
+use crate::data::input::{DataSource, InputData};
+use crate::data::views::{Coverage, PixelWeights, ViewOptions};
+use crate::labeling::Labeler;
+use crate::mesh::geometry::barycentric_areas;
+use crate::names::Named;
+use crate::operator::Mass;
+use crate::solve::{Request, Solution};
+use crate::{Error, Mesh, Result};
 
 use super::{named, note};
 

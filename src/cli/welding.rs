@@ -1,12 +1,13 @@
 //! Coincident vertices: merges them on request, and warns about those that are not merged.
 
-use meshseg::counted::counted;
-use meshseg::mesh::Mesh;
-use meshseg::mesh::weld::{
+use ndarray::Array2;
+
+use crate::counted::counted;
+use crate::mesh::Mesh;
+use crate::mesh::weld::{
     Weld, coincident, free_cuts, is_shattered, mending_tolerance, nearly_coincident,
 };
-use meshseg::{Error, Result};
-use ndarray::Array2;
+use crate::{Error, Result};
 
 /// The command that welds a mesh for verbs that take it as it is.
 pub const CONVERT_COMMAND: &str = "`meshseg mesh convert --weld`";

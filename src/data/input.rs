@@ -9,6 +9,8 @@ mod source;
 
 use std::path::Path;
 
+use ndarray::Array2;
+
 use super::curved::{Curved, curved};
 use super::views::{self, ViewOptions, Viewed};
 use super::{Data, palette};
@@ -42,8 +44,28 @@ pub fn read(
     choice: Option<&DataSource>,
     mapping: &Mapping,
 ) -> Result<InputData> {
-    let mut input = read_choice(source, mesh, weld, choice, mapping)?;
+    let input = read_choice(source, mesh, weld, choice, mapping)?;
     let what = if matches!(choice, Some(DataSource::File(_))) { "values" } else { "colors" };
+    Ok(flattened(input, what))
+}
+
+/// The data in an array that would otherwise be read from the file of this name: one row per vertex, as it was before
+/// the mesh was welded.
+///
+/// # Errors
+/// The array does not fit the mesh, has no columns, or an entry is infinite.
+pub fn of_array(
+    path: &Path,
+    array: &Array2<f64>,
+    mesh: &Mesh,
+    weld: Option<&Weld>,
+) -> Result<InputData> {
+    npy::check_data(path, array)?;
+    Ok(flattened(numbers(path, array, mesh, weld)?, "values"))
+}
+
+/// Makes data constant that are so up to rounding.
+fn flattened(mut input: InputData, what: &str) -> InputData {
     if input.unit_range.is_none()
         && let Some(found) = flatten(&mut input.data, what)
     {
@@ -52,7 +74,7 @@ pub fn read(
             input.name
         ));
     }
-    Ok(input)
+    input
 }
 
 fn read_choice(
@@ -97,7 +119,7 @@ fn read_choice(
             })
         }
         Some(DataSource::Views(file)) => seen(mesh, file, &mapping.views),
-        Some(DataSource::File(path)) => numbers(mesh, weld, path),
+        Some(DataSource::File(path)) => numbers(path, &npy::read_data(path)?, mesh, weld),
     }
 }
 
@@ -117,10 +139,14 @@ fn seen(mesh: &Mesh, file: &Path, options: &ViewOptions) -> Result<InputData> {
     })
 }
 
-/// The data in an array file.
-fn numbers(mesh: &Mesh, weld: Option<&Weld>, path: &Path) -> Result<InputData> {
-    let array = npy::read_data(path)?;
-    npy::check_rows(path, &array, weld.map_or(mesh.vertices.len(), |weld| weld.of.len()))?;
+/// The data in the array of a file.
+fn numbers(
+    path: &Path,
+    array: &Array2<f64>,
+    mesh: &Mesh,
+    weld: Option<&Weld>,
+) -> Result<InputData> {
+    npy::check_rows(path, array, weld.map_or(mesh.vertices.len(), |weld| weld.of.len()))?;
     let d = array.ncols();
     let mut values: Vec<f64> = array.iter().copied().collect();
     if let Some(weld) = weld {

@@ -2,14 +2,15 @@
 
 use std::path::PathBuf;
 
-use meshseg::evolve::shots::Behind;
-use meshseg::evolve::start;
-use meshseg::evolve::{Light, Plan};
-use meshseg::render::View;
-use meshseg::triple::Triple;
-use meshseg::{Error, Result};
 use nalgebra::Vector3;
 use strum::{EnumString, IntoStaticStr, VariantNames};
+
+use crate::evolve::shots::Behind;
+use crate::evolve::start;
+use crate::evolve::{Light, Plan};
+use crate::render::View;
+use crate::triple::Triple;
+use crate::{Error, Result};
 
 use crate::cli::named;
 

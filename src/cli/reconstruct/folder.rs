@@ -2,20 +2,21 @@
 
 use std::path::Path;
 
-use meshseg::colormap::categorical;
-use meshseg::data::radiance::Radiance;
-use meshseg::data::views::{Picture, ViewOptions, Viewed, of_pictures};
-use meshseg::data::{DataModel, Weights, constant::Mean};
-use meshseg::evolve::shots::Photographs;
-use meshseg::evolve::{Plan, Reconstruction, Summary};
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::mesh::io;
-use meshseg::outcome::write_png;
-use meshseg::render::photographs::RegionsInViews;
-use meshseg::render::{self, Picture as Drawn};
-use meshseg::{Result, file, npy};
 use ndarray::{Array1, Array2};
 use serde::Serialize;
+
+use crate::colormap::categorical;
+use crate::data::radiance::Radiance;
+use crate::data::views::{Picture, ViewOptions, Viewed, of_pictures};
+use crate::data::{DataModel, Weights, constant::Mean};
+use crate::evolve::shots::Photographs;
+use crate::evolve::{Plan, Reconstruction, Summary};
+use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::io;
+use crate::outcome::write_png;
+use crate::render::photographs::RegionsInViews;
+use crate::render::{self, Picture as Drawn};
+use crate::{Result, file, npy};
 
 use super::arguments::Arguments;
 use super::warnings;

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use meshseg::evolve::{Plan, Step};
+use crate::evolve::{Plan, Step};
 
 use crate::cli::interrupt;
 use crate::cli::progress::Progress;

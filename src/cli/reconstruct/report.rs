@@ -1,6 +1,6 @@
 //! What `meshseg reconstruct` prints at the end.
 
-use meshseg::evolve::{Level, Reconstruction};
+use crate::evolve::{Level, Reconstruction};
 
 use super::arguments::Arguments;
 use crate::cli::table;

@@ -1,11 +1,11 @@
 //! What a user should know of a surface that was reconstructed, with what to do next.
 
-use meshseg::counted::counted;
-use meshseg::empty_regions;
-use meshseg::evolve::Reconstruction;
-use meshseg::evolve::images::Shot;
-use meshseg::mesh::Mesh;
-use meshseg::{Error, Result};
+use crate::counted::counted;
+use crate::empty_regions;
+use crate::evolve::Reconstruction;
+use crate::evolve::images::Shot;
+use crate::mesh::Mesh;
+use crate::{Error, Result};
 
 /// A smaller agreement of silhouettes means that the surface is somewhere else.
 const MIN_AGREEMENT: f64 = 0.5;

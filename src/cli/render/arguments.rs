@@ -4,15 +4,14 @@ mod synthetic;
 
 use std::path::{Path, PathBuf};
 
-use meshseg::data::input::{DataSource, Mapping};
-use meshseg::data::projection::{Fit, Projection};
-use meshseg::data::texture::Texel;
-use meshseg::data::views::ViewOptions;
-use meshseg::render::panels::{PageWidth, Shown};
+use crate::data::input::{DataSource, Mapping};
+use crate::data::projection::{Fit, Projection};
+use crate::data::texture::Texel;
+use crate::data::views::ViewOptions;
+use crate::render::panels::{PageWidth, Shown};
 
 use super::viewpoints::Viewpoints;
 use crate::cli::named;
-
 pub use synthetic::SyntheticArguments;
 
 /// Draw a mesh, or the result of a run, as a picture for print or as a page in 3-D; make photographs of a mesh.

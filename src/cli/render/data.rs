@@ -1,11 +1,11 @@
 //! The data to be shown, at the vertices of the mesh that is drawn.
 
-use meshseg::Result;
-use meshseg::data::input::{self, DataSource, InputData, Mapping, UnitRange};
-use meshseg::data::range::robust_range;
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::mesh::{Mesh, Source};
-use meshseg::render::panels::ShownData;
+use crate::Result;
+use crate::data::input::{self, DataSource, InputData, Mapping, UnitRange};
+use crate::data::range::robust_range;
+use crate::mesh::geometry::barycentric_areas;
+use crate::mesh::{Mesh, Source};
+use crate::render::panels::ShownData;
 
 use crate::cli::{warn, welding};
 

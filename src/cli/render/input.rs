@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use meshseg::counted::counted;
-use meshseg::domain::Element;
-use meshseg::mesh::Mesh;
-use meshseg::render::panels::{Regions, Shown, Surface};
-use meshseg::{Error, Result, file, npy, regions};
 use ndarray::{Array1, Ix1};
+
+use crate::counted::counted;
+use crate::domain::Element;
+use crate::mesh::Mesh;
+use crate::render::panels::{Regions, Shown, Surface};
+use crate::{Error, Result, file, npy, regions};
 
 use super::data::Data;
 

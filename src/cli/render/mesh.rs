@@ -1,8 +1,8 @@
 //! A mesh, with its data and with regions from files.
 
-use meshseg::Result;
-use meshseg::mesh::Source;
-use meshseg::solve::check_mesh;
+use crate::Result;
+use crate::mesh::Source;
+use crate::solve::check_mesh;
 
 use super::arguments::Arguments;
 use super::data::Data;

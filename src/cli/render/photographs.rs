@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::counted::counted;
-use meshseg::data::input::DataSource;
-use meshseg::data::views::ViewFolder;
-use meshseg::mesh::io;
-use meshseg::render::photographs::RegionsInViews;
-use meshseg::{Error, Result, file, npy, outcome, regions, sweep};
+use crate::counted::counted;
+use crate::data::input::DataSource;
+use crate::data::views::ViewFolder;
+use crate::mesh::io;
+use crate::render::photographs::RegionsInViews;
+use crate::{Error, Result, file, npy, outcome, regions, sweep};
 
 use super::arguments::Arguments;
 use super::run_folder;

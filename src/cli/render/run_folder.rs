@@ -2,15 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use meshseg::data::input::DataSource;
-use meshseg::domain::Element;
-use meshseg::mesh::curvature::CurvatureKind;
-use meshseg::mesh::{Mesh, Source, Split, io};
-use meshseg::names::Named;
-use meshseg::render::panels::Regions;
-use meshseg::solve::check_mesh;
-use meshseg::{Error, Result, counted, file, npy, regions};
 use serde_json::Value;
+
+use crate::data::input::DataSource;
+use crate::domain::Element;
+use crate::mesh::curvature::CurvatureKind;
+use crate::mesh::{Mesh, Source, Split, io};
+use crate::names::Named;
+use crate::render::panels::Regions;
+use crate::solve::check_mesh;
+use crate::{Error, Result, counted, file, npy, regions};
 
 use super::arguments::Arguments;
 use super::data::Data;

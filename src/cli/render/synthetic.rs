@@ -3,20 +3,22 @@
 use std::path::Path;
 
 use image::RgbImage;
-use meshseg::colormap::{categorical, sequential};
-use meshseg::counted::counted;
-use meshseg::data::views::synthetic::{Light, Paint, Photograph, Studio};
-use meshseg::data::views::{View, cameras, to_toml};
-use meshseg::domain::Element;
-use meshseg::mesh::{Mesh, Source};
-use meshseg::solve::check_mesh;
-use meshseg::triple::Triple;
-use meshseg::{Error, Result, file, outcome, regions};
+
+use crate::colormap::{categorical, sequential};
+use crate::counted::counted;
+use crate::data::views::synthetic::{Light, Paint, Photograph, Studio};
+use crate::data::views::{View, cameras, to_toml};
+use crate::domain::Element;
+use crate::mesh::{Mesh, Source};
+use crate::solve::check_mesh;
+use crate::triple::Triple;
+use crate::{Error, Result, file, outcome, regions};
 
 use super::arguments::Arguments;
 use super::data::Data;
 use super::input::labels;
 use super::viewpoints::Viewpoints;
+use crate::cli::memory::Memory;
 use crate::cli::{Outcome, means, note, one_line, print, table, warn};
 
 /// The color of the surface.
@@ -138,7 +140,7 @@ fn of_means(path: &Path) -> Result<Vec<[f64; 3]>> {
             Error::malformed(path, message)
         })
     };
-    means::read(path, None)?.parameters.iter().enumerate().map(color).collect()
+    means::read(path, None, &Memory::default())?.parameters.iter().enumerate().map(color).collect()
 }
 
 /// The cameras, with the names of their photographs, and what was left out.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use meshseg::data::views::CamerasAround;
-use meshseg::render::Views;
+use crate::data::views::CamerasAround;
+use crate::render::Views;
 
 /// Where a mesh is seen from.
 #[derive(Clone)]

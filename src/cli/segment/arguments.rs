@@ -4,24 +4,25 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use meshseg::data::input::DataSource;
-use meshseg::data::lambertian::Illumination;
-use meshseg::data::projection::{Fit, Projection};
-use meshseg::data::texture::Texel;
-use meshseg::data::{Initial, ModelName};
-use meshseg::labeling::{Baseline, Labeler};
-use meshseg::mesh::Normalize;
-use meshseg::names::Named;
-use meshseg::{Error, Result};
 use nalgebra::Vector3;
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
+use crate::data::input::DataSource;
+use crate::data::lambertian::Illumination;
+use crate::data::projection::{Fit, Projection};
+use crate::data::texture::Texel;
+use crate::data::{Initial, ModelName};
+use crate::labeling::{Baseline, Labeler};
+use crate::mesh::Normalize;
+use crate::names::Named;
+use crate::{Error, Result};
+
+use super::classes::ClassArguments;
 use crate::cli::means::{self, Means};
+use crate::cli::memory::Memory;
 use crate::cli::named;
 use crate::cli::solving::Solving;
 use crate::cli::views::ViewArguments;
-
-use super::classes::ClassArguments;
 
 /// Segment colors, textures, an image, curvature, class probabilities or other data on a mesh into regions.
 ///
@@ -137,6 +138,10 @@ pub struct Arguments {
 
     #[command(flatten)]
     pub solving: Solving,
+
+    /// What the names of files stand for, if they are in memory.
+    #[arg(skip)]
+    pub memory: Memory,
 }
 
 const EXAMPLES: &str = "\
@@ -237,7 +242,7 @@ impl Arguments {
         }
         Ok(match (self.model, &self.means) {
             (_, Some(path)) => {
-                let Means { model, parameters } = means::read(path, named)?;
+                let Means { model, parameters } = means::read(path, named, &self.memory)?;
                 Labeler::Given(model, parameters)
             }
             (Some(Model::KMeans), _) => Labeler::Baseline(Baseline::KMeans { seed: self.seed }),

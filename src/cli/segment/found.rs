@@ -1,12 +1,13 @@
 //! What `meshseg segment` finds: labels, and the regions as they are shown.
 
-use meshseg::colormap::categorical;
-use meshseg::data::input::InputData;
-use meshseg::labeling::Labeling;
-use meshseg::render;
-use meshseg::segment::count::Count;
-use meshseg::solve::Solution;
 use serde::Serialize;
+
+use crate::colormap::categorical;
+use crate::data::input::InputData;
+use crate::labeling::Labeling;
+use crate::render;
+use crate::segment::count::Count;
+use crate::solve::Solution;
 
 /// The labels, and the regions as they are shown.
 pub struct Found {
@@ -42,7 +43,7 @@ pub struct Region {
     /// mu_p, under the names of the model.
     #[serde(flatten)]
     pub parameters: serde_json::Value,
-    /// Their numbers, see [`RegionParameters`](meshseg::labeling::RegionParameters).
+    /// Their numbers, see [`RegionParameters`](crate::labeling::RegionParameters).
     #[serde(skip)]
     pub value: Vec<f64>,
     /// As which it is drawn.

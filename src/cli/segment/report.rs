@@ -1,19 +1,20 @@
 //! What `meshseg segment` prints and draws at the end.
 
 use image::RgbImage;
-use meshseg::Result;
-use meshseg::counted::counted;
-use meshseg::data::input::{DataSource, InputData};
-use meshseg::data::palette;
-use meshseg::data::views::ViewFolder;
-use meshseg::labeling::Labeler;
-use meshseg::mesh::geometry::barycentric_areas;
-use meshseg::names::Named;
-use meshseg::outcome::{Looks, PicturedData};
-use meshseg::relaxation::Relaxation;
-use meshseg::render;
-use meshseg::render::photographs::{RegionsInViews, sheet_pixels};
-use meshseg::segment::count::Count;
+
+use crate::Result;
+use crate::counted::counted;
+use crate::data::input::{DataSource, InputData};
+use crate::data::palette;
+use crate::data::views::ViewFolder;
+use crate::labeling::Labeler;
+use crate::mesh::geometry::barycentric_areas;
+use crate::names::Named;
+use crate::outcome::{Looks, PicturedData};
+use crate::relaxation::Relaxation;
+use crate::render;
+use crate::render::photographs::{RegionsInViews, sheet_pixels};
+use crate::segment::count::Count;
 
 use super::arguments::Arguments;
 use super::found::{Found, Region};
@@ -40,12 +41,12 @@ pub fn looks(found: &Found, surface: &Surface, input: &InputData, arguments: &Ar
     let caption = || palette::words(&input.data, &input.name, ends, unit, &areas());
     Looks {
         regions: found.regions.iter().enumerate().map(drawn).collect(),
-        data: (!solving.no_preview).then(|| PicturedData {
+        data: solving.draws().then(|| PicturedData {
             colors: colors(),
             caption: caption(),
             view: solving.view,
         }),
-        views: if solving.no_preview { None } else { sheet(found, surface, arguments) },
+        views: if solving.draws() { sheet(found, surface, arguments) } else { None },
     }
 }
 
@@ -55,12 +56,13 @@ const FEW_PIXELS: u64 = 12_000_000;
 /// The photographs with the cut, if the data are views that are drawn fast. Images that can no longer be read are a warning.
 fn sheet(found: &Found, surface: &Surface, arguments: &Arguments) -> Option<RgbImage> {
     let Some(DataSource::Views(file)) = &arguments.data else { return None };
+    let out = arguments.solving.out.as_ref()?;
     let drawn = || -> Result<Option<RgbImage>> {
         let folder = ViewFolder::open(file, arguments.views.images())?;
         if sheet_pixels(&folder)? > FEW_PIXELS {
             note(&format!(
                 "the photographs are large; meshseg render {} --photographs draws the regions into them",
-                arguments.solving.out.display()
+                out.display()
             ));
             return Ok(None);
         }
@@ -112,7 +114,7 @@ pub fn report(
         lines.push(("seeds", seeds));
     }
     lines.extend(of_cut);
-    lines.push(("written to", arguments.solving.out.display().to_string()));
+    lines.extend(arguments.solving.written_to());
     let table = regions_table(found.value_name, &found.regions);
     table::pairs(&lines) + "\n" + &table + "\n" + &next_step(arguments, labeler, lambda)
 }
@@ -137,17 +139,16 @@ fn light(region: &Region) -> Option<String> {
 
 /// Suggests what to inspect and what to try next.
 fn next_step(arguments: &Arguments, labeler: &Labeler, lambda: f64) -> String {
-    let picture = if arguments.solving.no_preview { "segmented.ply" } else { "preview.png" };
-    let picture = arguments.solving.out.join(picture);
+    let see = arguments.solving.see();
     if let Labeler::Baseline(_) = labeler {
-        return format!("see {}\n", picture.display());
+        return see.trim_end_matches("; ").to_owned() + "\n";
     }
     let try_next = if lambda > 0.0 {
         format!("--lambda {:.1e} for fewer cuts, {:.1e} for more", 2.0 * lambda, 0.5 * lambda)
     } else {
         "a --lambda above 0 for fewer cuts".into()
     };
-    format!("see {}; try {try_next}, or another --regions\n", picture.display())
+    format!("{see}try {try_next}, or another --regions\n")
 }
 
 /// The common format of the numbers of the regions.

@@ -1,11 +1,12 @@
 //! The numbers of a segmentation, as in `summary.json`.
 
-use meshseg::data::input::InputData;
-use meshseg::labeling::Labeler;
-use meshseg::names::Named;
-use meshseg::segment::count::Count;
-use meshseg::solve::Summary;
 use serde::Serialize;
+
+use crate::data::input::InputData;
+use crate::labeling::Labeler;
+use crate::names::Named;
+use crate::segment::count::Count;
+use crate::solve::Summary;
 
 use super::arguments::Arguments;
 use super::found::{Found, Region};

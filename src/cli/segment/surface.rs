@@ -1,18 +1,19 @@
 //! The mesh that `meshseg segment` works on, and what the file says about it.
 
-use meshseg::Result;
-use meshseg::counted::counted;
-use meshseg::data::ModelName;
-use meshseg::data::input::{self, InputData, Mapping};
-use meshseg::domain::Element;
-use meshseg::labeling::Labeler;
-use meshseg::mesh::geometry::vertex_normals;
-use meshseg::mesh::orient::{Oriented, orient};
-use meshseg::mesh::{Mesh, Source, Weld};
-use meshseg::names::Named;
-use meshseg::seeds::Seeds;
-use meshseg::solve::check_mesh;
 use nalgebra::Vector3;
+
+use crate::Result;
+use crate::counted::counted;
+use crate::data::ModelName;
+use crate::data::input::{self, DataSource, InputData, Mapping};
+use crate::domain::Element;
+use crate::labeling::Labeler;
+use crate::mesh::geometry::vertex_normals;
+use crate::mesh::orient::{Oriented, orient};
+use crate::mesh::{Mesh, Source, Weld};
+use crate::names::Named;
+use crate::seeds::Seeds;
+use crate::solve::check_mesh;
 
 use super::arguments::Arguments;
 use crate::cli::{note, seeds, welding};
@@ -32,7 +33,7 @@ pub struct Surface {
 impl Surface {
     pub fn read(arguments: &Arguments) -> Result<Self> {
         let source = Source::parse(&arguments.mesh)?;
-        let mesh = source.mesh()?;
+        let mesh = arguments.memory.mesh(&arguments.mesh)?.into_owned();
         Surface::of(source, mesh, arguments)
     }
 
@@ -55,6 +56,11 @@ impl Surface {
     pub fn input(&self, arguments: &Arguments) -> Result<InputData> {
         let Arguments { texel, project, fit, .. } = *arguments;
         let data = arguments.data.as_ref();
+        if let Some(DataSource::File(path)) = data
+            && let Some(array) = arguments.memory.array(path)
+        {
+            return input::of_array(path, array, self.welded(), self.weld.as_ref());
+        }
         let mapping = Mapping { texel, project, fit, views: arguments.views.options(data)? };
         input::read(&self.source, self.welded(), self.weld.as_ref(), data, &mapping)
     }
@@ -78,7 +84,7 @@ impl Surface {
     /// The seeds of the file, on the welded mesh.
     pub fn seeds(&self, arguments: &Arguments, m: usize) -> Result<Seeds> {
         let Some(path) = &arguments.seeds else { return Ok(Seeds::default()) };
-        let seeds = seeds::read(path, &self.mesh, m, Element::Vertices)?;
+        let seeds = seeds::read(path, &self.mesh, m, Element::Vertices, &arguments.memory)?;
         let welded = self.weld.as_ref().map(|weld| seeds.welded(weld));
         welded.unwrap_or(Ok(seeds)).map_err(|error| error.of_file(path))
     }

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use meshseg::triple::Triple;
-use meshseg::{Error, Result};
+use crate::triple::Triple;
+use crate::{Error, Result};
 
 /// The options of synthetic photographs.
 #[derive(clap::Args)]

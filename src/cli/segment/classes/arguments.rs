@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use meshseg::classes::Cleaning;
-use meshseg::classes::costs::DEFAULT_FLOOR;
-use meshseg::domain::Element;
-use meshseg::mesh::Mesh;
-use meshseg::{Error, Result};
+use crate::classes::Cleaning;
+use crate::classes::costs::DEFAULT_FLOOR;
+use crate::domain::Element;
+use crate::mesh::Mesh;
+use crate::{Error, Result};
 
 use crate::cli::named;
 

@@ -1,23 +1,24 @@
 //! `--edge-aware`: where cuts are cheap.
 
-use meshseg::mesh::Mesh;
-use meshseg::mesh::contrast::Contrast;
-use meshseg::{Error, Result};
+use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
+use crate::{Error, Result};
 
 use super::arguments::EdgeAware;
 use super::input::numbers;
+use crate::cli::memory::Memory;
 
 /// What weights the edges.
 ///
 /// # Errors
 /// The mesh has no colors, the file cannot be read, or does not have a positive weight per face.
-pub fn read(edge_aware: &EdgeAware, mesh: &Mesh) -> Result<Contrast> {
+pub fn read(edge_aware: &EdgeAware, mesh: &Mesh, memory: &Memory) -> Result<Contrast> {
     let path = match edge_aware {
         EdgeAware::Normals => return Ok(Contrast::Normals),
         EdgeAware::Colors => return colors(mesh).map(Contrast::Colors),
         EdgeAware::File(path) => path,
     };
-    let weights = numbers(path, "weights")?;
+    let weights = numbers(path, "weights", memory)?;
     let faces = mesh.faces.len();
     if weights.dim() != (faces, 1) {
         let (rows, columns) = weights.dim();

@@ -2,19 +2,21 @@
 
 use std::path::Path;
 
-use meshseg::classes::ClassCosts;
-use meshseg::classes::costs::{self, Found};
-use meshseg::counted::counted;
-use meshseg::domain::Element;
-use meshseg::mesh::Mesh;
-use meshseg::mesh::io::{self, Scalars};
-use meshseg::npz::Archive;
-use meshseg::regions::REGIONS;
-use meshseg::{Error, Result, file, npy};
 use ndarray::{Array2, Axis, Ix1, Ix2};
+
+use crate::classes::ClassCosts;
+use crate::classes::costs::{self, Found};
+use crate::counted::counted;
+use crate::domain::Element;
+use crate::mesh::Mesh;
+use crate::mesh::io::{self, Scalars};
+use crate::npz::Archive;
+use crate::regions::REGIONS;
+use crate::{Error, Result, file, npy};
 
 use super::arguments::{ClassArguments, Given};
 use super::list;
+use crate::cli::memory::Memory;
 use crate::cli::note;
 
 /// The costs, and what is worth saying about them.
@@ -35,11 +37,16 @@ impl Input {
     /// # Errors
     /// It cannot be read or is malformed, has another number of rows than the mesh has vertices or faces, or its
     /// numbers are no probabilities, scores or labels.
-    pub fn read(mesh: &Mesh, given: &Given, arguments: &ClassArguments) -> Result<Self> {
+    pub fn read(
+        mesh: &Mesh,
+        given: &Given,
+        arguments: &ClassArguments,
+        memory: &Memory,
+    ) -> Result<Self> {
         let path = given.path();
         let numbers = match given {
             Given::Property(_, name) => property(path, name)?,
-            _ => numbers(path, given.what())?,
+            _ => numbers(path, given.what(), memory)?,
         };
         let of = element(path, numbers.nrows(), mesh, arguments.on())?;
         let found = found(&numbers, given, arguments).map_err(|error| error.of_file(path))?;
@@ -186,7 +193,10 @@ fn matches(pattern: &str, name: &str) -> bool {
 }
 
 /// The numbers in a file; entries may be NaN or infinite.
-pub fn numbers(path: &Path, what: &str) -> Result<Array2<f64>> {
+pub fn numbers(path: &Path, what: &str, memory: &Memory) -> Result<Array2<f64>> {
+    if let Some(array) = memory.array(path) {
+        return Ok(array.clone());
+    }
     let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
     match extension.as_ref().and_then(|extension| extension.to_str()) {
         Some("npy") => array(path, &file::read(path)?),

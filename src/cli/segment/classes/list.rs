@@ -8,10 +8,11 @@
 
 use std::path::Path;
 
-use meshseg::colormap::categorical;
-use meshseg::counted::counted;
-use meshseg::{Error, Result, file, regions};
 use serde::Deserialize;
+
+use crate::colormap::categorical;
+use crate::counted::counted;
+use crate::{Error, Result, file, regions};
 
 /// A class as it is shown.
 #[derive(Clone, Debug)]

@@ -1,11 +1,12 @@
 //! The picture: the most probable class beside the label.
 
-use meshseg::classes::{ClassCosts, ClassLabels, most_probable};
-use meshseg::domain::Element;
-use meshseg::mesh::{Mesh, Split};
-use meshseg::outcome::{Looks, PicturedData};
-use meshseg::render;
 use ndarray::{Array2, ArrayView1};
+
+use crate::classes::{ClassCosts, ClassLabels, most_probable};
+use crate::domain::Element;
+use crate::mesh::{Mesh, Split};
+use crate::outcome::{Looks, PicturedData};
+use crate::render;
 
 use super::prepared::Prepared;
 use super::report::{Classes, Shown};

@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
-use meshseg::counted::counted;
-use meshseg::domain::Element;
-use meshseg::mesh::Mesh;
-use meshseg::mesh::contrast::Contrast;
-use meshseg::seeds::Seeds;
-use meshseg::{Error, Result};
 use ndarray::{Array1, Array2, Axis};
 
+use crate::counted::counted;
+use crate::domain::Element;
+use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
+use crate::seeds::Seeds;
+use crate::{Error, Result};
+
 use super::input::{element, numbers};
+use crate::cli::memory::Memory;
 
 /// The label of what is left out.
 const OUTSIDE: i32 = -1;
@@ -30,12 +32,17 @@ impl Mask {
     ///
     /// # Errors
     /// The file cannot be read, has another number of rows than the mesh has vertices or faces, or leaves nothing.
-    pub fn read(path: Option<&Path>, on: Option<Element>, whole: Mesh) -> Result<Self> {
+    pub fn read(
+        path: Option<&Path>,
+        on: Option<Element>,
+        whole: Mesh,
+        memory: &Memory,
+    ) -> Result<Self> {
         let faces = whole.faces.len();
         let Some(path) = path else {
             return Ok(Mask { kept: (0..faces).collect(), inside: Vec::new(), whole });
         };
-        let mask = numbers(path, "mask")?;
+        let mask = numbers(path, "mask", memory)?;
         if mask.ncols() != 1 {
             let message = format!(
                 "has {}; a mask has one number per vertex or face, 0 where the surface is left out",

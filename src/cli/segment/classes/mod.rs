@@ -10,29 +10,30 @@ mod mask;
 mod prepared;
 mod report;
 
-use meshseg::classes::{ClassLabels, Labeling, label, lambda, without_evidence};
-use meshseg::contour::{Contours, CutRecord};
-use meshseg::domain::Element;
-use meshseg::mesh::dual::Dual;
-use meshseg::names::Named;
-use meshseg::operator::Mass;
-use meshseg::outcome::{self, Drawn, Labeled};
-use meshseg::relaxation::Relaxation;
-use meshseg::run::Status;
-use meshseg::solve::Request;
-use meshseg::{Error, Result};
+use crate::classes::{ClassLabels, Labeling, label, lambda, without_evidence};
+use crate::contour::{Contours, CutRecord};
+use crate::domain::Element;
+use crate::mesh::dual::Dual;
+use crate::names::Named;
+use crate::operator::Mass;
+use crate::outcome::{self, Drawn, Labeled};
+use crate::relaxation::Relaxation;
+use crate::run::Status;
+use crate::solve::Request;
+use crate::{Error, Result};
 
+use super::arguments::Arguments;
+use super::surface::of_mesh;
+use crate::cli::listener::{Found, listening};
+use crate::cli::output::json;
+use crate::cli::progress::Progress;
+use crate::cli::solving::exit;
+use crate::cli::{Outcome, cut, note, print, warn};
 use arguments::EdgeAware;
 pub use arguments::{ClassArguments, Given};
 use looks::Picture;
 use prepared::Prepared;
 use report::{ClassSummary, Classes, report};
-
-use super::arguments::Arguments;
-use super::surface::of_mesh;
-use crate::cli::progress::Progress;
-use crate::cli::solving::exit;
-use crate::cli::{Outcome, cut, note, print, warn};
 
 pub fn run(arguments: &Arguments, given: &Given) -> Outcome {
     let request = request(arguments)?;
@@ -163,7 +164,7 @@ fn write(
     let solving = &arguments.solving;
     let (picture, looks, of_cut) = with_shown_rows(&mut found, |found| -> Result<_> {
         let draw = || Picture::new(prepared, found, &found.solution.u, classes);
-        let picture = (!solving.no_preview).then(draw);
+        let picture = solving.draws().then(draw);
         let looks = looks::looks(classes, picture.as_ref(), input.costs.of, solving);
         let of_cut = match on {
             Element::Vertices => {
@@ -208,8 +209,10 @@ fn write(
         faces: Some(&found.faces),
         drawn,
     };
-    let written = cut::requested(contours, solving);
-    outcome::write(&solving.out, &summary, labeled, &mask.whole, &looks, written)?;
+    if let Some(out) = &solving.out {
+        let written = cut::requested(contours, solving);
+        outcome::write(out, &summary, labeled, &mask.whole, &looks, written)?;
+    }
     surface.report(arguments);
     if mask.left_out() > 0 {
         note(&format!(
@@ -220,5 +223,10 @@ fn write(
     }
     warn(&found.solution.summary.warnings);
     let printed = print(&report(&found, classes, input, *on, of_cut, arguments));
-    exit(found.solution.summary.status, printed)
+    let (status, summary) = (found.solution.summary.status, json(&summary));
+    listening(|listener| {
+        let ClassLabels { solution, vertices, faces, .. } = found;
+        listener.found = Some(Found { summary, solution, vertices, faces: Some(faces) });
+    });
+    exit(status, printed)
 }

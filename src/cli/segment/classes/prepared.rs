@@ -1,13 +1,14 @@
 //! What is read for classes: the surface that counts, the costs on it, and what else bears on the labels.
 
-use meshseg::Result;
-use meshseg::classes::{ClassCosts, most_probable};
-use meshseg::domain::Element;
-use meshseg::mesh::Source;
-use meshseg::mesh::contrast::Contrast;
-use meshseg::operator::Mass;
-use meshseg::seeds::Seeds;
 use ndarray::Array2;
+
+use crate::Result;
+use crate::classes::{ClassCosts, most_probable};
+use crate::domain::Element;
+use crate::mesh::Source;
+use crate::mesh::contrast::Contrast;
+use crate::operator::Mass;
+use crate::seeds::Seeds;
 
 use super::arguments::{ClassArguments, Given};
 use super::contrast;
@@ -46,16 +47,18 @@ impl Prepared {
     pub fn read(arguments: &Arguments, given: &Given) -> Result<Self> {
         let options: &ClassArguments = &arguments.classes;
         let source = Source::parse(&arguments.mesh)?;
-        let mask = Mask::read(options.mask(), options.on(), source.mesh()?)?;
+        let memory = &arguments.memory;
+        let mesh = memory.mesh(&arguments.mesh)?.into_owned();
+        let mask = Mask::read(options.mask(), options.on(), mesh, memory)?;
         let surface = Surface::of(source, mask.mesh(), arguments)?;
-        let input = Input::read(&mask.whole, given, options)?;
+        let input = Input::read(&mask.whole, given, options, memory)?;
         let m = input.costs.s.ncols();
         let list = list::read(options.list(), m)?;
         let on = options.on().unwrap_or(input.costs.of);
         let seeds = match &arguments.seeds {
             None => Seeds::default(),
             Some(path) => {
-                let seeds = mask.seeds(seeds::read(path, &mask.whole, m, on)?, on);
+                let seeds = mask.seeds(seeds::read(path, &mask.whole, m, on, memory)?, on);
                 match (&surface.weld, on) {
                     (Some(weld), Element::Vertices) => {
                         seeds.welded(weld).map_err(|error| error.of_file(path))?
@@ -65,7 +68,8 @@ impl Prepared {
             }
         };
         let contrast = options.edge_aware();
-        let contrast = contrast.map(|choice| contrast::read(choice, &mask.whole)).transpose()?;
+        let contrast =
+            contrast.map(|choice| contrast::read(choice, &mask.whole, memory)).transpose()?;
         let contrast = contrast.map(|contrast| mask.contrast(contrast));
         let costs = welded(&surface, &mask, &input.costs)?;
         let mut s = costs.on(on, &surface.scaled);

@@ -1,14 +1,15 @@
 //! The numbers of labeled classes: on the terminal and in `summary.json`.
 
-use meshseg::classes::{ClassLabels, Cleaned, most_probable};
-use meshseg::counted::counted;
-use meshseg::domain::{Domain, Element};
-use meshseg::names::Named;
-use meshseg::relaxation::Relaxation;
-use meshseg::run::Status;
-use meshseg::solve::Summary;
 use ndarray::{Array1, Array2};
 use serde::Serialize;
+
+use crate::classes::{ClassLabels, Cleaned, most_probable};
+use crate::counted::counted;
+use crate::domain::{Domain, Element};
+use crate::names::Named;
+use crate::relaxation::Relaxation;
+use crate::run::Status;
+use crate::solve::Summary;
 
 use super::input::Input;
 use super::list::Class;
@@ -140,7 +141,7 @@ pub fn report(
     }
     lines.extend(found.cleaned.as_ref().map(|cleaned| ("cleaned", cleaning(cleaned, classes))));
     lines.extend(of_cut);
-    lines.push(("written to", arguments.solving.out.display().to_string()));
+    lines.extend(arguments.solving.written_to());
     table::pairs(&lines)
         + "\n"
         + &class_table(classes)
@@ -191,13 +192,11 @@ fn class_table(classes: &Classes) -> String {
 
 /// Suggests what to inspect and what to try next.
 fn next_step(lambda: f64, arguments: &Arguments) -> String {
-    let picture = if arguments.solving.no_preview { "segmented.ply" } else { "preview.png" };
-    let picture = arguments.solving.out.join(picture);
     let try_next = match lambda > 0.0 {
         true => {
             format!("--lambda {:.1e} for fewer cuts, {:.1e} for more", 2.0 * lambda, 0.5 * lambda)
         }
         false => "a --lambda above 0 for fewer cuts".into(),
     };
-    format!("see {}; try {try_next}\n", picture.display())
+    format!("{}try {try_next}\n", arguments.solving.see())
 }

@@ -1,0 +1,148 @@
+"""Exceptions, warnings, signals, callbacks and threads."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import warnings
+
+import numpy as np
+import pytest
+
+import meshseg
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"gap": -1}, "gap=-1"),
+        ({"lambda_": -0.5}, "lambda = -0.5"),
+        ({"costs": np.zeros((3, 3))}, "costs: has 3 rows, but the mesh has 1000 vertices"),
+        ({"costs": np.zeros((1000, 1))}, "costs: 1 regions"),
+        ({"costs": np.full((1000, 3), -np.inf)}, "costs: "),
+        ({"costs": np.zeros((1000, 3, 1))}, "costs: has 3 axes"),
+        ({"costs": np.array([["a"]])}, "costs: has the type"),
+        ({"relaxation": "tightest"}, "invalid value 'tightest' for 'relaxation"),
+        ({"solver": "newton"}, "newton"),
+        ({"solver_options": {"rho": 7}}, "rho"),
+        ({"init": np.zeros((1000, 3))}, "init: "),
+        ({"seeds": np.full(1000, 9)}, "seeds: entry 0: region 9 is out of range"),
+        ({"seeds": np.full(1000, 0.5)}, "seeds: must be integers"),
+        ({"threads": 0}, "threads"),
+    ],
+)
+def test_bad_input_is_a_sentence(torus, costs, keywords, message):
+    with pytest.raises(ValueError, match=message) as error:
+        meshseg.solve(torus, **({"costs": costs, "lambda_": 0.01} | keywords))
+    assert "\n" not in str(error.value) and "--" not in str(error.value)
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        meshseg.solve(torus, costs, 0.01, gaps=1)
+
+
+def test_files_of_arrays(tmp_path, torus, costs):
+    with pytest.raises(FileNotFoundError, match="S.npy"):
+        meshseg.solve(torus, tmp_path / "S.npy", 0.01)
+    np.save(tmp_path / "S.npy", costs)
+    of_file = meshseg.solve(torus, tmp_path / "S.npy", 0.01)
+    assert np.array_equal(of_file.u, meshseg.solve(torus, costs, 0.01).u)
+
+
+def test_arrays_of_any_layout(torus, costs):
+    expected = meshseg.solve(torus, costs.astype(np.float32), 0.01)
+    narrow = costs.astype(np.float32)
+    for array in (np.asfortranarray(narrow), narrow.tolist(), np.repeat(narrow, 2, axis=1)[:, ::2]):
+        assert np.array_equal(meshseg.solve(torus, array, 0.01).u, expected.u)
+
+
+def test_bytes_are_data_up_to_one():
+    mesh = meshseg.read_mesh("sphere:3")
+    data = (255 * (mesh.vertices[:, 2] > 0)).astype(np.uint8)
+    result = meshseg.segment(mesh, data, regions=2)
+    assert sorted(region["mean"] for region in result.regions) == [[0.0], [1.0]]
+    assert result.status == "converged" and result.label_gap <= 1e-4
+
+
+def test_warnings_have_a_class_and_are_kept(torus):
+    with pytest.warns(meshseg.MeshsegWarning, match="nothing to segment"):
+        result = meshseg.segment(torus, np.ones(1000), regions=2)
+    assert len(result.warnings) > 0
+
+
+def test_notes_and_advice_are_in_our_words():
+    mesh = meshseg.read_mesh("sphere:4")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = meshseg.segment(mesh, np.sign(mesh.vertices[:, 0]), regions=2)
+    assert any("scaled by" in note and "normalize none" in note for note in result.notes)
+    assert "lambda_=" in repr(result) and "--" not in repr(result)
+
+
+def test_history(torus, costs):
+    result = meshseg.solve(torus, costs, 0.05, gap=1e-6)
+    frame = result.history.frame()
+    assert list(frame.columns) == list(result.history)
+    assert frame.iteration.is_monotonic_increasing and frame.dual_bound.is_monotonic_increasing
+    assert frame.energy.is_monotonic_decreasing
+    assert np.allclose(frame.energy - frame.dual_bound, frame.gap, atol=1e-12)
+
+
+def test_a_callback_sees_samples_and_ends_the_run(torus, costs):
+    seen = []
+
+    def callback(iteration, seconds, energy, bound, gap):
+        seen.append((iteration, gap))
+        return iteration >= 12
+
+    result = meshseg.solve(torus, costs, 0.05, gap=0, callback=callback)
+    assert result.status == "interrupted" and seen[-1][0] >= 12 and seen[-2][0] < 12
+    assert result.dual_bound <= result.energy
+    # The start is a sample of the history.
+    assert [0, *(iteration for iteration, _ in seen)] == result.history["iteration"].tolist()
+
+    def faulty(*sample):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        meshseg.solve(torus, costs, 0.05, gap=0, callback=faulty)
+
+
+def test_ctrl_c_is_a_keyboard_interrupt():
+    mesh = meshseg.read_mesh("torus:400x250")
+    costs = np.random.default_rng(0).random((100_000, 8))
+    timer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+    begin = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        meshseg.solve(mesh, costs, 0.5, gap=0)
+    assert time.monotonic() - begin < 20
+    # The next call is not affected.
+    assert meshseg.solve(mesh, costs, 1e-3, gap=1e-2).status == "converged"
+
+
+def test_other_threads_run_meanwhile(torus, costs):
+    """Two solves in threads: the lock is released, and results are the same bits."""
+    expected = meshseg.solve(torus, costs, 0.05, gap=1e-6)
+    found, ticks = {}, []
+
+    def solve(name):
+        found[name] = meshseg.solve(torus, costs, 0.05, gap=1e-6)
+
+    threads = [threading.Thread(target=solve, args=(name,)) for name in range(4)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        ticks.append(time.monotonic())
+        time.sleep(0.001)
+    assert len(ticks) > 0
+    assert all(np.array_equal(found[name].u, expected.u) for name in range(4))
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.filterwarnings("ignore:.*fork.*")
+def test_other_processes(torus, costs, method):
+    expected = meshseg.solve(torus, costs, 0.01)
+    meshes = [torus, meshseg.Mesh(torus.vertices, torus.faces), "torus:40x25"]
+    with multiprocessing.get_context(method).Pool(2) as pool:
+        found = pool.starmap_async(meshseg.solve, [(mesh, costs, 0.01) for mesh in meshes]).get(60)
+    assert all(np.array_equal(result.u, expected.u) for result in found)
