@@ -2,12 +2,15 @@
 //!
 //! Other programs read it; docs/interface.md specifies names and contents. It is written completely or not at all.
 
+mod exports;
+
 use std::io::Write;
 use std::path::Path;
 
 use image::RgbImage;
 use ndarray::{Array1, Array2};
 use serde::Serialize;
+use strum::IntoEnumIterator;
 
 use crate::contour::{Contours, compared_rows};
 use crate::error::{Error, Result};
@@ -20,10 +23,15 @@ use crate::run::{Certificate, Sample};
 use crate::solve::Solution;
 use crate::sweep;
 
+pub use exports::Export;
+use exports::Exported;
+
 /// The appearance of the regions and the data.
 pub struct Looks {
     /// One per region, in the order of the columns of U.
     pub regions: Vec<Region>,
+    /// The names of the regions.
+    pub names: Vec<String>,
     /// Without data no picture is drawn.
     pub data: Option<PicturedData>,
     /// Photographs with the cut, if the data are views.
@@ -69,7 +77,7 @@ impl<'a> From<&'a Solution> for Labeled<'a> {
 }
 
 /// Writes the folder; `summary` becomes `summary.json`. The labels belong to the mesh. A `preview.png`, `views.png`,
-/// `q.npy`, `face_labels.npy` or `contours.obj` of an earlier run is removed if this run does not write one.
+/// `q.npy`, `face_labels.npy`, `contours.obj` or export of an earlier run is removed if this run does not write one.
 ///
 /// Fails if a file cannot be written or removed.
 pub fn write(
@@ -79,6 +87,7 @@ pub fn write(
     mesh: &Mesh,
     looks: &Looks,
     contours: Option<&Contours>,
+    exports: &[Export],
 ) -> Result<()> {
     let Labeled { solution, vertices, faces, drawn } = labeled;
     file::write_folder(folder, |folder| {
@@ -102,6 +111,16 @@ pub fn write(
         let (arrays, segmented) = sweep::join(arrays, segmented);
         arrays.and(segmented)?;
         write_trace(&folder.join("trace.csv"), &solution.trace)?;
+        let exported = Exported {
+            mesh,
+            summary: &solution.summary,
+            u: &solution.u,
+            vertices,
+            faces,
+            names: &looks.names,
+            colors: &palette,
+        };
+        exports.iter().try_for_each(|export| export.write(folder, exported))?;
         if let Some(contours) = contours {
             file::write(&folder.join("contours.obj"), |out| contours.write(out))?;
         }
@@ -133,7 +152,8 @@ pub fn write(
         ("face_labels.npy", faces.is_some()),
         ("contours.obj", contours.is_some()),
     ];
-    for (name, _) in written.into_iter().filter(|(_, written)| !written) {
+    let exported = Export::iter().map(|export| (export.file(), exports.contains(&export)));
+    for (name, _) in written.into_iter().chain(exported).filter(|(_, written)| !written) {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -226,6 +246,7 @@ mod tests {
             let region = |color| Region { color, mean: None, text: "region".into() };
             Looks {
                 regions: vec![region([0.2; 3]), region([0.8; 3])],
+                names: vec!["a".into(), "b".into()],
                 data: draw.then(|| PicturedData {
                     colors: vec![[0.5; 3]; mesh.vertices.len()],
                     caption: "data".into(),
@@ -242,8 +263,9 @@ mod tests {
             let cells = Cells::new(&mesh, solution.u.view(), solution.summary.cut_threshold);
             let contours = keep_dual.then(|| cells.contours());
             let looks = looks(draw);
-            write(&folder, &keep_dual, (&solution).into(), &mesh, &looks, contours.as_ref())
-                .unwrap();
+            let exports: &[Export] = if draw { &[Export::Json, Export::Vtp] } else { &[] };
+            let labeled = (&solution).into();
+            write(&folder, &keep_dual, labeled, &mesh, &looks, contours.as_ref(), exports).unwrap();
             std::fs::write(folder.join("notes.txt"), "mine").unwrap();
             let mut names: Vec<String> = std::fs::read_dir(&folder)
                 .unwrap()
@@ -259,6 +281,7 @@ mod tests {
                 "u.npy",
             ];
             expected.extend(keep_dual.then_some(["q.npy", "contours.obj"]).into_iter().flatten());
+            expected.extend(draw.then_some(["labels.json", "segmented.vtp"]).into_iter().flatten());
             expected.extend(draw.then_some("preview.png"));
             expected.extend(draw.then_some("views.png"));
             expected.sort_unstable();
@@ -267,7 +290,8 @@ mod tests {
         // A file that cannot be removed is an error.
         std::fs::create_dir(folder.join("q.npy")).unwrap();
         let solution = solution(false);
-        let error = write(&folder, &0, (&solution).into(), &mesh, &looks(false), None).unwrap_err();
+        let error =
+            write(&folder, &0, (&solution).into(), &mesh, &looks(false), None, &[]).unwrap_err();
         assert!(error.to_string().contains("q.npy"), "{error}");
     }
 }

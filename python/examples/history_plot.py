@@ -15,7 +15,7 @@ costs = np.random.default_rng(0).random((len(mesh.vertices), 4))
 
 frames = {}
 for solver in ("chambolle-pock", "fista"):
-    result = meshseg.solve(mesh, costs, 0.01, solver=solver, gap=1e-4, max_iterations=400)
+    result = meshseg.solve(mesh, costs, 0.002, solver=solver, gap=1e-4, max_iterations=400)
     frames[solver] = result.history.frame()
 history = pd.concat(frames, names=["solver"]).reset_index("solver")
 print(history.groupby("solver")[["iteration", "seconds", "relative_gap"]].last())

@@ -6,6 +6,8 @@ from numpy.typing import ArrayLike, NDArray
 
 def numbers(name: str, array: ArrayLike) -> NDArray[np.float64]:
     """N x d floats; N numbers become N x 1. Not copied if they are float64 in C order."""
+    if np.ma.is_masked(array):
+        raise ValueError(f"{name}: is a masked array; fill what is masked, as by {name}.filled(...)")
     given = np.asarray(array)
     if given.dtype.kind not in "fiub":
         raise ValueError(f"{name}: has the type {given.dtype}; it must be an array of numbers")
@@ -20,3 +22,10 @@ def of_files(name: str, array: ArrayLike) -> NDArray[np.float64]:
     """The same, with uint8 divided by 255, as in the files of data."""
     given = numbers(name, array)
     return given / 255.0 if np.asarray(array).dtype == np.uint8 else given
+
+
+def labels(name: str, array: ArrayLike) -> NDArray[np.float64]:
+    """The same of labels, which are no truth values."""
+    if np.asarray(array).dtype == bool:
+        raise ValueError(f"{name}: has truth values; it must have labels, -1 where there is none")
+    return numbers(name, array)

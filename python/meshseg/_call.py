@@ -4,27 +4,28 @@ import csv
 import os
 import tempfile
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _meshseg
-from ._arrays import numbers, of_files
+from ._arrays import labels, numbers, of_files
 from ._meshes import MeshLike, as_mesh
 from ._result import MeshsegWarning
-from ._words import name_of, pythonic, said
+from ._words import array_name, in_our_words, name_of, pythonic
 
-#: Options whose value may be an array, by what their arrays are. uint8 is divided by 255 where it is data.
+#: Options whose value may be an array, by what their arrays are.
 _ARRAYS: dict[str, Callable[[str, Any], Any]] = {
-    name: numbers
-    for name in (
-        "costs init seeds probabilities scores labels_in mask edge_aware u q".split()
-    )
-} | {"data": of_files, "means": of_files}
+    **dict.fromkeys(["costs", "probabilities", "scores", "mask", "edge_aware", "u", "q"], numbers),
+    **dict.fromkeys(["seeds", "labels_in"], labels),
+    **dict.fromkeys(["data", "means"], of_files),
+}
+#: Options without a value.
+_FLAGS = ("components", "contours", "coarse_to_fine", "no_preview")
 #: Options with several values after commas.
-_LISTS = ("thresholds", "light")
+_LISTS = ("thresholds", "light", "view")
 
 
 def heard(
@@ -34,62 +35,91 @@ def heard(
     callback: Callable[..., object] | None = None,
 ) -> dict[str, Any]:
     """What a verb says and finds. ``options`` are keywords; those that are None are left out."""
-    arguments, arrays = [verb], []
-    held = None
-    match mesh:
-        case str() | os.PathLike():
-            arguments.append(os.fspath(mesh))
-        case _:
-            held = as_mesh(mesh)._held
-            arguments.append(os.fspath(held.path or "mesh"))
-    with tempfile.TemporaryDirectory(prefix="meshseg-") as folder:
+    arguments: list[str] = []
+    arrays: list[tuple[str, Any]] = []
+    names = options.get("classes")
+    if names is None or isinstance(names, (str, bytes, os.PathLike)):
+        file = None
+    else:
+        file = _class_list(names)
+        options = {**options, "classes": file.name}
+    try:
         for keyword, value in options.items():
-            if value is None:
-                continue
-            name = f"--{name_of(keyword)}"
-            if keyword == "weld" and value is False:
-                arguments.append("--no-weld")
-            elif isinstance(value, (bool, np.bool_)):
-                arguments += [name] * bool(value)
-            elif keyword == "classes" and not isinstance(value, (str, os.PathLike)):
-                arguments.append(f"{name}={_class_list(value, Path(folder))}")
-            elif keyword in _ARRAYS and not isinstance(value, (str, os.PathLike)):
-                array = f"<{keyword}>.npy"
-                arrays.append((array, _ARRAYS[keyword](keyword, value)))
-                arguments.append(f"{name}={array}")
-            elif isinstance(value, Mapping):
-                arguments += [f"{name}={key}={_text(value[key])}" for key in value]
-            elif keyword in _LISTS and not isinstance(value, str):
-                arguments.append(f"{name}={','.join(map(_text, value))}")
-            elif isinstance(value, (list, tuple)):
-                arguments += [f"{name}={_text(part)}" for part in value]
-            else:
-                arguments.append(f"{name}={_text(value)}")
-        with said():
-            found = _meshseg.call(arguments, held, arrays, callback)
+            if value is not None:
+                arguments += _words(verb, keyword, value, arrays)
+        held = None if isinstance(mesh, (str, bytes, os.PathLike)) else as_mesh(mesh)._held
+        path = _path("mesh", mesh) if held is None else os.fspath(held.path or "mesh")
+        found = _meshseg.call([verb, *arguments, "--", path], held, arrays, callback)
+    finally:
+        if file is not None:
+            file.close()
+    if "error" in found:
+        error = found["error"]
+        if file is not None and file.name in str(error):
+            error = type(error)(str(error).replace(file.name, "classes"))
+        raise in_our_words(error)
     for sentence in found["warnings"]:
         warnings.warn(pythonic(sentence), MeshsegWarning, stacklevel=3)
     return found
 
 
-def _text(value: Any) -> str:
+def _words(verb: str, keyword: str, value: Any, arrays: list[tuple[str, Any]]) -> list[str]:
+    """The words of an option; its array, if it has one, is added to the others."""
+    name = f"--{name_of(keyword)}"
+    is_array = keyword in _ARRAYS or (verb == "solve" and keyword == "init")
+    if keyword == "weld" and isinstance(value, (bool, np.bool_)):
+        # Only segment welds unless it is told not to.
+        return [name] if value else ["--no-weld"] * (verb == "segment")
+    if keyword in _FLAGS:
+        if not isinstance(value, (bool, np.bool_)):
+            raise TypeError(f"{keyword}: must be True or False, not {value!r}")
+        return [name] * bool(value)
+    if is_array and not isinstance(value, (str, bytes, os.PathLike)):
+        arrays.append((array_name(keyword), _ARRAYS.get(keyword, numbers)(keyword, value)))
+        return [f"{name}={array_name(keyword)}"]
+    if isinstance(value, Mapping):
+        return [f"{name}={key.replace('_', '-')}={_text(keyword, value[key])}" for key in value]
+    if keyword in _LISTS and isinstance(value, Iterable) and not isinstance(value, str):
+        return [f"{name}={','.join(_text(keyword, part) for part in value)}"]
+    if isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
+        return [f"{name}={_text(keyword, part)}" for part in value]
+    return [f"{name}={_text(keyword, value)}"]
+
+
+def _path(keyword: str, value: Any) -> str:
+    return os.fsdecode(value)
+
+
+def _text(keyword: str, value: Any) -> str:
     """A value as it is typed; floats with all their digits."""
     match value:
+        case bool() | np.bool_() if keyword != "solver_options":
+            raise TypeError(f"{keyword}: must have a value, not {value!r}")
         case bool() | np.bool_():
             return str(bool(value)).lower()
+        case int() | np.integer():
+            return str(int(value))
         case float() | np.floating():
             return repr(float(value))
-        case os.PathLike():
-            return os.fspath(value)
-        case _:
-            return str(value)
+        case str():
+            return value
+        case bytes() | os.PathLike():
+            return _path(keyword, value)
+    raise TypeError(f"{keyword}: must be a text, a number or a path, not {type(value).__name__}")
 
 
-def _class_list(classes: Sequence[str | tuple[str, str]], folder: Path) -> Path:
+def _class_list(classes: Any) -> Any:
     """Names, or pairs of a name and a color, as a file."""
-    file = folder / "classes.csv"
-    with file.open("w", newline="", encoding="utf-8") as out:
-        rows = csv.writer(out)
-        rows.writerow(["name", "color"])
-        rows.writerows([name, ""] if isinstance(name, str) else name for name in classes)
+    if isinstance(classes, Mapping):
+        classes = list(classes.items())
+    if isinstance(classes, (set, frozenset)):
+        raise TypeError("classes: must be in the order of the columns; a set has none")
+    rows = [(name, "") if isinstance(name, str) else tuple(name) for name in classes]
+    if not all(len(row) == 2 and all(isinstance(part, str) for part in row) for row in rows):
+        raise TypeError("classes: must be names, or pairs of a name and a color such as #cc8844")
+    file = tempfile.NamedTemporaryFile("w", suffix=".csv", newline="", encoding="utf-8")
+    written = csv.writer(file)
+    written.writerow(["name", "color"])
+    written.writerows(rows)
+    file.flush()
     return file

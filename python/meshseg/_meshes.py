@@ -45,13 +45,14 @@ class Mesh:
         colors: ArrayLike | None = None,
         face_colors: ArrayLike | None = None,
     ) -> None:
+        arrays = (
+            numbers("vertices", vertices),
+            _indices(faces),
+            None if colors is None else _rgb("colors", colors),
+            None if face_colors is None else _rgb("face_colors", face_colors),
+        )
         with said():
-            self._held = _meshseg.Mesh(
-                numbers("vertices", vertices),
-                _indices(faces),
-                None if colors is None else _rgb("colors", colors),
-                None if face_colors is None else _rgb("face_colors", face_colors),
-            )
+            self._held = _meshseg.Mesh(*arrays)
 
     @property
     def vertices(self) -> NDArray[np.float64]:
@@ -79,10 +80,16 @@ class Mesh:
         return self._held.area
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """For other processes; what is read from a file is read again."""
-        if self._held.path is not None:
-            return read_mesh, (os.fspath(self._held.path),)
+        """For other processes: positions, faces and colors; textures stay behind."""
         return Mesh, (self.vertices, self.faces, self.colors, self.face_colors)
+
+    def __copy__(self) -> "Mesh":
+        """Itself: a mesh does not change."""
+        return self
+
+    def __deepcopy__(self, memo: object) -> "Mesh":
+        """Itself: a mesh does not change."""
+        return self
 
     def __repr__(self) -> str:
         return repr(self._held)
@@ -92,6 +99,10 @@ def _indices(faces: ArrayLike) -> NDArray[np.int64]:
     given = np.asarray(faces)
     if given.dtype.kind not in "iu" and given.size > 0:
         raise ValueError(f"faces: have the type {given.dtype}; they must be integers")
+    if np.ma.is_masked(faces):
+        raise ValueError("faces: are a masked array; leave out what is masked")
+    if given.dtype == np.uint64:
+        given = given.astype(np.int64)
     if given.ndim != 2 or given.shape[1] != 3:
         raise ValueError(f"faces: have the shape {given.shape}; they must be triangles, F x 3")
     return np.ascontiguousarray(given, dtype=np.int64)
@@ -162,10 +173,14 @@ def as_mesh(mesh: MeshLike) -> Mesh:
             return Mesh(vertices, faces)
     if hasattr(mesh, "points") and hasattr(mesh, "is_all_triangles"):
         return from_pyvista(mesh)
+    if hasattr(mesh, "points") and hasattr(mesh, "extract_surface"):
+        return from_pyvista(mesh.extract_surface(algorithm="dataset_surface"))
     if hasattr(mesh, "points") and hasattr(mesh, "cells_dict"):
-        if list(mesh.cells_dict) != ["triangle"]:
-            raise ValueError(f"mesh: has cells of {', '.join(mesh.cells_dict)}; it must have triangles")
+        if not {"triangle"} <= {*mesh.cells_dict} <= {"triangle", "line", "vertex"}:
+            raise ValueError(f"mesh: has cells of {', '.join(mesh.cells_dict) or 'no kind'}; it must have triangles")
         return Mesh(mesh.points, mesh.cells_dict["triangle"])
+    if hasattr(mesh, "to_geometry"):
+        return from_trimesh(mesh.to_geometry())
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         return from_trimesh(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "triangles"):

@@ -42,8 +42,9 @@ def operators(mesh: MeshLike) -> Operators:
     """
     from scipy.sparse import csr_matrix
 
+    held = as_mesh(mesh)._held
     with said():
-        found = _meshseg.operators(as_mesh(mesh)._held)
+        found = _meshseg.operators(held)
     for sentence in found.pop("warnings"):
         warnings.warn(sentence, MeshsegWarning, stacklevel=2)
 
@@ -58,7 +59,8 @@ def operators(mesh: MeshLike) -> Operators:
 def kmeans(
     data: ArrayLike, regions: int, *, weights: ArrayLike | None = None, seed: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Weighted k-means of N x d data: the (regions, d) centers, and the nearest of them for each row.
+    """Weighted k-means of N x d data: the (regions, d) centers, fewer if there are fewer different rows, and the nearest of
+    them for each row.
 
     ``weights`` are N numbers, such as the areas of vertices, by default all 1. Seeding is by k-means++; the same seed
     gives the same centers.

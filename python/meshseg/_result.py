@@ -28,7 +28,7 @@ class History(dict[str, NDArray[Any]]):
         return pandas.DataFrame(dict(self))
 
     def __repr__(self) -> str:
-        return f"History({len(self['iteration'])} samples: {', '.join(self)})"
+        return f"History({len(self.get('iteration', ()))} samples: {', '.join(self)})"
 
 
 class Result:
@@ -68,6 +68,7 @@ class Result:
         self.q = heard["q"]
         self.history = History(heard["history"])
         self.summary = json.loads(heard["summary"])
+        self.summary["warnings"] = [pythonic(sentence) for sentence in self.summary["warnings"]]
         self.warnings = [pythonic(sentence) for sentence in heard["warnings"]]
         self.notes = [pythonic(sentence) for sentence in heard["notes"]]
         self.report = pythonic(heard["printed"])

@@ -10,10 +10,12 @@ from numpy.typing import ArrayLike
 from ._call import heard
 from ._meshes import MeshLike
 from ._result import Result
+from ._words import pythonic
 
 _Path: TypeAlias = str | os.PathLike[str]
 _Relaxation: TypeAlias = Literal["frobenius", "separate", "envelope"]
 _Mass: TypeAlias = Literal["barycentric", "voronoi", "consistent"]
+_Format: TypeAlias = Literal["vtp", "vtu", "glb", "label-gii", "annot", "json"]
 _Callback: TypeAlias = Callable[[int, float, float, float, float], object]
 
 
@@ -73,6 +75,7 @@ def segment(
     save: Literal["q"] | None = None,
     threads: int | None = None,
     out: _Path | None = None,
+    also: _Format | Sequence[_Format] | None = None,
     contours: bool = False,
     cut_mesh: _Path | None = None,
     view: str | None = None,
@@ -106,9 +109,9 @@ def segment(
     gap : float
         The run ends at this certified gap, by default 1e-4.
     out : path
-        A folder for the files and the picture of the command line.
+        A folder for the files and the picture of the command line; ``also`` names further formats.
     callback
-        Called with each sample: iteration, seconds, energy, dual bound, relative gap. A true result ends the run, and
+        Called with samples of the run: iteration, seconds, energy, dual bound, relative gap. A true result ends the run, and
         the result is that reached.
 
     Returns
@@ -173,6 +176,7 @@ def solve(
     save: Literal["q"] | None = None,
     threads: int | None = None,
     out: _Path | None = None,
+    also: _Format | Sequence[_Format] | None = None,
     contours: bool = False,
     cut_mesh: _Path | None = None,
     view: str | None = None,
@@ -253,7 +257,8 @@ def evaluate(
     Returns
     -------
     dict
-        ``energy``, ``dual_bound``, ``relative_gap``, ``rounded_energy``, ...
+        ``energy``, ``dual_bound``, ``relative_gap``, ``rounded_energy``, ...; gaps are None, with a warning, if a row of U
+        is not in the simplex.
 
     Examples
     --------
@@ -265,4 +270,6 @@ def evaluate(
     """
     options = dict(locals())
     del options["mesh"]
-    return json.loads(heard("evaluate", mesh, options)["printed"])
+    found = json.loads(heard("evaluate", mesh, options)["printed"])
+    found["warnings"] = [pythonic(sentence) for sentence in found["warnings"]]
+    return found

@@ -17,8 +17,8 @@ pub fn raised(error: Error) -> PyErr {
     }
 }
 
-/// What is computed without the lock of the interpreter, by threads that end with it: those of a pool that is shared would
-/// be missing in a process that Python forks.
+/// What is computed without the lock of the interpreter, by threads that end with it: those of a pool that is shared
+/// would be missing in a process that Python forks.
 pub fn in_parallel<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| sweep::with_threads(None, work)).map_err(raised)
 }

@@ -4,9 +4,9 @@ use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
@@ -23,8 +23,10 @@ use crate::mesh::Mesh;
 /// How often signals are looked at.
 const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
 
-/// Calls a verb. `arrays` are those that names of files in the arguments stand for. `callback` is called with each sample:
-/// iteration, seconds, energy, bound, relative gap; it ends the run by returning True or by raising.
+/// Calls a verb. `arrays` are those that names of files in the arguments stand for. `callback` is called by this thread
+/// with samples: iteration, seconds, energy, bound, relative gap; it ends the run by returning True or by raising.
+/// What is wrong with the input is an exception that is returned under `error`, not raised, unlike those of callbacks
+/// and signals.
 #[pyfunction]
 pub fn call<'py>(
     py: Python<'py>,
@@ -36,84 +38,80 @@ pub fn call<'py>(
     let arrays = arrays.into_iter().map(|(name, array)| (name, owned(&array))).collect();
     let mesh = mesh.map(|mesh| mesh.get().mesh.clone());
     let memory = Memory { mesh, arrays };
-    let end = End::default();
-    let heard = py.detach(|| interruptible(arguments, memory, &end, callback));
-    if let Some(error) = end.take() {
+    let (heard, error) = py.detach(|| interruptible(arguments, memory, callback.as_ref()));
+    if let Some(error) = error {
         return Err(error);
     }
-    match heard {
-        Ok(listener) => of_listener(py, listener),
-        Err(Refused::Interrupted) => Err(PyKeyboardInterrupt::new_err(())),
-        Err(Refused::Usage(message)) => Err(PyValueError::new_err(message)),
-        Err(Refused::Input(error)) => Err(raised(error)),
-    }
+    let refused = match heard {
+        Ok(listener) => return of_listener(py, listener),
+        Err(Refused::Interrupted) => return Err(PyKeyboardInterrupt::new_err(())),
+        Err(Refused::Usage(message)) => PyValueError::new_err(message),
+        Err(Refused::Input(error)) => raised(error),
+    };
+    let found = PyDict::new(py);
+    found.set_item("error", refused.into_value(py))?;
+    Ok(found)
 }
 
-/// Whether the run is to end, and the exception that ends it.
-#[derive(Clone, Default)]
-struct End {
-    is_near: Arc<AtomicBool>,
-    error: Arc<Mutex<Option<PyErr>>>,
-}
+/// A sample, and where to answer whether the run is to end.
+type Question = (Sample, Sender<bool>);
 
-impl End {
-    fn raise(&self, error: PyErr) {
-        *self.error.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-        self.is_near.store(true, Ordering::Relaxed);
-    }
-
-    fn take(&self) -> Option<PyErr> {
-        self.error.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
-
-    fn flow(&self) -> ControlFlow<()> {
-        match self.is_near.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
-    }
-
-    /// Calls the callback with a sample.
-    fn report(&self, callback: &Py<PyAny>, sample: &Sample) {
-        let &Sample { iteration, seconds, energy, dual_bound, relative_gap, .. } = sample;
-        let arguments = (iteration, seconds, energy, dual_bound, relative_gap);
-        match Python::attach(|py| callback.bind(py).call1(arguments)?.is_truthy()) {
-            Ok(true) => self.is_near.store(true, Ordering::Relaxed),
-            Ok(false) => {}
-            Err(error) => self.raise(error),
-        }
-    }
-}
-
-/// Calls a verb in another thread; this one looks at signals, which Python shows to its main thread only.
+/// Calls a verb in another thread. This one calls the callback and looks at signals, which Python shows to its main
+/// thread only; the first exception of either ends the run.
 fn interruptible(
     arguments: Vec<OsString>,
     memory: Memory,
-    end: &End,
-    callback: Option<Py<PyAny>>,
-) -> Result<Listener, Refused> {
-    let observer = end.clone();
-    let observe = move |sample: Option<&Sample>| {
-        if let (Some(sample), Some(callback)) = (sample, &callback) {
-            observer.report(callback, sample);
-        }
-        observer.flow()
-    };
-    thread::scope(|scope| {
-        let (done, is_done) = channel::<()>();
-        let verb = scope.spawn(move || {
-            let heard = cli::call(arguments, memory, observe);
-            // Ends the wait; so does the end of this thread.
-            drop(done);
-            heard
-        });
-        while let Err(RecvTimeoutError::Timeout) = is_done.recv_timeout(BETWEEN_SIGNALS) {
-            if let Err(signal) = Python::attach(|py| py.check_signals()) {
-                end.raise(signal);
+    callback: Option<&Py<PyAny>>,
+) -> (Result<Listener, Refused>, Option<PyErr>) {
+    let is_over = Arc::new(AtomicBool::new(false));
+    let (ask, questions) = channel::<Question>();
+    let asks = callback.is_some();
+    let observe = {
+        let is_over = is_over.clone();
+        move |sample: Option<&Sample>| {
+            if let Some(&sample) = sample.filter(|_| asks) {
+                let (answer, answers) = channel();
+                let ends = ask.send((sample, answer)).is_ok() && answers.recv().unwrap_or(true);
+                is_over.fetch_or(ends, Ordering::Relaxed);
+            }
+            match is_over.load(Ordering::Relaxed) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
             }
         }
-        verb.join().unwrap_or_else(|panic| resume_unwind(panic))
+    };
+    thread::scope(|scope| {
+        // The channel closes when the verb ends, whose observer holds its other end.
+        let verb = scope.spawn(move || cli::call(arguments, memory, observe));
+        let mut error = None;
+        loop {
+            let outcome = match questions.recv_timeout(BETWEEN_SIGNALS) {
+                Ok((sample, answer)) => {
+                    let outcome = match (callback, &error) {
+                        (Some(callback), None) => report(callback, &sample),
+                        _ => Ok(true),
+                    };
+                    // Nobody waits for the answer of a run that has ended.
+                    let _ = answer.send(*outcome.as_ref().unwrap_or(&true));
+                    outcome.map(drop)
+                }
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals()),
+                Err(RecvTimeoutError::Disconnected) => break,
+            };
+            if let Err(first) = outcome {
+                is_over.store(true, Ordering::Relaxed);
+                error.get_or_insert(first);
+            }
+        }
+        (verb.join().unwrap_or_else(|panic| resume_unwind(panic)), error)
     })
+}
+
+/// Whether the callback ends the run at a sample.
+fn report(callback: &Py<PyAny>, sample: &Sample) -> PyResult<bool> {
+    let &Sample { iteration, seconds, energy, dual_bound, relative_gap, .. } = sample;
+    let arguments = (iteration, seconds, energy, dual_bound, relative_gap);
+    Python::attach(|py| callback.bind(py).call1(arguments)?.is_truthy())
 }
 
 /// What a verb says and finds.

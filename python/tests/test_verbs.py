@@ -1,7 +1,9 @@
 """Exceptions, warnings, signals, callbacks and threads."""
 
+import copy
 import multiprocessing
 import os
+import pickle
 import signal
 import threading
 import time
@@ -105,6 +107,91 @@ def test_a_callback_sees_samples_and_ends_the_run(torus, costs):
 
     with pytest.raises(KeyError, match="mine"):
         meshseg.solve(torus, costs, 0.05, gap=0, callback=faulty)
+
+    def faulty_file(*sample):
+        raise FileNotFoundError(2, "--gap 5", "here")
+
+    with pytest.raises(FileNotFoundError) as error:
+        meshseg.solve(torus, costs, 0.05, gap=0, callback=faulty_file)
+    assert (error.value.errno, error.value.strerror) == (2, "--gap 5")
+
+
+def test_a_callback_is_called_by_the_thread_that_calls(torus, costs):
+    lock, threads = threading.RLock(), set()
+
+    def callback(*sample):
+        with lock:
+            threads.add(threading.current_thread())
+        # A call within a call.
+        meshseg.solve(torus, costs, 0.01, max_iterations=2)
+
+    with lock:
+        meshseg.solve(torus, costs, 0.05, max_iterations=20, callback=callback)
+    assert threads == {threading.current_thread()}
+
+
+def test_ctrl_c_interrupts_a_callback(torus, costs):
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    begin = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        meshseg.solve(torus, costs, 0.05, callback=lambda *sample: time.sleep(60))
+    assert time.monotonic() - begin < 30
+
+
+@pytest.mark.parametrize(
+    "keywords",
+    [{"gap": False}, {"threads": True}, {"out": object()}, {"contours": 1}, {"relaxation": object()}],
+)
+def test_values_of_other_types(torus, costs, keywords):
+    with pytest.raises(TypeError, match=next(iter(keywords))):
+        meshseg.solve(torus, costs, 0.01, **keywords)
+
+
+def test_labels_and_masks_are_not_guessed(torus, costs):
+    with pytest.raises(ValueError, match="seeds: has truth values"):
+        meshseg.solve(torus, costs, 0.01, seeds=costs[:, 0] > 0.5)
+    with pytest.raises(ValueError, match="costs: is a masked array"):
+        meshseg.solve(torus, np.ma.masked_greater(costs, 0.5), 0.01)
+    with pytest.raises(TypeError, match="classes: must be"):
+        meshseg.segment(torus, probabilities=costs, classes=[1, 2, 3])
+    with pytest.raises(ValueError, match="^classes: has 2 classes, but there are 3"):
+        meshseg.segment(torus, probabilities=costs, classes=["a", "b"])
+    named = meshseg.segment(torus, probabilities=costs, classes={"a": "#ff0000", "b": "", "c": ""})
+    assert [region["name"] for region in named.regions] == ["a", "b", "c"]
+    assert named.regions[0]["palette"] == [1.0, 0.0, 0.0]
+
+
+def test_a_u_off_the_simplex_is_told_of(torus, costs):
+    u = meshseg.solve(torus, costs, 0.01).u
+    with pytest.warns(meshseg.MeshsegWarning, match="simplex"):
+        found = meshseg.evaluate(torus, costs, (0.9999 * u).astype(np.float32), 0.01)
+    assert found["relative_gap"] is None
+
+
+def test_weld_is_a_truth_value_everywhere(torus, costs):
+    expected = meshseg.solve(torus, costs, 0.01)
+    assert np.array_equal(meshseg.solve(torus, costs, 0.01, weld=False).u, expected.u)
+    assert meshseg.evaluate(torus, costs, expected.u, 0.01, weld=False)["feasible"]
+
+
+def test_names_of_files_are_left_alone(tmp_path, costs, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(FileNotFoundError, match="^a--lambda 5.ply: "):
+        meshseg.read_mesh("a--lambda 5.ply")
+    (tmp_path / "-mesh.off").write_text("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    for mesh in ("-mesh.off", meshseg.read_mesh("-mesh.off")):
+        assert meshseg.solve(mesh, costs[:3], 0.01).status == "converged"
+
+
+def test_copies_of_a_mesh(tmp_path):
+    file = tmp_path / "mesh.off"
+    file.write_text("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    mesh = meshseg.read_mesh(file)
+    file.unlink()
+    for other in (copy.copy(mesh), copy.deepcopy(mesh), pickle.loads(pickle.dumps(mesh))):
+        assert np.array_equal(other.vertices, mesh.vertices)
+        assert np.array_equal(other.faces, mesh.faces)
 
 
 def test_ctrl_c_is_a_keyboard_interrupt():

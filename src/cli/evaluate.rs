@@ -106,6 +106,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         None => None,
     };
     let mut evaluation = evaluated(&mesh, &costs, &u, question, weld.as_ref())?;
+    evaluation.warnings.extend((!evaluation.feasible).then(|| {
+        format!(
+            "rows of U are not in the simplex (sums differ from 1 by up to {:.1e}, the smallest entry is {:.1e}), so there is \
+             no gap; clip them at 0 and divide them by their sums, in double precision",
+            evaluation.largest_row_sum_error, evaluation.smallest_entry
+        )
+    }));
     if let Some(tolerance) = arguments.weld {
         note(&welding::note(weld.as_ref(), tolerance));
     }

@@ -62,8 +62,8 @@ Examples:
   meshseg segment bunny.ply --data curvature --regions 3 --out results/bunny
   meshseg solve mesh.ply --costs S.npy --lambda 0.01 --gap 1e-5 --out results/mesh
 
-MESH is a file (.obj, .ply, .off, .stl), builtin:spot, or a shape: torus:400x250, sphere:6, grid:100x100,
-ellipsoid:6, peanut:6, dent:6.";
+MESH is a file (.obj, .ply, .off, .stl, .vtp, .vtu, .vtk, .gltf, .glb, .surf.gii, lh.white), builtin:spot, or a shape:
+torus:400x250, sphere:6, grid:100x100, ellipsoid:6, peanut:6, dent:6.";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -94,10 +94,9 @@ pub fn main(program: &[OsString], arguments: impl IntoIterator<Item = OsString>)
         Ok(cli) => cli,
         // Help and the version are such errors as well.
         Err(error) => {
-            return match error.print() {
-                Ok(()) => error.exit_code() as u8,
-                Err(_) => 1,
-            };
+            // A reader that has seen enough is no error.
+            let _ = error.print();
+            return error.exit_code() as u8;
         }
     };
     tracing_subscriber::fmt()

@@ -25,6 +25,11 @@ pub fn legend(
     text
 }
 
+/// The name of a region that has none.
+pub fn name(p: usize) -> String {
+    format!("region {p}")
+}
+
 fn share_of(p: usize, share: f64) -> String {
     format!("{p}   {:.1} %", 100.0 * share)
 }
@@ -56,6 +61,7 @@ pub fn of_costs(
     let colors = || costs.outer_iter().map(look).collect();
     Looks {
         regions: shares.iter().enumerate().map(region).collect(),
+        names: (0..shares.len()).map(name).collect(),
         data: draw.then(|| PicturedData {
             colors: colors(),
             caption: "the cheapest region at each vertex".into(),

@@ -250,7 +250,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
     }
     let (mesh, labels) = (&problem.mesh, &solution.labels);
     let looks = preview::of_costs(mesh, &problem.f, labels, View::Auto, !no_preview);
-    outcome::write(out, &solution.summary, (&solution).into(), &problem.mesh, &looks, None)?;
+    outcome::write(out, &solution.summary, (&solution).into(), &problem.mesh, &looks, None, &[])?;
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);

@@ -84,7 +84,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     if let Some(out) = &solving.out {
         let written = cut::requested(&contours, solving);
         let labeled = (&found.solution).into();
-        outcome::write(out, &summary, labeled, &surface.mesh, &looks, written)?;
+        outcome::write(out, &summary, labeled, &surface.mesh, &looks, written, &solving.also)?;
     }
     let of_cut = cut::report(&surface.mesh, &found.solution, &contours, &looks, solving)?;
 

@@ -160,7 +160,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     if let Some(out) = &solving.out {
         let written = cut::requested(&contours, solving);
         let labeled = (&solution).into();
-        outcome::write(out, &solution.summary, labeled, &mesh, &looks, written)?;
+        outcome::write(out, &solution.summary, labeled, &mesh, &looks, written, &solving.also)?;
     }
     let of_cut = cut::report(&mesh, &solution, &contours, &looks, solving)?;
     if let Some(tolerance) = arguments.weld {

@@ -11,6 +11,7 @@ use crate::empty_regions;
 use crate::mesh::io::check_labeled_faces;
 use crate::names::Named;
 use crate::operator::Mass;
+use crate::outcome::Export;
 use crate::relaxation::Relaxation;
 use crate::render::View;
 use crate::rounding::Rounding;
@@ -101,6 +102,12 @@ pub struct Solving {
     /// materials in .obj, colors in .off
     #[arg(long, value_name = "FILE")]
     pub cut_mesh: Option<PathBuf>,
+
+    /// Write the result in another format as well; can be repeated. vtp, vtu: for ParaView and pyvista, with u and the margin
+    /// of each label; glb: for viewers and browsers; label-gii: GIFTI labels of vertices; annot: the same for FreeSurfer; json:
+    /// labels.json
+    #[arg(long, value_name = "FORMAT", value_parser = named::<Export>())]
+    pub also: Vec<Export>,
 
     /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]

@@ -18,7 +18,7 @@ use crate::colormap::sequential;
 use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::geometry::barycentric_areas;
-use crate::mesh::{Mesh, Source, Weld};
+use crate::mesh::{Mesh, Source, Weld, io};
 use crate::npy;
 use crate::unreached::INHERIT;
 
@@ -119,7 +119,7 @@ fn read_choice(
             })
         }
         Some(DataSource::Views(file)) => seen(mesh, file, &mapping.views),
-        Some(DataSource::File(path)) => numbers(path, &npy::read_data(path)?, mesh, weld),
+        Some(DataSource::File(path)) => numbers(path, &io::read_data(path)?, mesh, weld),
     }
 }
 

@@ -342,7 +342,7 @@ fn properties_contrast_and_cleaning() {
     let output = folder.run(&format!("segment votes.ply --property q_* {common} --out none"));
     assert!(stderr(&output).contains("no such number at vertices or faces"), "{}", stderr(&output));
     let output = folder.run(&format!("segment {MESH} --property p_* {common} --out none"));
-    assert!(stderr(&output).contains("needs a PLY mesh"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("needs a PLY or VTK mesh"), "{}", stderr(&output));
 
     let text = folder
         .done(&format!("segment votes.ply --property p_* {common} --min-area 1% --out clean"));

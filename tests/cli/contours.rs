@@ -142,8 +142,8 @@ fn impossible_files_are_refused() {
     halves(&folder);
     fs::create_dir(folder.path("folder.ply")).unwrap();
     for (file, part) in [
-        ("cut.xyz", ".obj, .ply, .off and .stl"),
-        ("cut.stl", "STL cannot hold the labels of faces"),
+        ("cut.xyz", ".obj, .ply, .off, .stl, .vtp and .vtu"),
+        ("cut.stl", "the labels of faces are written to .ply, .obj or .off"),
         ("folder.ply", "is a folder"),
         ("missing/cut.ply", "its folder does not exist"),
         ("grid.ply", "the mesh that is cut"),

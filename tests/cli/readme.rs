@@ -114,7 +114,10 @@ fn run_blocks(is_chosen: impl Fn(&str) -> bool) -> usize {
     for (language, text) in blocks().into_iter().filter(|(_, text)| is_chosen(text)) {
         match language.as_str() {
             "sh" => {
-                let built = |line: &&str| !line.starts_with("cargo ") && !line.starts_with("make ");
+                let builds = |line: &str| {
+                    ["cargo ", "make ", "pip "].iter().any(|start| line.starts_with(start))
+                };
+                let built = |line: &&str| !builds(line);
                 let script: Vec<&str> = text.lines().filter(built).collect();
                 run(&folder, &script.join("\n"));
                 commands += script.len();

@@ -135,8 +135,9 @@ fn segmented(summary: &Value) -> Option<DataSource> {
     if let Some(kind) = kinds.find(|kind| kind.words() == name) {
         return Some(DataSource::Curvature(kind));
     }
-    let is_there = name.ends_with(".npy") && Path::new(name).is_file();
-    is_there.then(|| DataSource::File(name.into()))
+    let path = Path::new(name);
+    let is_data = name.ends_with(".npy") || io::names_values(path);
+    (is_data && path.is_file()).then(|| DataSource::File(name.into()))
 }
 
 /// The mean color of each region in the data that were segmented, gray for empty regions.

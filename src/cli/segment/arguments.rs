@@ -39,7 +39,7 @@ pub struct Arguments {
     /// cotangent Laplacian, positive where the surface is convex as seen from outside), curvature:mean-quadric (the
     /// same of quadrics fitted to two rings of vertices, for noisy meshes), curvature:gaussian (by the angle defect),
     /// curvature:shape-index (1 on caps, 0.5 on ridges, 0 on saddles, -0.5 in ruts, -1 in cups), or FILE.npy (V or V x
-    /// d numbers; uint8 is divided by 255). The middle 96 % of a curvature are mapped to [0,1], the shape index from
+    /// d numbers; uint8 is divided by 255), FILE.gii, FILE.annot or lh.NAME (numbers of GIFTI and FreeSurfer). The middle 96 % of a curvature are mapped to [0,1], the shape index from
     /// [-1,1]. views:FILE has images of calibrated cameras, see Views below [default: the textures or colors that come
     /// with the mesh]
     #[arg(long, value_name = "DATA")]

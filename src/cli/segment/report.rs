@@ -41,6 +41,7 @@ pub fn looks(found: &Found, surface: &Surface, input: &InputData, arguments: &Ar
     let caption = || palette::words(&input.data, &input.name, ends, unit, &areas());
     Looks {
         regions: found.regions.iter().enumerate().map(drawn).collect(),
+        names: (0..found.regions.len()).map(preview::name).collect(),
         data: solving.draws().then(|| PicturedData {
             colors: colors(),
             caption: caption(),

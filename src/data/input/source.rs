@@ -1,17 +1,18 @@
 //! The names of data, and how images are mapped to a mesh.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::data::projection::{Fit, Projection};
 use crate::data::texture::Texel;
 use crate::data::views::ViewOptions;
 use crate::mesh::curvature::CurvatureKind;
+use crate::mesh::io;
 use crate::names::{Named, must_be_one_of};
 
 /// `colors`, `texture`, `texture:IMAGE`, `image:IMAGE`, `curvature`, `curvature:KIND`,
-/// `views:FILE` or `FILE.npy`.
+/// `views:FILE`, `FILE.npy`, `FILE.gii`, `FILE.annot`, or `lh.NAME` and `rh.NAME` of FreeSurfer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DataSource {
     /// The colors of the vertices, or else those of the faces and their materials.
@@ -24,14 +25,14 @@ pub enum DataSource {
     Curvature(CurvatureKind),
     /// Images of calibrated cameras, from a file of views, see [`views`](crate::data::views).
     Views(PathBuf),
-    /// An array of V or V x d numbers in a `.npy` file, see [`read_data`](crate::npy::read_data).
+    /// An array of V or V x d numbers in a file of NumPy, GIFTI or FreeSurfer, see [`read_data`](io::read_data).
     File(PathBuf),
 }
 
 impl DataSource {
     /// The forms that [`DataSource::from_str`] takes.
     pub const SYNTAX: &str = "colors, texture, texture:IMAGE, image:IMAGE, curvature, curvature:mean-quadric, \
-                              curvature:gaussian, curvature:shape-index, views:FILE or FILE.npy";
+                              curvature:gaussian, curvature:shape-index, views:FILE, FILE.npy, FILE.gii, FILE.annot or lh.NAME";
 }
 
 impl FromStr for DataSource {
@@ -53,7 +54,9 @@ impl FromStr for DataSource {
             }
             (_, Some(("image", image))) if !image.is_empty() => Ok(DataSource::Image(image.into())),
             (_, Some(("views", file))) if !file.is_empty() => Ok(DataSource::Views(file.into())),
-            (file, _) if file.ends_with(".npy") => Ok(DataSource::File(file.into())),
+            (file, _) if file.ends_with(".npy") || io::names_values(Path::new(file)) => {
+                Ok(DataSource::File(file.into()))
+            }
             _ => Err(format!("must be {}", DataSource::SYNTAX)),
         }
     }
@@ -101,6 +104,9 @@ mod tests {
             "curvature",
             "views:v.toml",
             "d.npy",
+            "a.func.gii",
+            "subject/surf/lh.thickness",
+            "rh.aparc.annot",
         ] {
             assert_eq!(text.parse::<DataSource>().unwrap().to_string(), text);
         }
@@ -118,6 +124,9 @@ mod tests {
                     .into())
             );
         }
-        assert_eq!("curved".parse::<DataSource>(), Err(format!("must be {}", DataSource::SYNTAX)));
+        for text in ["curved", "lh", "surf/xlh.curv", "lh.curv/data", "lh.data.csv"] {
+            let expected = format!("must be {}", DataSource::SYNTAX);
+            assert_eq!(text.parse::<DataSource>(), Err(expected));
+        }
     }
 }

@@ -5,7 +5,13 @@
 //! | OBJ | any index form, polygons, vertex colors, texture coordinates, materials | exact coordinates, all of these |
 //! | PLY | ascii and both binary forms, any property types, polygons, triangle strips, colors of vertices and faces, images | binary little endian, exact coordinates, 8-bit colors, images |
 //! | OFF | OFF with any of the prefixes ST, C, N; polygons, colors of vertices and faces | exact coordinates and colors |
+//! | VTK | .vtp, .vtu and legacy .vtk, of text or bytes; arrays by their names | .vtp and .vtu, exact coordinates, 8-bit colors |
 //! | STL | ascii and binary, equal positions welded | binary, coordinates rounded to 32 bits, from a local origin if they need one |
+//! | glTF | 2.0 as `.gltf` and `.glb`: the scene, colors, texture coordinates, materials; not compressed | labels, as `.glb` |
+//! | GIFTI | surfaces in all encodings but external files | labels |
+//! | FreeSurfer | surfaces of triangles, binary and ascii | labels, as annotations |
+//!
+//! GIFTI and FreeSurfer also have files of numbers and labels at vertices, see [`read_values`].
 //!
 //! Polygons are cut into triangles inside themselves, see `polygon.rs`; faces with fewer than 3 corners are left out.
 //! Only errors in positions and faces make a file unreadable: missing or invalid colors and texture coordinates are
@@ -16,6 +22,9 @@
 //! duplicate faces and unreferenced vertices are legal and are kept.
 
 mod colors;
+mod freesurfer;
+mod gifti;
+mod gltf;
 mod obj;
 mod occurrences;
 mod off;
@@ -24,8 +33,12 @@ mod paths;
 mod ply;
 mod polygon;
 mod rules;
+mod scalars;
 mod stl;
 mod text;
+mod values;
+pub mod vtk;
+mod xml;
 
 #[cfg(test)]
 mod tests;
@@ -46,7 +59,12 @@ use self::rules::{
     uv_of_vertices, valid_uv, warn_untextured,
 };
 
-pub use ply::{Scalars, read_scalars, write_labeled};
+pub use freesurfer::{Annotation, read_annotation, read_curvature, write_annotation};
+pub use gifti::{GiftiArrays, GiftiLabel, read_arrays, write_labels};
+pub use gltf::{write_labeled as write_glb, write_labeled_faces as write_glb_of_faces};
+pub use ply::write_labeled;
+pub use scalars::{Scalars, read_scalars};
+pub use values::{names_values, read_data, read_values};
 
 /// The file formats for triangle meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, EnumString)]
@@ -60,11 +78,22 @@ pub enum Format {
     Off,
     /// Stereolithography (STL).
     Stl,
+    /// PolyData and unstructured grids of VTK.
+    #[strum(serialize = "vtk", serialize = "vtp", serialize = "vtu")]
+    Vtk,
+    /// glTF 2.0, as text or binary, which is only read.
+    #[strum(serialize = "gltf", serialize = "glb")]
+    Gltf,
+    /// A surface of GIFTI (`.surf.gii`), which is only read.
+    Gii,
+    /// A surface of FreeSurfer, such as `lh.white`, which is only read. It has no extension; its content tells.
+    #[strum(disabled)]
+    FreeSurfer,
 }
 
 impl Format {
-    /// The extensions listed in error messages.
-    const EXTENSIONS: &str = ".obj, .ply, .off and .stl";
+    /// The extensions of the formats that are read and written, for error messages.
+    const EXTENSIONS: &str = ".obj, .ply, .off, .stl, .vtp and .vtu";
 
     /// The format of the extension, in upper or lower case.
     fn of_extension(path: &Path) -> Option<Self> {
@@ -75,8 +104,16 @@ impl Format {
     fn of_content(bytes: &[u8]) -> Option<Self> {
         if ply::recognizes(bytes) {
             Some(Format::Ply)
+        } else if freesurfer::recognizes(bytes) {
+            Some(Format::FreeSurfer)
+        } else if gifti::recognizes(bytes) {
+            Some(Format::Gii)
+        } else if gltf::recognizes(bytes) {
+            Some(Format::Gltf)
         } else if off::recognizes(bytes) {
             Some(Format::Off)
+        } else if vtk::recognizes(bytes) {
+            Some(Format::Vtk)
         } else if stl::recognizes(bytes) {
             Some(Format::Stl)
         } else if obj::recognizes(bytes) {
@@ -98,7 +135,7 @@ pub fn read(path: &Path) -> Result<Mesh> {
             Error::malformed(
                 path,
                 format!(
-                    "is not in a known mesh format; convert it to one of {}",
+                    "is not in a known mesh format; convert it to one of {} (.gltf, .glb, .gii and surfaces of FreeSurfer are read, too)",
                     Format::EXTENSIONS
                 ),
             )
@@ -121,6 +158,10 @@ fn parse_beside(path: &Path, folder: Option<&Path>, format: Format, bytes: &[u8]
         Format::Ply => ply::parse(path, folder, bytes),
         Format::Off => off::parse(path, bytes),
         Format::Stl => stl::parse(path, bytes),
+        Format::Vtk => vtk::parse(path, bytes),
+        Format::Gltf => gltf::parse(path, folder, bytes),
+        Format::Gii => gifti::parse(path, bytes),
+        Format::FreeSurfer => freesurfer::parse(path, bytes),
     }?;
     check_faces(path, &mesh.faces)?;
     if u32::try_from(mesh.vertices.len()).is_err() {
@@ -137,7 +178,8 @@ pub fn holds_texture(path: &Path) -> bool {
 /// Writes a mesh in the format of the extension. A warning names what the format cannot hold and is left out.
 ///
 /// # Errors
-/// The extension is unknown, the coordinates do not fit into the format, or the file cannot be written.
+/// The extension is unknown or that of a format that is only read, the coordinates do not fit into the format, or the
+/// file cannot be written.
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     let format = writable_format(path)?;
     warn_of_losses(path, format, mesh);
@@ -154,17 +196,25 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
             let origin = stl::origin(path, mesh)?;
             file::write(path, |out: &mut dyn Write| stl::write(out, mesh, origin))
         }
+        Format::Vtk => vtk::write_mesh(path, mesh),
+        Format::Gltf | Format::Gii | Format::FreeSurfer => unreachable!("it is not writable"),
     }
 }
 
 fn writable_format(path: &Path) -> Result<Format> {
-    Format::of_extension(path).ok_or_else(|| {
-        Error::unsuitable(format!(
+    match Format::of_extension(path) {
+        Some(Format::Gltf | Format::Gii | Format::FreeSurfer) => Err(Error::unsuitable(format!(
+            "{}: glTF, GIFTI and FreeSurfer are only read; use one of {}",
+            path.display(),
+            Format::EXTENSIONS
+        ))),
+        Some(format) => Ok(format),
+        None => Err(Error::unsuitable(format!(
             "{}: the extension is not that of a mesh format; use one of {}",
             path.display(),
             Format::EXTENSIONS
-        ))
-    })
+        ))),
+    }
 }
 
 /// Whether [`write_labeled_faces`] can write a file of this name.
@@ -173,8 +223,8 @@ fn writable_format(path: &Path) -> Result<Format> {
 /// The extension is unknown, or that of a format without labels.
 pub fn check_labeled_faces(path: &Path) -> Result<()> {
     match writable_format(path)? {
-        Format::Stl => Err(Error::unsuitable(format!(
-            "{}: STL cannot hold the labels of faces; use .ply, .obj or .off",
+        Format::Stl | Format::Vtk => Err(Error::unsuitable(format!(
+            "{}: the labels of faces are written to .ply, .obj or .off",
             path.display()
         ))),
         _ => Ok(()),
@@ -249,7 +299,7 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
             }
         }
         Format::Ply => lost.extend(materials.then_some("materials (OBJ holds them)")),
-        Format::Off | Format::Stl => {
+        Format::Off | Format::Stl | Format::Vtk => {
             if format == Format::Stl {
                 lost.extend(colors.then_some("colors of vertices (the other formats hold them)"));
                 lost.extend(face_colors.then_some("colors of faces (PLY and OFF hold them)"));
@@ -257,6 +307,7 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
             lost.extend(uv.then_some("texture coordinates (OBJ and PLY hold them)"));
             lost.extend(materials.then_some("materials (OBJ holds them)"));
         }
+        Format::Gltf | Format::Gii | Format::FreeSurfer => {}
     }
     if !lost.is_empty() {
         warn(path, &format!("left out: {}", lost.join(", ")));
@@ -272,10 +323,12 @@ fn warn_of_losses(path: &Path, format: Format, mesh: &Mesh) {
             warn(path, &message);
         }
     }
-    if matches!(format, Format::Ply | Format::Off) {
+    if matches!(format, Format::Ply | Format::Off | Format::Vtk) {
         let unknown = mesh.colors.iter().flatten().filter(|color| color[0].is_nan()).count();
         let of_faces = match format {
-            Format::Ply => mesh.face_colors.iter().flatten().filter(|c| c[0].is_nan()).count(),
+            Format::Ply | Format::Vtk => {
+                mesh.face_colors.iter().flatten().filter(|c| c[0].is_nan()).count()
+            }
             _ => 0,
         };
         if unknown + of_faces > 0 {

@@ -67,8 +67,8 @@ fn malformed_text_is_refused() {
         ("a.stl", stl("vertex 0 1 0", "vertex 0 inf 0"), "inf"),
         ("a.stl", stl("endloop", "vertex 0 0 1\nendloop"), "endloop"),
         ("a.stl", stl("endsolid\n", ""), "endsolid"),
-        ("a.txt", "hello, world\n".into(), ".obj, .ply, .off and .stl"),
-        ("a.npy", "\u{1}NUMPY".into(), ".obj, .ply, .off and .stl"),
+        ("a.txt", "hello, world\n".into(), ".obj, .ply, .off, .stl, .vtp and .vtu"),
+        ("a.npy", "\u{1}NUMPY".into(), ".obj, .ply, .off, .stl, .vtp and .vtu"),
     ] {
         folder.write(name, content);
         refuse(&folder, &format!("mesh info {name}"), &[name, part]);
@@ -102,7 +102,11 @@ fn malformed_binary_files_are_refused() {
         ("a.stl", stl(u32::MAX), "declares 4294967295 triangles"),
         ("a.stl", stl(2), "declares 2 triangles"),
         ("a.stl", stl(0), "a.stl"),
-        ("a.glb", b"glTF\x02\0\0\0".to_vec(), ".obj, .ply, .off and .stl"),
+        (
+            "a.fbx",
+            b"Kaydara FBX Binary  \0\x1a\0".to_vec(),
+            ".obj, .ply, .off, .stl, .vtp and .vtu",
+        ),
         ("a.obj", b"\xff\xfe\0\0v\0".to_vec(), "a.obj"),
         ("zeros.obj", vec![0; 1 << 20], "zeros.obj"),
         ("deep.ply", [b"ply\n".to_vec(), vec![b'('; 1 << 20]].concat(), "deep.ply"),

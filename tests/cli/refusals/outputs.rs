@@ -47,9 +47,9 @@ fn files_that_cannot_be_written_are_refused() {
     folder.write("file", "mine");
     fs::create_dir(folder.path("folder.ply")).unwrap();
     for (out, part) in [
-        ("out.xyz", ".obj, .ply, .off and .stl"),
-        ("out", ".obj, .ply, .off and .stl"),
-        (".ply", ".obj, .ply, .off and .stl"),
+        ("out.xyz", ".obj, .ply, .off, .stl, .vtp and .vtu"),
+        ("out", ".obj, .ply, .off, .stl, .vtp and .vtu"),
+        (".ply", ".obj, .ply, .off, .stl, .vtp and .vtu"),
         ("missing/out.ply", "No such file"),
         ("file/out.ply", "Not a directory"),
         ("folder.ply", "folder.ply"),

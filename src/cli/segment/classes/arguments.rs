@@ -37,7 +37,7 @@ const OTHER_DATA: [&str; 13] = [
 )]
 pub struct ClassArguments {
     /// Probabilities of m classes, or numbers of votes for them, one row per vertex or face: FILE.npy, FILE.npz (one array, or
-    /// one named `probabilities`) or FILE.csv. Costs are -log(p), rows of zeros or NaN are unknown and take the labels of their
+    /// one named `probabilities`) or FILE.csv, or FILE.func.gii with m arrays. Costs are -log(p), rows of zeros or NaN are unknown and take the labels of their
     /// neighbors
     #[arg(long, value_name = "FILE", conflicts_with_all = OTHER_DATA,
         conflicts_with_all = ["property", "scores", "labels_in"])]
@@ -52,7 +52,8 @@ pub struct ClassArguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = OTHER_DATA, conflicts_with = "labels_in")]
     scores: Option<PathBuf>,
 
-    /// Labels to be smoothed: one integer per vertex or face, from 0; -1 or NaN where nothing is known
+    /// Labels to be smoothed: one integer per vertex or face, from 0; -1 or NaN where nothing is known. FILE.label.gii has
+    /// the keys of its labels (unknown: ???), FILE.annot their rows in its table
     #[arg(long, value_name = "FILE", conflicts_with_all = OTHER_DATA)]
     labels_in: Option<PathBuf>,
 

@@ -1,4 +1,5 @@
-//! The numbers of the classes: `.npy`, `.npz` or `.csv`, one row per vertex or face.
+//! The numbers of the classes: `.npy`, `.npz` or `.csv`, one row per vertex or face, or `.gii` and files of FreeSurfer, one
+//! row per vertex.
 
 use std::path::Path;
 
@@ -156,11 +157,11 @@ pub fn element(path: &Path, rows: usize, mesh: &Mesh, on: Option<Element>) -> Re
     }
 }
 
-/// The properties of a PLY mesh whose names match a pattern.
+/// The properties of a PLY mesh, or the arrays of a VTK mesh, whose names match a pattern.
 fn property(path: &Path, pattern: &str) -> Result<Array2<f64>> {
-    if !path.extension().is_some_and(|end| end.eq_ignore_ascii_case("ply")) {
+    if !path.is_file() {
         let message =
-            "--property needs a PLY mesh; give the numbers as a file with --probabilities";
+            "--property needs a PLY or VTK mesh; give the numbers as a file with --probabilities";
         return Err(Error::malformed(path, message));
     }
     let Scalars { numbers, names, .. } = io::read_scalars(
@@ -218,8 +219,10 @@ pub fn numbers(path: &Path, what: &str, memory: &Memory) -> Result<Array2<f64>> 
             archive.entry(&name, array)
         }
         Some("csv") => table(path),
+        _ if io::names_values(path) => io::read_values(path),
         _ => {
-            let message = "has an unknown format; supply .npy, .npz or .csv";
+            let message =
+                "has an unknown format; supply .npy, .npz or .csv, .gii, or a file of FreeSurfer";
             Err(Error::malformed(path, message))
         }
     }

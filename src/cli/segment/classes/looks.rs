@@ -10,6 +10,7 @@ use crate::render;
 
 use super::prepared::Prepared;
 use super::report::{Classes, Shown};
+use crate::cli::preview;
 use crate::cli::solving::Solving;
 
 /// Faces of larger meshes are too small for colors of their own.
@@ -128,6 +129,12 @@ pub fn looks(
     let [one, _] = of.nouns();
     Looks {
         regions: classes.all.iter().enumerate().map(region).collect(),
+        names: classes
+            .all
+            .iter()
+            .enumerate()
+            .map(|(p, class)| class.name.clone().unwrap_or_else(|| preview::name(p)))
+            .collect(),
         data: picture.map(|picture| PicturedData {
             colors: picture.colors.clone(),
             caption: format!("the most probable class of each {one}"),

@@ -211,7 +211,7 @@ fn write(
     };
     if let Some(out) = &solving.out {
         let written = cut::requested(contours, solving);
-        outcome::write(out, &summary, labeled, &mask.whole, &looks, written)?;
+        outcome::write(out, &summary, labeled, &mask.whole, &looks, written, &solving.also)?;
     }
     surface.report(arguments);
     if mask.left_out() > 0 {

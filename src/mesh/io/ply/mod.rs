@@ -47,7 +47,7 @@ use crate::mesh::{Material, Materials, Mesh, Placement};
 use crate::sweep::join;
 
 pub use self::header::recognizes;
-pub use self::scalars::{Scalars, read_scalars};
+pub use self::scalars::read_scalars;
 pub use self::write::{write, write_labeled, write_labeled_faces};
 
 /// `folder` contains the images.

@@ -8,16 +8,7 @@ use super::header::{Encoding, Header, Kind, Property};
 use super::items::skip_property;
 use super::values::{Ascii, Binary, Values};
 use crate::error::{Error, Result};
-
-/// The properties of one element whose names match, in the order of the header.
-pub struct Scalars {
-    /// Whether they are those of faces.
-    pub of_faces: bool,
-    /// Their names.
-    pub names: Vec<String>,
-    /// One row per vertex or face of the file, one column per name.
-    pub numbers: Array2<f64>,
-}
+use crate::mesh::io::scalars::Scalars;
 
 /// Reads the scalar properties of vertices or of faces whose element, `vertex` or `face`, and name `matches`.
 ///

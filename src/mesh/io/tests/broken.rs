@@ -90,7 +90,7 @@ fn cut_off_anywhere() {
                     assert_consistent(&mesh);
                 }
                 Err(error) => {
-                    message(Err(error), "cut off");
+                    message::<Mesh>(Err(error), "cut off");
                 }
             }
         }
@@ -115,7 +115,7 @@ fn random_bytes_changed() {
             match read(format, &broken) {
                 Ok(mesh) => assert_consistent(&mesh),
                 Err(error) => {
-                    message(Err(error), "changed");
+                    message::<Mesh>(Err(error), "changed");
                 }
             }
         }

@@ -135,7 +135,9 @@ fn meshes_that_a_format_cannot_hold_are_refused() {
     let stl = io::write(&folder.path().join("a.stl"), &mesh).unwrap_err();
     assert!(stl.to_string().contains("too large for STL"));
     let vtk = io::write(&folder.path().join("a.vtk"), &mesh).unwrap_err();
-    assert!(vtk.to_string().contains(".obj, .ply, .off and .stl"));
+    assert!(vtk.to_string().contains("write .vtp or .vtu"));
+    let other = io::write(&folder.path().join("a.xyz"), &mesh).unwrap_err();
+    assert!(other.to_string().contains(".obj, .ply, .off, .stl, .vtp and .vtu"));
     assert!(io::write(&folder.path().join("no/a.ply"), &mesh).is_err());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -160,7 +162,7 @@ fn unknown_values_stay_unknown() {
                 assert_eq!(format!("{:?}", read.uv), format!("{:?}", mesh.uv));
             }
             Format::Off => assert_eq!(read.colors.unwrap()[3], [0.5; 3]),
-            Format::Stl => {}
+            _ => {}
         }
     }
 }

@@ -280,12 +280,12 @@ fn files_that_are_not_meshes() {
         refused(&file(&format!("empty.{extension}"), b""), "is empty");
     }
     for (name, content) in [
-        ("a.glb", b"glTF\x02\0\0\0".as_slice()),
+        ("a.fbx", b"Kaydara FBX Binary  \0\x1a\0".as_slice()),
         ("a.txt", b"hello, world\n"),
         ("a.png", b"\x89PNG\r\n\x1a\n\0\0\0"),
         ("a", b"\xff\xfe\0\0"),
     ] {
-        refused(&file(name, content), ".obj, .ply, .off and .stl");
+        refused(&file(name, content), ".obj, .ply, .off, .stl, .vtp and .vtu");
     }
     message(io::read(Path::new("a\nb.ply")), "a line end in the name");
     #[cfg(unix)]

@@ -2,9 +2,13 @@
 
 mod broken;
 mod exact;
+mod freesurfer;
+mod gifti;
+mod gltf;
 mod left_out;
 mod malformed;
 mod unusual;
+mod vtk;
 
 use std::path::Path;
 
@@ -26,6 +30,7 @@ fn written(format: Format, mesh: &Mesh) -> Vec<u8> {
         Format::Ply => super::ply::write(&mut bytes, mesh, Path::new("")),
         Format::Off => super::off::write(&mut bytes, mesh),
         Format::Stl => super::stl::write(&mut bytes, mesh, nalgebra::Vector3::zeros()),
+        _ => unreachable!("it is no format of FORMATS"),
     }
     .unwrap();
     bytes
@@ -46,8 +51,28 @@ fn decorated() -> Mesh {
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n3 0 0 0\n";
 
+/// Every beginning of a file, and the file with any one byte changed, is read or gives an error of one line.
+fn assert_survives_damage<T>(bytes: &[u8], read: impl Fn(&[u8]) -> Result<T>) {
+    let check = |bytes: &[u8]| {
+        if let Err(error) = read(bytes) {
+            message::<T>(Err(error), "damaged");
+        }
+    };
+    assert!(read(bytes).is_ok());
+    for length in 0..bytes.len() {
+        check(&bytes[..length]);
+    }
+    for at in 0..bytes.len() {
+        for byte in [0xff, b'9', 0] {
+            let mut broken = bytes.to_vec();
+            broken[at] = byte;
+            check(&broken);
+        }
+    }
+}
+
 /// The message of the error that the result must be, on one line.
-fn message(result: Result<Mesh>, context: &str) -> String {
+fn message<T>(result: Result<T>, context: &str) -> String {
     let message = match result {
         Ok(_) => panic!("was read: {context}"),
         Err(error) => error.to_string(),
