@@ -217,7 +217,10 @@ fn files_are_found_by_their_content() {
     assert!(message(io::read_data(&path("b.gii")), "inf").contains("row 0, column 0 is inf"));
     for name in ["c.surf.gii", "b.gii"] {
         let refused = message(io::write(&path(name), &mesh), name);
-        assert!(refused.contains(name) && refused.contains("write .ply"), "{refused}");
+        assert!(
+            refused.contains(name) && refused.contains("only read; use one of .obj, .ply"),
+            "{refused}"
+        );
         assert!(message(io::check_labeled_faces(&path(name)), name).contains(".ply"));
     }
 }

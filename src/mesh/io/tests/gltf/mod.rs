@@ -173,7 +173,7 @@ fn it_is_not_written() {
             io::check_labeled_faces(&path),
             io::write_labeled_faces(&path, mesh.clone(), &[0, 0], &[[0.0; 3]]),
         ] {
-            assert!(result.unwrap_err().to_string().contains("glTF is read but not written"));
+            assert!(result.unwrap_err().to_string().contains("only read; use one of .obj, .ply"));
         }
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
