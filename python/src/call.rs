@@ -81,8 +81,13 @@ fn interruptible(
         }
     };
     thread::scope(|scope| {
-        // The channel closes when the verb ends, whose observer holds its other end.
-        let verb = scope.spawn(move || cli::call(arguments, memory, observe));
+        let verb = scope.spawn(move || {
+            cli::call(arguments, memory, observe).map(|mut listener| {
+                // The channel closes with its other end, which the observer holds.
+                listener.observe = Box::new(|_| ControlFlow::Continue(()));
+                listener
+            })
+        });
         let mut error = None;
         loop {
             let outcome = match questions.recv_timeout(BETWEEN_SIGNALS) {

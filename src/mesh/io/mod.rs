@@ -63,7 +63,7 @@ pub use freesurfer::{Annotation, read_annotation, read_curvature, write_annotati
 pub use gifti::{GiftiArrays, GiftiLabel, read_arrays, write_labels};
 pub use gltf::{write_labeled as write_glb, write_labeled_faces as write_glb_of_faces};
 pub use ply::write_labeled;
-pub use scalars::{Scalars, read_scalars};
+pub use scalars::Scalars;
 pub use values::{names_values, read_data, read_values};
 
 /// The file formats for triangle meshes.
@@ -168,6 +168,25 @@ fn parse_beside(path: &Path, folder: Option<&Path>, format: Format, bytes: &[u8]
         return Err(Error::malformed(path, "has more than 2^32 - 1 vertices"));
     }
     Ok(mesh)
+}
+
+/// Reads the numbers of vertices or of faces whose element, `vertex` or `face`, and name `matches`.
+///
+/// # Errors
+/// The file has neither format or is not valid, or vertices and faces, or neither, have such numbers.
+pub fn read_scalars(
+    path: &Path,
+    bytes: &[u8],
+    matches: &dyn Fn(&str, &str) -> bool,
+) -> Result<Scalars> {
+    match Format::of_extension(path).or_else(|| Format::of_content(bytes)) {
+        Some(Format::Ply) => ply::read_scalars(path, bytes, matches),
+        Some(Format::Vtk) => vtk::read_scalars(path, bytes, matches),
+        _ => Err(Error::malformed(
+            path,
+            "properties are read from PLY and VTK; give the numbers of other meshes as a file",
+        )),
+    }
 }
 
 /// Whether the format of the extension can hold texture coordinates.

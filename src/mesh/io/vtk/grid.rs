@@ -11,9 +11,10 @@ use crate::mesh::Mesh;
 use crate::mesh::io::colors::Colors;
 use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::polygon::Polygons;
+use crate::mesh::io::scalars::Scalars;
 use crate::mesh::io::{
-    INVALID_TEXTURE, Scalars, TOO_FEW_CORNERS, check_coordinate, check_faces, fan, uv_of_vertices,
-    valid_uv, warn_untextured,
+    INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, fan, uv_of_vertices, valid_uv,
+    warn_untextured,
 };
 
 /// What a cell is.
