@@ -114,8 +114,8 @@ def _class_list(classes: Any) -> Any:
         classes = list(classes.items())
     if isinstance(classes, (set, frozenset)):
         raise TypeError("classes: must be in the order of the columns; a set has none")
-    rows = [(name, "") if isinstance(name, str) else tuple(name) for name in classes]
-    if not all(len(row) == 2 and all(isinstance(part, str) for part in row) for row in rows):
+    rows = [(name, "") if isinstance(name, str) else name for name in classes]
+    if not all(isinstance(row, (tuple, list)) for row in rows) or not all(len(row) == 2 and all(isinstance(part, str) for part in row) for row in rows):
         raise TypeError("classes: must be names, or pairs of a name and a color such as #cc8844")
     file = tempfile.NamedTemporaryFile("w", suffix=".csv", newline="", encoding="utf-8")
     written = csv.writer(file)

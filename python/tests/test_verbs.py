@@ -76,7 +76,7 @@ def test_notes_and_advice_are_in_our_words():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         result = meshseg.segment(mesh, np.sign(mesh.vertices[:, 0]), regions=2)
-    assert any("scaled by" in note and "normalize none" in note for note in result.notes)
+    assert any("scaled by" in note and "normalize=none" in note for note in result.notes)
     assert "lambda_=" in repr(result) and "--" not in repr(result)
 
 

@@ -18,7 +18,7 @@ use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 use crate::error::Result;
 use crate::file;
 use crate::mesh::Mesh;
-use crate::mesh::io::vtk::{self, Content, Field, Rows};
+use crate::mesh::io::vtk::{self, Content, Rows};
 use crate::mesh::io::{write_annotation, write_glb, write_glb_of_faces, write_labels};
 use crate::solve::Summary;
 
@@ -84,7 +84,7 @@ impl Export {
         file::write(&path, |out: &mut dyn Write| match self {
             Export::Vtp => exported.vtk(out, vtk::Kind::PolyData),
             Export::Vtu => exported.vtk(out, vtk::Kind::UnstructuredGrid),
-            Export::Glb => match exported.faces {
+            Export::Glb => match exported.faces.filter(|_| exported.summary.on.is_some()) {
                 Some(faces) => write_glb_of_faces(out, mesh, &faces.to_vec(), colors),
                 None => write_glb(out, mesh, &labels(), colors),
             },
@@ -115,16 +115,18 @@ impl Exported<'_> {
             Some(_) => of_faces.extend(of_u()),
             None => of_vertices.extend(of_u()),
         }
-        let number = |name: &str, x: f64| (name.to_owned(), Field::Number(x));
-        let fields = vec![
+        let number = |name: &str, x: f64| (name.to_owned(), vec![x]);
+        let mut fields = vec![
             number("lambda", summary.lambda),
             number("energy", summary.energy),
             number("dual_bound", summary.dual_bound),
             number("relative_gap", summary.relative_gap),
             number("rounded_energy", summary.rounded_energy),
             number("rounded_relative_gap", summary.rounded_relative_gap),
-            ("meshseg".to_owned(), Field::Text(env!("CARGO_PKG_VERSION").into())),
+            ("meshseg_version".to_owned(), version()),
         ];
+        // Text has no infinity that all programs read.
+        fields.retain(|(_, numbers)| numbers.iter().all(|x| x.is_finite()));
         vtk::write(out, &Content { mesh, of_vertices, of_faces, fields }, kind)
     }
 
@@ -150,6 +152,12 @@ impl Exported<'_> {
         serde_json::to_writer(&mut *out, &labels)?;
         out.write_all(b"\n")
     }
+}
+
+/// Major, minor, patch.
+fn version() -> Vec<f64> {
+    let parts = env!("CARGO_PKG_VERSION").split('.');
+    parts.filter_map(|part| part.parse().ok()).collect()
 }
 
 /// The largest number of a row less the second; NaN if the row is unknown.

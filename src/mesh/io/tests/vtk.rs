@@ -9,7 +9,7 @@ use flate2::write::ZlibEncoder;
 use std::io::Write;
 
 use super::super::read_scalars;
-use super::super::vtk::{self, Content, Field, Kind, Rows};
+use super::super::vtk::{self, Content, Kind, Rows};
 use super::{Format, decorated, message, read};
 use crate::mesh::{Mesh, Shape};
 
@@ -20,10 +20,7 @@ fn written(mesh: &Mesh, kind: Kind) -> Vec<u8> {
         mesh,
         of_vertices: vec![("a <label> & \"more\"".into(), Rows::Integers(&labels))],
         of_faces: vec![("u".into(), Rows::Floats(&u, 2))],
-        fields: vec![
-            ("lambda".into(), Field::Number(0.1)),
-            ("by".into(), Field::Text("me".into())),
-        ],
+        fields: vec![("lambda".into(), vec![0.1]), ("version".into(), vec![0.0, 1.0, f64::NAN])],
     };
     let mut bytes = Vec::new();
     vtk::write(&mut bytes, &content, kind).unwrap();

@@ -19,7 +19,7 @@ use crate::mesh::Mesh;
 use super::scalars::Scalars;
 use grid::Grid;
 
-pub use write::{Content, Field, Kind, Rows, write, write_mesh};
+pub use write::{Content, Kind, Rows, write, write_mesh};
 
 /// Whether the content begins as such a file does.
 pub fn recognizes(bytes: &[u8]) -> bool {

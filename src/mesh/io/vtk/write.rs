@@ -45,15 +45,6 @@ pub enum Rows<'a> {
     Colors(&'a [[u8; 3]]),
 }
 
-/// An array of one value of the whole.
-#[derive(Clone, Debug)]
-pub enum Field {
-    /// A number.
-    Number(f64),
-    /// A text.
-    Text(String),
-}
-
 /// A mesh with arrays, by name.
 pub struct Content<'a> {
     /// The mesh.
@@ -62,8 +53,8 @@ pub struct Content<'a> {
     pub of_vertices: Vec<(String, Rows<'a>)>,
     /// One row per face.
     pub of_faces: Vec<(String, Rows<'a>)>,
-    /// Of the whole.
-    pub fields: Vec<(String, Field)>,
+    /// Numbers of the whole. Not texts, which meshio does not read.
+    pub fields: Vec<(String, Vec<f64>)>,
 }
 
 type Writer<'a> = Box<dyn Fn(&mut dyn Write) -> io::Result<()> + 'a>;
@@ -122,23 +113,16 @@ impl<'a> Document<'a> {
         self.text += &format!("</{element}>\n");
     }
 
-    fn fields(&mut self, fields: &[(String, Field)]) {
+    fn fields(&mut self, fields: &[(String, Vec<f64>)]) {
         self.text += "<FieldData>\n";
-        for (name, field) in fields {
-            let name = escaped(name);
-            self.text += &match field {
-                Field::Number(x) => format!(
-                    "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{x:?}\
-                     </DataArray>\n"
-                ),
-                Field::Text(text) => {
-                    let codes: Vec<String> = text.bytes().map(|b| b.to_string()).collect();
-                    format!(
-                        "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"1\" format=\"ascii\">{} 0</Array>\n",
-                        codes.join(" ")
-                    )
-                }
-            };
+        for (name, numbers) in fields {
+            let words: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+            self.text += &format!(
+                "<DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n",
+                escaped(name),
+                numbers.len(),
+                words.join(" ")
+            );
         }
         self.text += "</FieldData>\n";
     }
