@@ -55,7 +55,7 @@ def test_pyvista_and_meshio_open_what_we_write(sphere, labeled):
             assert version == meshseg.__version__
         by_meshio = meshio.read(out / "segmented.vtu")
         assert np.array_equal(by_meshio.cells_dict["triangle"], faces)
-        assert np.array_equal(by_meshio.point_data["label"].ravel(), result.labels)
+        assert np.array_equal(by_meshio.point_data["label"], result.labels)
 
 
 def test_nibabel_opens_what_we_write(labeled):

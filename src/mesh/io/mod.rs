@@ -33,6 +33,7 @@ mod paths;
 mod ply;
 mod polygon;
 mod rules;
+mod scalar;
 mod scalars;
 mod stl;
 mod text;

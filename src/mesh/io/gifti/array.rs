@@ -17,9 +17,9 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use flate2::read::ZlibDecoder;
 
-use super::number::Type;
 use crate::counted::counted;
 use crate::error::Result;
+use crate::mesh::io::scalar::Scalar;
 use crate::mesh::io::text::{decode, quote};
 use crate::mesh::io::xml::{Tag, Xml};
 
@@ -54,7 +54,7 @@ impl Budget {
 /// The attributes of an array.
 struct Header {
     intent: String,
-    of: Type,
+    of: Scalar,
     rows: usize,
     columns: usize,
     by_columns: bool,
@@ -71,7 +71,7 @@ impl Header {
             xml.error(format!("{} is not a valid {name}", quote(value.as_bytes())))
         };
         let name = need("DataType")?;
-        let of = Type::named(&name).ok_or_else(|| wrong("DataType", &name))?;
+        let of = Scalar::of_nifti(&name).ok_or_else(|| wrong("DataType", &name))?;
         let length = |name: &str| {
             let value = need(name)?;
             value.parse().ok().filter(|&n: &usize| n > 0).ok_or_else(|| wrong(name, &value))

@@ -12,6 +12,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
+use crate::mesh::io::scalar::Scalar;
 use crate::mesh::io::text::{BYTE_ORDER_MARK, file_name, quote};
 
 /// The maximum number of elements that a header may declare.
@@ -22,21 +23,6 @@ pub enum Encoding {
     Ascii,
     LittleEndian,
     BigEndian,
-}
-
-/// A type of one number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
 }
 
 impl Scalar {
@@ -54,20 +40,6 @@ impl Scalar {
             b"double" | b"float64" => Some(Scalar::F64),
             _ => None,
         }
-    }
-
-    /// Size in bytes.
-    pub fn size(self) -> usize {
-        match self {
-            Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
-            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
-        }
-    }
-
-    fn is_integer(self) -> bool {
-        !matches!(self, Scalar::F32 | Scalar::F64)
     }
 
     /// The value of full intensity of a color component, if the type determines it.

@@ -1,10 +1,11 @@
 //! Single properties of an element, and error messages about them.
 
-use super::header::{Element, Kind, Property, Scalar};
+use super::header::{Element, Kind, Property};
 use super::values::Values;
 use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::mesh::io::colors::Colors;
+use crate::mesh::io::scalar::Scalar;
 
 pub fn skip_property(property: &Property, values: &mut impl Values) -> Result<()> {
     match property.kind {

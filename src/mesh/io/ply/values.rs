@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::header::{Element, Header, Kind, Scalar};
+use super::header::{Element, Header, Kind};
 use crate::counted::counted;
 use crate::error::{Error, Result};
+use crate::mesh::io::scalar::Scalar;
 use crate::mesh::io::text::{Text, parse_float, quote};
 
 /// A source of numbers, in the order of the file.

@@ -16,8 +16,9 @@
 use std::path::Path;
 
 use super::grid::{Array, Cell, Grid};
-use super::numbers::{Numbers, Scalar};
+use super::numbers::Numbers;
 use crate::error::{Error, Result};
+use crate::mesh::io::scalar::Scalar;
 
 type Said<T> = std::result::Result<T, String>;
 

@@ -1,21 +1,7 @@
 //! Numbers of the types that VTK has, as text and as bytes.
 
 use crate::counted::counted;
-
-/// The type of the numbers in an array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
+use crate::mesh::io::scalar::Scalar;
 
 /// Integers, or numbers of floating point.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,20 +43,6 @@ impl Scalar {
             "double" => Scalar::F64,
             _ => return None,
         })
-    }
-
-    /// The number of bytes.
-    pub fn size(self) -> usize {
-        match self {
-            Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
-            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
-        }
-    }
-
-    fn is_float(self) -> bool {
-        matches!(self, Scalar::F32 | Scalar::F64)
     }
 
     /// The full intensity of a color.
@@ -125,7 +97,7 @@ impl Scalar {
                 word.chars().take(20).collect::<String>().escape_debug()
             )
         };
-        if self.is_float() {
+        if !self.is_integer() {
             // As VTK has it: what is written with fewer digits is rounded to the type when it is read.
             let narrow = |x: f64| if self == Scalar::F32 { f64::from(x as f32) } else { x };
             let number = |word: &'a str| word.parse().map(narrow).map_err(|_| wrong(word));

@@ -80,9 +80,13 @@ impl<'a> Document<'a> {
         bytes: usize,
         write: impl Fn(&mut dyn Write) -> io::Result<()> + 'a,
     ) {
+        // Without a number of components meshio has N numbers, with 1 an array of N x 1.
+        let of = match components {
+            1 => String::new(),
+            n => format!(" NumberOfComponents=\"{n}\""),
+        };
         self.text += &format!(
-            "<DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{components}\" format=\"appended\" \
-             offset=\"{}\"/>\n",
+            "<DataArray type=\"{kind}\" Name=\"{}\"{of} format=\"appended\" offset=\"{}\"/>\n",
             escaped(name),
             self.offset
         );

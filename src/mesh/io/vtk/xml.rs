@@ -16,9 +16,10 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::grid::{Array, Cell, Grid};
-use super::numbers::{Numbers, Scalar};
+use super::numbers::Numbers;
 use super::payload::{Appended, Coding};
 use crate::error::{Error, Result};
+use crate::mesh::io::scalar::Scalar;
 use crate::mesh::io::xml::{Tag, Xml};
 
 type Said<T> = std::result::Result<T, String>;
