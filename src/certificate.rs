@@ -8,9 +8,9 @@
 //!
 //! Bounds are D - B, like all bounds of a problem.
 
+use crate::domain::Domain;
 use crate::error::Result;
 use crate::field::{Row, Tangent};
-use crate::mesh::Mesh;
 use crate::operator::{Operator, Stencil};
 use crate::problem::{Problem, Smoothing};
 use crate::request::Observer;
@@ -42,13 +42,13 @@ pub fn smoothed<const M: usize>(
 ///
 /// Fails if the solver cannot be built, which its default settings do not cause.
 pub fn steps<const M: usize>(
-    mesh: &Mesh,
+    domain: Domain<'_>,
     problem: &Problem<Stencil, M>,
     u: &[Row<M>],
     steps: u64,
     observe: Observer<'_>,
 ) -> Result<f64> {
-    let setup = Setup { domain: mesh.into(), problem, start: u.to_vec(), dual_start: None };
+    let setup = Setup { domain, problem, start: u.to_vec(), dual_start: None };
     let mut solver = Method::default().build(setup)?;
     let mut run = Run::new(u);
     let stop = Stop { iterations: Some(steps), ..Stop::default() };
@@ -133,7 +133,7 @@ mod tests {
             let start = vec![Row([1.0 / 3.0; 3]); mesh.vertices.len()];
             let bound = |n: u64| {
                 let mut go = |_: Option<&_>| ControlFlow::Continue(());
-                steps(&mesh, &known.problem, &start, n, &mut go).unwrap()
+                steps((&mesh).into(), &known.problem, &start, n, &mut go).unwrap()
             };
             let bounds = [0, 5, 20, 400].map(bound);
             assert_eq!(bounds[0], 0.0, "{name}");
@@ -172,7 +172,10 @@ mod tests {
                 samples += u32::from(sample.is_some());
                 ControlFlow::Continue(())
             };
-            assert_eq!(steps(&mesh, &problem, &start, n, &mut observe).unwrap(), of_run(n));
+            assert_eq!(
+                steps((&mesh).into(), &problem, &start, n, &mut observe).unwrap(),
+                of_run(n)
+            );
             assert!((calls > 0 || n < FIRST_INTERVAL) && samples == 0, "{calls} {samples}");
         }
         let mut calls = 0;
@@ -180,7 +183,7 @@ mod tests {
             calls += 1;
             ControlFlow::Break(())
         };
-        let interrupted = steps(&mesh, &problem, &start, 70, &mut observe).unwrap();
+        let interrupted = steps((&mesh).into(), &problem, &start, 70, &mut observe).unwrap();
         assert_eq!((interrupted, calls), (of_run(FIRST_INTERVAL), 1));
     }
 }

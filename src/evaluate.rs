@@ -185,7 +185,8 @@ fn evaluate_compiled<const M: usize>(
         None => {
             let start = Start::Given(regions::array(&u, m));
             let on_simplex = start.rows::<M>(m, &problem.f, &Order::as_it_is());
-            let bound = certificate::steps(model, &problem, &on_simplex, dual_steps, observe)?;
+            let bound =
+                certificate::steps(model.into(), &problem, &on_simplex, dual_steps, observe)?;
             (bound, Certificate::Steps)
         }
     };

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use ndarray::{Array1, Array2};
 
-pub(crate) use checks::{check_finite, check_range, check_rows};
+pub(crate) use checks::{check_finite, check_range, check_rows, check_rows_of_faces};
 pub use checks::{check_mesh, model_mesh};
 pub(crate) use solution::{Ended, conclude};
 pub use solution::{RoundingRecord, Solution, Summary};
@@ -134,21 +134,11 @@ pub fn solve_on_faces(
         )));
     }
     regions::check(s.ncols())?;
-    if s.nrows() != mesh.faces.len() {
-        return Err(Error::unsuitable(format!(
-            "the costs have {}, but the mesh has {}; supply one row per face",
-            counted(s.nrows(), "row", "rows"),
-            counted(mesh.faces.len(), "face", "faces")
-        )));
-    }
+    check_rows_of_faces("costs", s.nrows(), mesh)?;
     seeds.check(s.nrows(), s.ncols())?;
     start.check(s.dim())?;
     let (known, mut warnings) = costs::checked(s, Mass::Barycentric)?;
-    check_mesh(mesh)?;
-    if let Some(Contrast::Faces(factors)) = contrast {
-        check_factors(Some(factors), mesh.faces.len())?;
-    }
-    let dual = contrast.map_or_else(|| Dual::new(mesh), |contrast| contrast.dual(mesh));
+    let dual = dual_of(mesh, contrast)?;
     warnings.extend(unreached::warning((&dual).into(), |j| {
         !s[[j, 0]].is_nan() || seeds.region(j).is_some()
     }));
@@ -156,6 +146,17 @@ pub fn solve_on_faces(
     let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
     let solution = solve_given((&dual).into(), &order, warnings, given, request, observe)?;
     Ok(solution.of_faces(mesh, &order))
+}
+
+/// The faces of a mesh and the pairs of them, with weights of the contrast.
+///
+/// Fails if no face has an area, or a weight of a face is not positive and finite.
+pub(crate) fn dual_of(mesh: &Mesh, contrast: Option<&Contrast>) -> Result<Dual> {
+    check_mesh(mesh)?;
+    if let Some(Contrast::Faces(factors)) = contrast {
+        check_factors(Some(factors), mesh.faces.len())?;
+    }
+    Ok(contrast.map_or_else(|| Dual::new(mesh), |contrast| contrast.dual(mesh)))
 }
 
 fn check_factors(factors: Option<&[f64]>, faces: usize) -> Result<()> {

@@ -7,6 +7,7 @@ use ndarray::Array2;
 
 use crate::certificate::DUAL_STEPS;
 use crate::counted::counted;
+use crate::domain::Element;
 use crate::evaluate::{Evaluation, Question, evaluate};
 use crate::mesh::{Mesh, Weld};
 use crate::operator::Mass;
@@ -86,7 +87,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
         .transpose()?;
     let memory = &arguments.memory;
-    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, memory)?;
+    let (mesh, costs) =
+        mesh_with_costs(&arguments.mesh, &arguments.costs, Element::Vertices, memory)?;
     let u = labels(&arguments.u, &costs, memory)?;
     let q = arguments
         .q

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Subcommand;
 
 use crate::certificate::DUAL_STEPS;
+use crate::classes::carry::labels_of_vertices;
+use crate::domain::Element;
 use crate::exchange::{End, Exchanged, Iterates, certify};
 use crate::experiment::{Folders, Spec, did_you_mean};
 use crate::names::Named;
 use crate::operator::Mass;
-use crate::outcome;
+use crate::outcome::{self, Drawn, Labeled};
 use crate::relaxation::Relaxation;
 use crate::render::View;
 use crate::run::{Status, Stop};
@@ -40,24 +42,29 @@ pub enum Verb {
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   meshseg problem export mesh.ply --costs S.npy --lambda 0.005 --out problem.npz
+  meshseg problem export mesh.ply --costs S.npy --on faces --lambda 0.005 --out problem.npz
   meshseg problem export experiments/reference.toml --instance small --out problem.npz")]
 pub struct Export {
     /// Mesh file, builtin:spot, a shape such as torus:400x250, or an experiment file (.toml)
     input: PathBuf,
 
-    /// Pointwise costs, V x m
+    /// Pointwise costs, V x m, or F x m with --on faces
     #[arg(long, value_name = "S.npy")]
     costs: Option<PathBuf>,
+
+    /// What has a label: the vertices or the faces of the mesh [default: vertices]
+    #[arg(long, value_parser = named::<Element>())]
+    on: Option<Element>,
 
     /// Weight of the total variation
     #[arg(long, allow_negative_numbers = true)]
     lambda: Option<f64>,
 
-    /// The relaxation, see `solve --help` [default: frobenius]
+    /// The relaxation, see `solve --help` [default: frobenius; separate on faces, for which it is exact]
     #[arg(long, value_parser = named::<Relaxation>())]
     relaxation: Option<Relaxation>,
 
-    /// Quadrature of the data term [default: barycentric]
+    /// Quadrature of the data term; on faces all are the same [default: barycentric]
     #[arg(long, value_parser = named::<Mass>())]
     mass: Option<Mass>,
 
@@ -143,20 +150,28 @@ impl Export {
             ));
         }
         let memory = Memory::default();
-        let (mesh, s) = mesh_with_costs(&self.input, costs, &memory)?;
+        let on = self.on.unwrap_or(Element::Vertices);
+        let (mesh, s) = mesh_with_costs(&self.input, costs, on, &memory)?;
         let init = self.init.as_ref().unwrap_or(&Init::Argmin);
         let start = init.start(&s, self.seed.unwrap_or(0), &memory)?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
-        let problem = Exchanged::new(&mesh, &s, lambda, mass, &start)?;
+        let problem = match on {
+            Element::Vertices => Exchanged::new(&mesh, &s, lambda, mass, &start)?,
+            Element::Faces => Exchanged::on_faces(&mesh, None, &s, lambda, &start)?,
+        };
         warn(&welding::seams(&mesh, welding::CONVERT_COMMAND));
         warn(&costs::checked(&s, mass)?.1);
-        warn(&model_mesh(&mesh)?.1);
-        Ok(problem.in_relaxation(self.relaxation.unwrap_or_default()))
+        if on == Element::Vertices {
+            warn(&model_mesh(&mesh)?.1);
+        }
+        let relaxation = self.relaxation.unwrap_or(problem.relaxation);
+        Ok(problem.in_relaxation(relaxation))
     }
 
     fn of_experiment(&self) -> Result<Exchanged> {
         let given = [
             ("--costs", self.costs.is_some()),
+            ("--on", self.on.is_some()),
             ("--lambda", self.lambda.is_some()),
             ("--relaxation", self.relaxation.is_some()),
             ("--mass", self.mass.is_some()),
@@ -200,11 +215,11 @@ impl Export {
 fn export(arguments: &Export) -> Outcome {
     let problem = arguments.problem()?;
     problem.write(&arguments.out)?;
-    let (vertices, regions) = problem.f.dim();
     let lines = [
-        ("vertices", vertices.to_string()),
+        ("vertices", problem.mesh.vertices.len().to_string()),
         ("faces", problem.mesh.faces.len().to_string()),
-        ("regions", regions.to_string()),
+        ("labels of", problem.domain().element().nouns()[1].to_owned()),
+        ("regions", problem.f.ncols().to_string()),
         ("lambda", table::number(problem.lambda)),
         ("relaxation", problem.relaxation.name().to_owned()),
         ("written to", arguments.out.display().to_string()),
@@ -248,9 +263,23 @@ fn import(arguments: &ImportTrace) -> Outcome {
     if solution.summary.status == Status::Failed {
         return Err(Error::unsuitable(solution.summary.warnings.join("; ")).into());
     }
-    let (mesh, labels) = (&problem.mesh, &solution.labels);
-    let looks = preview::of_costs(mesh, &problem.f, labels, View::Auto, !no_preview);
-    outcome::write(out, &solution.summary, (&solution).into(), &problem.mesh, &looks, None, &[])?;
+    let (mesh, labels, draw) = (&problem.mesh, &solution.labels, !no_preview);
+    match problem.domain().element() {
+        Element::Vertices => {
+            let looks = preview::of_costs(mesh, &problem.f, labels, View::Auto, draw);
+            let labeled = (&solution).into();
+            outcome::write(out, &solution.summary, labeled, mesh, &looks, None, &[])?;
+        }
+        Element::Faces => {
+            let vertices = labels_of_vertices(mesh, labels, problem.f.ncols());
+            let (looks, picture) =
+                preview::of_costs_of_faces(mesh, &problem.f, labels, View::Auto, draw);
+            let drawn = picture.as_ref().map(|(mesh, u)| Drawn { mesh, u });
+            let (solution, faces) = (&solution, Some(labels));
+            let labeled = Labeled { solution, vertices: &vertices, faces, drawn };
+            outcome::write(out, &solution.summary, labeled, mesh, &looks, None, &[])?;
+        }
+    }
     let summary = &solution.summary;
     warn(&summary.warnings);
     let mut lines = summary_lines(summary);

@@ -119,7 +119,7 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let request = solving.request(&arguments.mesh, arguments.lambda)?;
     let memory = &arguments.memory;
-    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, memory)?;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, On::Vertices, memory)?;
     let seeds = match &arguments.seeds {
         Some(path) => seeds::read(path, &mesh, costs.ncols(), On::Vertices, memory)?,
         None => Seeds::default(),

@@ -111,7 +111,7 @@ fn certify_compiled<const M: usize>(
     }
     let m = exchanged.f.ncols();
     let mut solution = conclude(
-        (&exchanged.mesh).into(),
+        exchanged.domain(),
         &certifier.problem,
         m,
         request,
@@ -181,11 +181,12 @@ impl<const M: usize> Scored<M> {
 
 impl<'a, const M: usize> Certifier<'a, M> {
     fn new(exchanged: &'a Exchanged, dual_steps: u64) -> Result<Self> {
-        let Exchanged { mesh, f, lambda, relaxation, .. } = exchanged;
+        let Exchanged { f, lambda, relaxation, .. } = exchanged;
         let m = f.ncols();
         let mut f = regions::rows::<M>(f.view());
         regions::pad_costs(m, &mut f);
-        let problem = Problem::new(Stencil::new(mesh), f, *lambda).in_relaxation(*relaxation);
+        let k = exchanged.domain().stencil();
+        let problem = Problem::new(k, f, *lambda).in_relaxation(*relaxation);
         check_range(&problem)?;
         Ok(Certifier { exchanged, problem, dual_steps })
     }
@@ -210,7 +211,7 @@ impl<'a, const M: usize> Certifier<'a, M> {
 
     /// `None` if the iterate is not finite.
     fn scored(&self, iterate: &Iterate, observe: Observer<'_>) -> Result<Option<Scored<M>>> {
-        let shape = (self.exchanged.mesh.vertices.len(), self.exchanged.f.ncols());
+        let shape = self.exchanged.f.dim();
         let array = read(&iterate.u, shape)?;
         if !array.iter().all(|x| x.abs() < FIRST_INFINITE) {
             return Ok(None);
@@ -232,8 +233,8 @@ impl<'a, const M: usize> Certifier<'a, M> {
         observe: Observer<'_>,
     ) -> Result<(f64, Certificate)> {
         if let Some(path) = &iterate.q {
-            let (m, faces) = (self.exchanged.f.ncols(), self.problem.k.faces());
-            let array = read(path, (2 * faces, m))?;
+            let (m, terms) = (self.exchanged.f.ncols(), self.problem.k.faces());
+            let array = read(path, (2 * terms, m))?;
             // A field that is not finite gives no bound.
             if array.iter().all(|x| x.is_finite()) {
                 let q = regions::tangents(array.view());
@@ -252,7 +253,7 @@ impl<'a, const M: usize> Certifier<'a, M> {
 
     /// A bound by steps of the default solver; they are not part of the run.
     fn steps(&self, u: &[Row<M>], observe: Observer<'_>) -> Result<f64> {
-        certificate::steps(&self.exchanged.mesh, &self.problem, u, self.dual_steps, observe)
+        certificate::steps(self.exchanged.domain(), &self.problem, u, self.dual_steps, observe)
     }
 }
 

@@ -10,22 +10,30 @@
 //! mass                                 the quadrature of f
 //! f, lambda, m, u0                     V x m integrated costs, a number, the number of regions, V x m
 //! relaxation                           the set of the dual field and the energy of a face; frobenius if it is missing
+//! on                                   vertices, or faces; vertices if it is missing
 //! ```
+//!
+//! On faces, rows are those of faces, which `pairs` (E x 2) join with `weights` (E, see `mesh/dual.rs`). K is 2E x F, M
+//! the diagonal of the areas, and there are no masses of vertices. Faces without area stay, with cost 0.
 //!
 //! Numbers are written as float64, indices as int32 and counts as int64; any width is read.
 
+use std::borrow::Cow;
 use std::io::Cursor;
 use std::path::Path;
 
 use nalgebra::Point3;
-use ndarray::{Array1, Array2, Ix0, Ix2, arr0};
+use ndarray::{Array1, Array2, ArrayView1, Ix0, Ix1, Ix2, arr0};
 use ndarray_npy::{NpzWriter, WriteNpzError};
 use sprs::CsMat;
 
 use crate::costs;
+use crate::domain::{Domain, Element};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
+use crate::mesh::dual::{Dual, face_areas};
 use crate::mesh::geometry::{barycentric_areas, mixed_voronoi_areas};
 use crate::mesh::order::Order;
 use crate::names::{Named, must_be_one_of};
@@ -37,7 +45,7 @@ use crate::problem::FORBIDDEN_COST;
 use crate::regions::{self, with_regions};
 use crate::relaxation::Relaxation;
 use crate::request::check_lambda;
-use crate::solve::{self, check_mesh, model_mesh};
+use crate::solve::{self, check_mesh, dual_of, model_mesh};
 use crate::start::Start;
 
 const FORMAT_NAME: &[u8; 15] = b"meshseg-problem";
@@ -46,12 +54,14 @@ const FORMAT_VERSION: i64 = 1;
 /// Larger costs would be mistaken for those of padding regions.
 const LARGEST_COST: f64 = 1e-10 * FORBIDDEN_COST;
 
-/// A problem with vertices and faces in the order of the file.
+/// A problem with vertices, faces and pairs in the order of the file.
 #[derive(Clone, Debug)]
 pub struct Exchanged {
-    /// The mesh, in which every face has an area.
+    /// The mesh. For labels of vertices, every face has an area.
     pub mesh: Mesh,
-    /// Integrated costs, V x m.
+    /// The faces and the pairs of them, if labels are those of faces.
+    pub dual: Option<Dual>,
+    /// Integrated costs, V x m or F x m.
     pub f: Array2<f64>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
@@ -59,7 +69,7 @@ pub struct Exchanged {
     pub relaxation: Relaxation,
     /// The quadrature of f.
     pub mass: Mass,
-    /// The initial U, V x m.
+    /// The initial U, of the same shape.
     pub u0: Array2<f64>,
 }
 
@@ -77,18 +87,46 @@ impl Exchanged {
         check_lambda(lambda)?;
         regions::check(s.ncols())?;
         solve::check_rows("costs", s.nrows(), mesh)?;
-        let (s, _) = costs::checked(s, mass)?;
-        if s.iter().any(|x| x.is_infinite()) {
-            return Err(Error::unsuitable(
-                "external solvers do not support forbidden labels (costs of +inf): use large finite costs",
-            ));
-        }
+        let s = without_forbidden(s, mass)?;
         start.check(s.dim())?;
         let (model, _) = model_mesh(mesh)?;
         let model = Mesh::new(model.vertices.clone(), model.faces.clone());
-        let (f, u0) = with_regions!(s.ncols(), integrated(&model, &s, mass, start));
+        let domain = Domain::Vertices(&model);
+        let (f, u0) = with_regions!(s.ncols(), integrated(domain, &s, mass, start));
         let relaxation = Relaxation::Frobenius;
-        Ok(Exchanged { mesh: model, f, lambda, relaxation, mass, u0 })
+        Ok(Exchanged { mesh: model, dual: None, f, lambda, relaxation, mass, u0 })
+    }
+
+    /// The same for labels of faces, with pointwise costs of F x m, in the relaxation that is exact for them.
+    ///
+    /// Fails where [`crate::solve::solve_on_faces`] refuses lambda, costs, start, contrast or mesh, and if the costs
+    /// forbid a label.
+    pub fn on_faces(
+        mesh: &Mesh,
+        contrast: Option<&Contrast>,
+        s: &Array2<f64>,
+        lambda: f64,
+        start: &Start,
+    ) -> Result<Self> {
+        check_lambda(lambda)?;
+        regions::check(s.ncols())?;
+        solve::check_rows_of_faces("costs", s.nrows(), mesh)?;
+        let mass = Mass::Barycentric;
+        let s = without_forbidden(s, mass)?;
+        start.check(s.dim())?;
+        let dual = dual_of(mesh, contrast)?;
+        let (f, u0) = with_regions!(s.ncols(), integrated((&dual).into(), &s, mass, start));
+        let mesh = Mesh::new(mesh.vertices.clone(), mesh.faces.clone());
+        let relaxation = Relaxation::Separate;
+        Ok(Exchanged { mesh, dual: Some(dual), f, lambda, relaxation, mass, u0 })
+    }
+
+    /// What has a row in f, and how these are joined.
+    pub fn domain(&self) -> Domain<'_> {
+        match &self.dual {
+            None => Domain::Vertices(&self.mesh),
+            Some(dual) => Domain::Faces(dual),
+        }
     }
 
     /// The same problem in another relaxation.
@@ -101,7 +139,7 @@ impl Exchanged {
     /// # Errors
     /// The file cannot be written, or the mesh is too large for 32-bit indices.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let entries = 3 * 2 * self.mesh.faces.len();
+        let entries = 3 * 2 * self.mesh.faces.len().max(self.domain().terms());
         if i32::try_from(entries).is_err() {
             let message = "the mesh is too large for the int32 indices of an exchanged problem";
             return Err(Error::malformed(path, message));
@@ -111,34 +149,46 @@ impl Exchanged {
     }
 
     fn npz(&self) -> std::result::Result<Vec<u8>, WriteNpzError> {
-        let Exchanged { mesh, f, lambda, relaxation, mass, u0 } = self;
+        let Exchanged { mesh, dual, f, lambda, relaxation, mass, u0 } = self;
         let points = Array2::from_shape_fn((mesh.vertices.len(), 3), |(v, i)| mesh.vertices[v][i]);
         let faces = Array2::from_shape_fn((mesh.faces.len(), 3), |(j, i)| mesh.faces[j][i] as i32);
-        let areas: Array1<f64> = (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect();
-        let (mut name, mut set) = ([0; 11], [0; 9]);
-        name[..mass.name().len()].copy_from_slice(mass.name().as_bytes());
-        set[..relaxation.name().len()].copy_from_slice(relaxation.name().as_bytes());
+        let element: &str = self.domain().element().into();
         let mut npz = NpzWriter::new(Cursor::new(Vec::new()));
         npz.add_array("format", &arr0(ByteString(*FORMAT_NAME)))?;
         npz.add_array("version", &arr0(FORMAT_VERSION))?;
         npz.add_array("points", &points)?;
         npz.add_array("faces", &faces)?;
-        add_matrix(&mut npz, "K", Matrix::new(mesh).csr())?;
-        add_matrix(&mut npz, "M", &mass::consistent_matrix(mesh))?;
-        npz.add_array("areas", &areas)?;
-        npz.add_array("mass_barycentric", &Array1::from(barycentric_areas(mesh)))?;
-        npz.add_array("mass_voronoi", &Array1::from(mixed_voronoi_areas(mesh)))?;
-        npz.add_array("mass", &arr0(ByteString(name)))?;
+        npz.add_array("on", &arr0(padded::<8>(element)))?;
+        match dual {
+            None => {
+                let areas = (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect();
+                add_matrix(&mut npz, "K", Matrix::new(mesh).csr())?;
+                add_matrix(&mut npz, "M", &mass::consistent_matrix(mesh))?;
+                npz.add_array("areas", &Array1::from_vec(areas))?;
+                npz.add_array("mass_barycentric", &Array1::from(barycentric_areas(mesh)))?;
+                npz.add_array("mass_voronoi", &Array1::from(mixed_voronoi_areas(mesh)))?;
+            }
+            Some(dual) => {
+                let pair = |(e, i): (usize, usize)| dual.pairs[e][i] as i32;
+                let pairs = Array2::from_shape_fn((dual.pairs.len(), 2), pair);
+                add_matrix(&mut npz, "K", Matrix::across_edges(dual).csr())?;
+                add_matrix(&mut npz, "M", &diagonal(&dual.areas))?;
+                npz.add_array("areas", &ArrayView1::from(&dual.areas))?;
+                npz.add_array("pairs", &pairs)?;
+                npz.add_array("weights", &ArrayView1::from(&dual.weights))?;
+            }
+        }
+        npz.add_array("mass", &arr0(padded::<11>(mass.name())))?;
         npz.add_array("f", f)?;
         npz.add_array("lambda", &arr0(*lambda))?;
-        npz.add_array("relaxation", &arr0(ByteString(set)))?;
+        npz.add_array("relaxation", &arr0(padded::<9>(relaxation.name())))?;
         npz.add_array("m", &arr0(f.ncols() as i64))?;
         npz.add_array("u0", u0)?;
         Ok(npz.finish()?.into_inner())
     }
 
     /// Reads an archive in the format of [`Self::write`]. K and the masses are ignored, since they follow from the
-    /// mesh.
+    /// mesh, and from pairs and weights.
     ///
     /// # Errors
     /// The format or version differs, or an array is missing, of the wrong type or shape, or not finite.
@@ -186,6 +236,20 @@ impl Exchanged {
             let names = must_be_one_of(Relaxation::names());
             unsuitable(format!("relaxation {relaxation:?} is unknown: {names}"))
         })?;
+        let on = match archive.has("on") {
+            true => archive.entry("on", npy::byte_string)?,
+            false => <&str>::from(Element::Vertices).to_owned(),
+        };
+        let on: Element = on.parse().map_err(|_| {
+            unsuitable(format!("on {on:?} is unknown: it must be vertices or faces"))
+        })?;
+        let pairs = match on {
+            Element::Vertices => None,
+            Element::Faces => {
+                let pairs = archive.entry("pairs", npy::integers::<Ix2>)?;
+                Some((pairs, archive.entry("weights", npy::numbers::<Ix1>)?))
+            }
+        };
         let of_file = |error: Error| error.of_file(path);
         check_lambda(lambda).map_err(of_file)?;
         regions::check(f.ncols()).map_err(of_file)?;
@@ -200,29 +264,87 @@ impl Exchanged {
             points.outer_iter().map(|x| Point3::new(x[0], x[1], x[2])).collect(),
             corners.chunks_exact(3).map(|face| [face[0], face[1], face[2]]).collect(),
         );
-        solve::check_rows("integrated costs", f.nrows(), &mesh).map_err(of_file)?;
+        let dual = match pairs {
+            None => {
+                solve::check_rows("integrated costs", f.nrows(), &mesh).map_err(of_file)?;
+                let (model, dropped) = mesh.without_degenerate_faces();
+                if dropped > 0 || model.faces.is_empty() {
+                    return Err(unsuitable("every face must have an area".into()));
+                }
+                None
+            }
+            Some((pairs, weights)) => {
+                let rows = f.nrows();
+                solve::check_rows_of_faces("integrated costs", rows, &mesh).map_err(of_file)?;
+                Some(read_dual(&mesh, &pairs, &weights).map_err(of_file)?)
+            }
+        };
         let start = Start::Given(u0);
         start.check(f.dim()).map_err(of_file)?;
         let Start::Given(u0) = start else { unreachable!("it was made so") };
-        let (model, dropped) = mesh.without_degenerate_faces();
-        if dropped > 0 || model.faces.is_empty() {
-            return Err(unsuitable("every face must have an area".into()));
-        }
         check_mesh(&mesh).map_err(of_file)?;
-        Ok(Exchanged { mesh, f, lambda, relaxation, mass, u0 })
+        Ok(Exchanged { mesh, dual, f, lambda, relaxation, mass, u0 })
     }
 }
 
+/// Costs for programs that know of no forbidden labels; unknown rows are 0.
+fn without_forbidden(s: &Array2<f64>, mass: Mass) -> Result<Cow<'_, Array2<f64>>> {
+    let (s, _) = costs::checked(s, mass)?;
+    match s.iter().any(|x| x.is_infinite()) {
+        false => Ok(s),
+        true => Err(Error::unsuitable(
+            "external solvers do not support forbidden labels (costs of +inf): use large finite costs",
+        )),
+    }
+}
+
+/// Pairs and weights of an archive, with the areas of the faces.
+fn read_dual(mesh: &Mesh, pairs: &Array2<i64>, weights: &Array1<f64>) -> Result<Dual> {
+    let faces = mesh.faces.len();
+    if pairs.ncols() != 2 || pairs.nrows() != weights.len() {
+        return Err(Error::unsuitable(
+            "pairs must have two columns, and a row for each of the weights",
+        ));
+    }
+    let face = |&j: &i64| u32::try_from(j).ok().filter(|&j| (j as usize) < faces);
+    let pair = |pair: ArrayView1<'_, i64>| Some([face(&pair[0])?, face(&pair[1])?]);
+    let pairs: Option<Vec<[u32; 2]>> =
+        pairs.outer_iter().map(|row| pair(row).filter(|[j, k]| j != k)).collect();
+    let Some(pairs) = pairs else {
+        return Err(Error::unsuitable(format!(
+            "pairs must hold two different indices of faces in each row, from 0 to F - 1, with F = {faces}"
+        )));
+    };
+    if let Some(w) = weights.iter().find(|w| !(**w > 0.0 && w.is_finite())) {
+        return Err(Error::unsuitable(format!(
+            "weights has {w:?}: they must be positive and finite"
+        )));
+    }
+    Ok(Dual { areas: face_areas(mesh), pairs, weights: weights.to_vec() })
+}
+
 fn integrated<const M: usize>(
-    model: &Mesh,
+    domain: Domain<'_>,
     s: &Array2<f64>,
     mass: Mass,
     start: &Start,
 ) -> (Array2<f64>, Array2<f64>) {
     let m = s.ncols();
-    let f = solve::integrate::<M>(&mass.on(model), m, &regions::rows(s.view()));
+    let f = solve::integrate::<M>(&domain.quadrature(mass), m, &regions::rows(s.view()));
     let u0 = start.rows(m, &f, &Order::as_it_is());
     (regions::array(&f, m), regions::array(&u0, m))
+}
+
+/// A name in a string of fixed length.
+fn padded<const N: usize>(name: &str) -> ByteString<N> {
+    let mut bytes = [0; N];
+    bytes[..name.len()].copy_from_slice(name.as_bytes());
+    ByteString(bytes)
+}
+
+fn diagonal(entries: &[f64]) -> CsMat<f64> {
+    let n = entries.len();
+    CsMat::new((n, n), (0..=n).collect(), (0..n).collect(), entries.to_vec())
 }
 
 fn add_matrix(

@@ -11,14 +11,17 @@ use strum::IntoEnumIterator;
 
 use super::*;
 use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
+use crate::mesh::dual::Dual;
 use crate::names::Named;
-use crate::operator::{Mass, Stencil};
+use crate::operator::{Mass, Matrix, Stencil};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::regions;
 use crate::relaxation::Relaxation;
 use crate::run::{Certificate, Status, Stop};
 use crate::samples::{random_rows, rng, shape};
-use crate::solve::{Request, Solution};
+use crate::seeds::Seeds;
+use crate::solve::{Request, Solution, solve_on_faces};
 use crate::solver::Method;
 use crate::start::Start;
 
@@ -314,4 +317,56 @@ fn a_trace_counts_up_to_its_first_invalid_line() {
         assert_eq!(iterations, [0]);
         assert!(broken.contains(why) && broken.contains("line 3"), "{broken}");
     }
+}
+
+/// A problem on faces is read as it was written, with a K whose jumps have the energy of the edges, and with the bound of
+/// the solver for labels of faces. Pairs and weights that join nothing are refused.
+#[test]
+fn labels_of_faces_are_exchanged() {
+    let mesh = shape("torus:12x8");
+    let s = regions::array(&random_rows::<3>(mesh.faces.len(), &mut rng(885)), 3);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("problem.npz");
+    let contrast = Contrast::Faces((0..mesh.faces.len()).map(|j| 1.0 + (j % 3) as f64).collect());
+    let mut go = |_: Option<&_>| ControlFlow::Continue(());
+    for contrast in [None, Some(&contrast)] {
+        let written = Exchanged::on_faces(&mesh, contrast, &s, LAMBDA, &Start::Argmin).unwrap();
+        written.write(&path).unwrap();
+        let read = Exchanged::read(&path).unwrap();
+        let (dual, expected) = (read.dual.as_ref().unwrap(), written.dual.as_ref().unwrap());
+        assert_eq!((&dual.pairs, &dual.weights), (&expected.pairs, &expected.weights));
+        assert_eq!((&read.f, &read.u0, &dual.areas), (&written.f, &written.u0, &expected.areas));
+        assert_eq!(read.relaxation, Relaxation::Separate);
+
+        let request = Request { relaxation: Relaxation::Separate, ..request(1e-9) };
+        let (start, seeds) = (Start::Argmin, Seeds::default());
+        let ours = solve_on_faces(&mesh, contrast, &s, &seeds, &start, &request, &mut go).unwrap();
+        let u = array(folder.path(), "u.npy", &ours.u);
+        let scored = scored(&read, iterate(0, &u), Status::Ended, 1e-9).summary;
+        let (energy, size) = (ours.summary.energy, ours.summary.energy.abs());
+        assert!((scored.energy - energy).abs() <= 1e-12 * size, "{} {energy}", scored.energy);
+        assert!(scored.dual_bound <= energy && scored.dual_bound >= energy - 1e-2 * size);
+
+        // E by the matrix: rows 2e are the jumps, and rows 2e + 1 are empty.
+        let k = Matrix::across_edges(dual);
+        let jumps = k.csr() * &ours.u;
+        assert!(jumps.outer_iter().skip(1).step_by(2).all(|row| row.iter().all(|&x| x == 0.0)));
+        let length: f64 = jumps.iter().map(|x| x.abs()).sum();
+        let data: f64 = (&read.f * &ours.u).sum();
+        let by_hand = data + LAMBDA * std::f64::consts::FRAC_1_SQRT_2 * length;
+        assert!((by_hand - energy).abs() <= 1e-12 * size, "{by_hand} {energy}");
+    }
+    let refused = |change: &dyn Fn(&mut Dual)| {
+        let mut problem = Exchanged::on_faces(&mesh, None, &s, LAMBDA, &Start::Argmin).unwrap();
+        change(problem.dual.as_mut().unwrap());
+        problem.write(&path).unwrap();
+        Exchanged::read(&path).unwrap_err().to_string()
+    };
+    assert!(refused(&|dual| dual.weights[3] = 0.0).contains("positive and finite"));
+    assert!(refused(&|dual| dual.weights[3] = f64::NAN).contains("positive and finite"));
+    assert!(refused(&|dual| dual.pairs[3] = [5, 5]).contains("two different indices"));
+    let short = refused(&|dual| {
+        dual.weights.pop();
+    });
+    assert!(short.contains("a row for each of the weights"), "{short}");
 }

@@ -31,13 +31,6 @@ impl Dual {
 
     /// The same with weights times a positive factor for each two sides of faces at an edge.
     pub fn weighted(mesh: &Mesh, factor: &dyn Fn(&Side, &Side) -> f64) -> Self {
-        let areas =
-            collect(
-                mesh.faces.len(),
-                |j| {
-                    if mesh.is_degenerate(j) { 0.0 } else { mesh.face_area(j) }
-                },
-            );
         let (mut pairs, mut weights) = (Vec::new(), Vec::new());
         let sides = sides(&mesh.faces);
         for sides in edges(&sides) {
@@ -61,7 +54,7 @@ impl Dual {
                 }
             }
         }
-        Dual { areas, pairs, weights }
+        Dual { areas: face_areas(mesh), pairs, weights }
     }
 
     /// The corners of a pair as those of a face of K: the second face twice.
@@ -70,6 +63,13 @@ impl Dual {
             let [j, k] = self.pairs[e];
             [j, k, k]
         })
+    }
+
+    /// The area that belongs to each pair: a third of each of its faces. Positive even between faces without area, so
+    /// that no smoothing divides by zero.
+    pub fn areas_at_pairs(&self) -> Vec<f64> {
+        let both = |e: usize| self.pairs[e].iter().map(|&j| self.areas[j as usize]).sum::<f64>();
+        collect(self.pairs.len(), |e| (both(e) / 3.0).max(f64::MIN_POSITIVE))
     }
 
     /// The order in which neighbors are close to each other, and the graph in it.
@@ -100,6 +100,12 @@ impl Dual {
             weights: pairs.iter().map(|&e| self.weights[e]).collect(),
         }
     }
+}
+
+/// A_j, 0 for faces that count as having no area.
+pub fn face_areas(mesh: &Mesh) -> Vec<f64> {
+    let area = |j: usize| if mesh.is_degenerate(j) { 0.0 } else { mesh.face_area(j) };
+    collect(mesh.faces.len(), area)
 }
 
 #[cfg(test)]

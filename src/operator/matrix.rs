@@ -1,13 +1,16 @@
-//! K as a sparse matrix, 2F x V with rows 2j and 2j + 1 for face j: the reference implementation.
+//! K as a sparse matrix, 2F x V with rows 2j and 2j + 1 for face j, or 2E x F for labels of faces: the reference
+//! implementation.
 //!
 //! It is assembled from the gradient in space: A_j grad phi_k = n x e_k / 2, with the unit normal n and the edge e_k
-//! opposite to corner k, expressed in the frame (e12 / |e12|, n x e12 / |e12|).
+//! opposite to corner k, expressed in the frame (e12 / |e12|, n x e12 / |e12|). Across an edge between two faces, row 2e
+//! is the jump w_e (u_k - u_j), and row 2e + 1 is empty.
 
 use sprs::{CsMat, TriMat};
 
 use super::{Adjoint, Face, Operator};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
+use crate::mesh::dual::Dual;
 
 /// K and K^T of one mesh in compressed rows, with the areas of the faces.
 pub struct Matrix {
@@ -35,16 +38,27 @@ impl Matrix {
                 k.add_triplet(2 * j + 1, corners[i] as usize, gradient.dot(&second));
             }
         }
-        let k: CsMat<f64> = k.to_csr();
-        Matrix {
-            corners: mesh.faces.clone(),
-            areas: (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect(),
-            k_transposed: k.transpose_view().to_csr(),
-            k,
-        }
+        let areas = (0..mesh.faces.len()).map(|j| mesh.face_area(j)).collect();
+        Self::of(mesh.faces.clone(), areas, k)
     }
 
-    /// The matrix itself, 2F x V in compressed rows.
+    /// K on the faces of a mesh, with jumps across edges in place of gradients.
+    pub fn across_edges(dual: &Dual) -> Self {
+        let shape = (2 * dual.pairs.len(), dual.areas.len());
+        let mut k = TriMat::with_capacity(shape, 2 * dual.pairs.len());
+        for (e, (pair, &w)) in dual.pairs.iter().zip(&dual.weights).enumerate() {
+            k.add_triplet(2 * e, pair[0] as usize, -w);
+            k.add_triplet(2 * e, pair[1] as usize, w);
+        }
+        Self::of(dual.corners(), dual.areas_at_pairs(), k)
+    }
+
+    fn of(corners: Vec<[u32; 3]>, areas: Vec<f64>, k: TriMat<f64>) -> Self {
+        let k: CsMat<f64> = k.to_csr();
+        Matrix { corners, areas, k_transposed: k.transpose_view().to_csr(), k }
+    }
+
+    /// The matrix itself, 2F x V in compressed rows, or 2E x F across edges.
     pub fn csr(&self) -> &CsMat<f64> {
         &self.k
     }

@@ -77,9 +77,7 @@ impl Stencil {
     /// K on the faces of a mesh, with jumps across edges in place of gradients.
     pub fn across_edges(dual: &Dual) -> Self {
         let weights = sweep::collect(dual.weights.len(), |e| [dual.weights[e], 0.0, 0.0]);
-        let third = |e: usize| dual.pairs[e].iter().map(|&j| dual.areas[j as usize]).sum::<f64>();
-        // Positive even between faces without area, so that no smoothing divides by zero.
-        let areas = sweep::collect(weights.len(), |e| (third(e) / 3.0).max(f64::MIN_POSITIVE));
+        let areas = dual.areas_at_pairs();
         let (vertices, incidence) = (dual.areas.len(), OnceLock::new());
         Stencil { corners: dual.corners(), vertices, weights, areas: Some(areas), incidence }
     }

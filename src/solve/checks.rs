@@ -44,6 +44,19 @@ pub(crate) fn check_rows(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
     }
 }
 
+/// The same with one row per face.
+pub(crate) fn check_rows_of_faces(what: &str, rows: usize, mesh: &Mesh) -> Result<()> {
+    let faces = mesh.faces.len();
+    if rows == faces {
+        return Ok(());
+    }
+    Err(Error::unsuitable(format!(
+        "the {what} have {}, but the mesh has {}; supply one row per face",
+        counted(rows, "row", "rows"),
+        counted(faces, "face", "faces")
+    )))
+}
+
 /// The mesh without the faces that have no area, and a warning if there are any. A face that is left out no longer
 /// couples its corners. A face counts as having an area only if the area and its square are normal numbers, so that no
 /// sum overflows.

@@ -242,6 +242,50 @@ fn a_solver_takes_twenty_lines() {
     assert!(folder.path("mine/preview.png").exists());
 }
 
+/// The same solver on the faces of a mesh reaches the energy of `segment`, whose result has the same energy when it is
+/// imported.
+#[test]
+fn labels_of_faces_are_solved_elsewhere() {
+    let folder = Folder::new();
+    let mut rng = Pcg64::seed_from_u64(17);
+    let mut p = Array2::from_shape_fn((2 * 16 * 10, 3), |_| rng.random_range(0.05..1.0));
+    for mut row in p.outer_iter_mut() {
+        let sum = row.sum();
+        row /= sum;
+    }
+    write_npy(folder.path("P.npy"), &p).unwrap();
+    write_npy(folder.path("S.npy"), &p.mapv(|p: f64| -p.ln())).unwrap();
+    folder.done(
+        "segment torus:16x10 --probabilities P.npy --on faces --relaxation frobenius --lambda 0.02 --gap 1e-7 \
+         --no-preview --out ours",
+    );
+    let given = "torus:16x10 --costs S.npy --on faces --relaxation frobenius --lambda 0.02";
+    folder.done(&format!("problem export {given} --out problem.npz"));
+    let text = |path: PathBuf| path.display().to_string();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/reference/example.py");
+    for out in ["example", "back"] {
+        fs::create_dir(folder.path(out)).unwrap();
+    }
+    let [script, problem, out] =
+        [script, folder.path("problem.npz"), folder.path("example")].map(text);
+    succeeded(reference(&["python", &script, &problem, &out]));
+    folder.done("problem import-trace problem.npz example --out theirs");
+    fs::copy(folder.path("ours/u.npy"), folder.path("back/u_1.npy")).unwrap();
+    folder.write("back/trace.csv", "iteration,seconds\n1,0.25\n");
+    folder.done("problem import-trace problem.npz back --no-preview --out again");
+    let [ours, theirs, again] =
+        ["ours", "theirs", "again"].map(|out| read(&folder, out)["energy"].as_f64().unwrap());
+    assert!((theirs - ours).abs() <= 1e-4 * ours.abs(), "{theirs} {ours}");
+    assert!((again - ours).abs() <= 1e-9 * ours.abs(), "{again} {ours}");
+    assert!(folder.path("theirs/preview.png").exists());
+    let labels = |out: &str| {
+        let path = folder.path(&format!("{out}/face_labels.npy"));
+        read_npy::<_, ndarray::Array1<i32>>(path).unwrap()
+    };
+    assert_eq!(labels("again").len(), 320);
+    assert_eq!(labels("again"), labels("ours"));
+}
+
 fn read(folder: &Folder, out: &str) -> Value {
     let path = folder.path(out).join("summary.json");
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
