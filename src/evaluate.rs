@@ -7,9 +7,11 @@ use serde::Serialize;
 
 use crate::certificate;
 use crate::costs;
+use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::field::Row;
 use crate::mesh::Mesh;
+use crate::mesh::contrast::Contrast;
 use crate::mesh::order::Order;
 use crate::names::Named;
 use crate::operator::{Mass, Stencil};
@@ -17,7 +19,7 @@ use crate::problem::{FORBIDDEN_COST, Problem, Smoothing, label_gap, relative_gap
 use crate::regions::{self, with_regions};
 use crate::relaxation::Relaxation;
 use crate::run::Certificate;
-use crate::solve::{Observer, check_range, integrate, model_mesh};
+use crate::solve::{Observer, check_range, dual_of, integrate, model_mesh};
 use crate::start::Start;
 
 /// Entries that are farther outside the simplex are not rounding errors.
@@ -95,7 +97,7 @@ pub struct Question<'a> {
     pub dual_steps: u64,
 }
 
-/// Scores U (V x m) for pointwise costs s (V x m, see [`costs`]). U need not be feasible, see [`Evaluation::feasible`].
+/// Scores U (V x m) for labels of vertices and pointwise costs s (V x m, see [`costs`]). U need not be feasible, see [`Evaluation::feasible`].
 /// `observe` is called during the steps that compute a bound, without samples.
 ///
 /// Fails if the shapes of the costs, U, q and the mesh do not fit each other, the number of regions is not from 2 to
@@ -109,10 +111,57 @@ pub fn evaluate(
     question: Question<'_>,
     observe: Observer<'_>,
 ) -> Result<Evaluation> {
+    check(s, u, "V x m", &question)?;
+    crate::solve::check_rows("costs", s.nrows(), mesh)?;
+    let (s, mut warnings) = costs::checked(s, question.mass)?;
+    let (model, left_out) = model_mesh(mesh)?;
+    warnings.extend(left_out);
+    let q = question.q.map(|q| of_model(mesh, &model, q, s.ncols())).transpose()?;
+    let mut evaluation = with_regions!(
+        s.ncols(),
+        evaluate_compiled((&*model).into(), &s, u, q.as_deref(), question, observe)
+    )?;
+    (evaluation.vertices, evaluation.faces) = (mesh.vertices.len(), mesh.faces.len());
+    evaluation.warnings = warnings;
+    Ok(evaluation)
+}
+
+/// The same for labels of faces, with costs and U of F x m; `contrast` is that of [`crate::solve::solve_on_faces`].
+///
+/// Fails as [`evaluate`] does, if a weight of the contrast is refused, and if there is a q, which has rows of vertices'
+/// problems.
+pub fn evaluate_on_faces(
+    mesh: &Mesh,
+    contrast: Option<&Contrast>,
+    s: &Array2<f64>,
+    u: &Array2<f64>,
+    question: Question<'_>,
+    observe: Observer<'_>,
+) -> Result<Evaluation> {
+    check(s, u, "F x m", &question)?;
+    if question.q.is_some() {
+        return Err(Error::unsuitable(
+            "a dual field bounds energies of labels of vertices only: leave q out, then steps find a bound",
+        ));
+    }
+    crate::solve::check_rows_of_faces("costs", s.nrows(), mesh)?;
+    let (s, warnings) = costs::checked(s, question.mass)?;
+    let dual = dual_of(mesh, contrast)?;
+    let mut evaluation = with_regions!(
+        s.ncols(),
+        evaluate_compiled((&dual).into(), &s, u, None, question, observe)
+    )?;
+    (evaluation.vertices, evaluation.faces) = (mesh.vertices.len(), mesh.faces.len());
+    evaluation.warnings = warnings;
+    Ok(evaluation)
+}
+
+/// What is wrong on any element.
+fn check(s: &Array2<f64>, u: &Array2<f64>, shape: &str, question: &Question<'_>) -> Result<()> {
     regions::check(s.ncols())?;
     if u.dim() != s.dim() {
         return Err(Error::unsuitable(format!(
-            "U has {} x {} entries, but the costs have {} x {}; both must be V x m",
+            "U has {} x {} entries, but the costs have {} x {}; both must be {shape}",
             u.nrows(),
             u.ncols(),
             s.nrows(),
@@ -120,19 +169,7 @@ pub fn evaluate(
         )));
     }
     crate::request::check_lambda(question.lambda)?;
-    crate::solve::check_rows("costs", s.nrows(), mesh)?;
-    crate::solve::check_finite("entries of U", u)?;
-    let (s, mut warnings) = costs::checked(s, question.mass)?;
-    let (model, left_out) = model_mesh(mesh)?;
-    warnings.extend(left_out);
-    let q = question.q.map(|q| of_model(mesh, &model, q, s.ncols())).transpose()?;
-    let mut evaluation = with_regions!(
-        s.ncols(),
-        evaluate_compiled(&model, &s, u, q.as_deref(), question, observe)
-    )?;
-    evaluation.faces = mesh.faces.len();
-    evaluation.warnings = warnings;
-    Ok(evaluation)
+    crate::solve::check_finite("entries of U", u)
 }
 
 /// The rows of q on the faces that have an area.
@@ -162,7 +199,7 @@ fn of_model<'a>(
 }
 
 fn evaluate_compiled<const M: usize>(
-    model: &Mesh,
+    domain: Domain<'_>,
     s: &Array2<f64>,
     u: &Array2<f64>,
     q: Option<&Array2<f64>>,
@@ -171,9 +208,9 @@ fn evaluate_compiled<const M: usize>(
 ) -> Result<Evaluation> {
     let Question { lambda, relaxation, mass, smoothing, dual_steps, .. } = question;
     let m = s.ncols();
-    let f = integrate(&mass.on(model), m, &regions::rows::<M>(s.view()));
+    let f = integrate(&domain.quadrature(mass), m, &regions::rows::<M>(s.view()));
     let minima: Vec<f64> = f.iter().map(|f| f.min()).collect();
-    let problem = Problem::new(Stencil::new(model), f, lambda).in_relaxation(relaxation);
+    let problem = Problem::new(domain.stencil(), f, lambda).in_relaxation(relaxation);
     check_range(&problem)?;
     let given: Vec<Row<M>> = regions::rows(u.view());
     let u = without_forbidden(&problem, m, &given)?;
@@ -185,8 +222,7 @@ fn evaluate_compiled<const M: usize>(
         None => {
             let start = Start::Given(regions::array(&u, m));
             let on_simplex = start.rows::<M>(m, &problem.f, &Order::as_it_is());
-            let bound =
-                certificate::steps(model.into(), &problem, &on_simplex, dual_steps, observe)?;
+            let bound = certificate::steps(domain, &problem, &on_simplex, dual_steps, observe)?;
             (bound, Certificate::Steps)
         }
     };
@@ -203,7 +239,7 @@ fn evaluate_compiled<const M: usize>(
         false => u.iter().zip(&minima).map(|(u, minimum)| minimum * u.0.iter().sum::<f64>()).sum(),
     };
     let scored = Scored { problem: &problem, u: &u, offset, bound, certificate };
-    Ok(scored.evaluation(model, m, question, feasibility))
+    Ok(scored.evaluation(domain, m, question, feasibility))
 }
 
 /// How far the given U is outside the simplex.
@@ -241,7 +277,7 @@ struct Scored<'a, const M: usize> {
 impl<const M: usize> Scored<'_, M> {
     fn evaluation(
         &self,
-        model: &Mesh,
+        domain: Domain<'_>,
         m: usize,
         question: Question<'_>,
         feasibility: Feasibility,
@@ -258,13 +294,14 @@ impl<const M: usize> Scored<'_, M> {
         let Feasibility { largest_row_sum_error, smallest_entry } = feasibility;
         let smoothed_energy = |smoothing| offset + problem.smoothed_energy(u, smoothing);
         Evaluation {
-            vertices: model.vertices.len(),
-            faces: model.faces.len(),
+            // The caller knows the mesh.
+            vertices: 0,
+            faces: 0,
             regions: m,
             lambda,
             relaxation: problem.relaxation.name(),
             mass: mass.name(),
-            area: model.area(),
+            area: domain.area(),
             energy: offset + energy,
             data_term: offset + data_term,
             total_variation,

@@ -8,7 +8,7 @@ use ndarray::Array2;
 use crate::certificate::DUAL_STEPS;
 use crate::counted::counted;
 use crate::domain::Element;
-use crate::evaluate::{Evaluation, Question, evaluate};
+use crate::evaluate::{Evaluation, Question, evaluate, evaluate_on_faces};
 use crate::mesh::{Mesh, Weld};
 use crate::operator::Mass;
 use crate::problem::{Smoothing, SmoothingMode};
@@ -29,25 +29,30 @@ use super::{Outcome, named, note, print_json, warn, welding};
   meshseg solve mesh.ply --costs S.npy --lambda 0.005 --save q --out results/mesh
   meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --q results/mesh/q.npy
   meshseg evaluate mesh.ply --costs S.npy --lambda 0.005 --u results/mesh/u.npy --epsilon 0.01
+  meshseg evaluate mesh.ply --costs S.npy --on faces --lambda 0.005 --u one-hot.npy
 
 Evaluate the results of `solve --weld` with the same --weld: rows of U and q refer to vertices and faces of the file.")]
 pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
 
-    /// Pointwise costs, V x m
+    /// Pointwise costs, V x m, or F x m with --on faces
     #[arg(long, value_name = "S.npy")]
     costs: PathBuf,
+
+    /// What has a label: the vertices or the faces of the mesh
+    #[arg(long, value_parser = named::<Element>(), default_value = "vertices")]
+    on: Element,
 
     /// Weight of the total variation
     #[arg(long, allow_negative_numbers = true)]
     lambda: f64,
 
-    /// The relaxation, see `solve --help`
-    #[arg(long, value_parser = named::<Relaxation>(), default_value = "frobenius")]
-    relaxation: Relaxation,
+    /// The relaxation, see `solve --help` [default: frobenius; separate on faces, for which it is exact]
+    #[arg(long, value_parser = named::<Relaxation>())]
+    relaxation: Option<Relaxation>,
 
-    /// Relaxed labels, V x m
+    /// Relaxed labels, of the shape of the costs
     #[arg(long, value_name = "U.npy")]
     u: PathBuf,
 
@@ -87,8 +92,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .map(|epsilon| Smoothing::new(arguments.epsilon_mode, epsilon))
         .transpose()?;
     let memory = &arguments.memory;
-    let (mesh, costs) =
-        mesh_with_costs(&arguments.mesh, &arguments.costs, Element::Vertices, memory)?;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, arguments.on, memory)?;
     let u = labels(&arguments.u, &costs, memory)?;
     let q = arguments
         .q
@@ -97,7 +101,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .transpose()?;
     let question = Question {
         lambda: arguments.lambda,
-        relaxation: arguments.relaxation,
+        relaxation: arguments.relaxation.unwrap_or(match arguments.on {
+            Element::Vertices => Relaxation::Frobenius,
+            Element::Faces => Relaxation::Separate,
+        }),
         mass: arguments.mass,
         smoothing,
         q: q.as_deref(),
@@ -107,7 +114,20 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
     };
-    let mut evaluation = evaluated(&mesh, &costs, &u, question, weld.as_ref())?;
+    let mut evaluation = match arguments.on {
+        Element::Vertices => evaluated(&mesh, &costs, &u, question, weld.as_ref())?,
+        Element::Faces => {
+            // Faces stay what they are when vertices are merged.
+            let welded = weld.as_ref().map_or(&*mesh, |weld| &weld.mesh);
+            let mut progress = Progress::new(0.0);
+            let mut observe = |sample: Option<&_>| progress.observe(sample);
+            let mut evaluation =
+                evaluate_on_faces(welded, None, &costs, &u, question, &mut observe)?;
+            progress.finish();
+            evaluation.vertices = mesh.vertices.len();
+            evaluation
+        }
+    };
     evaluation.warnings.extend((!evaluation.feasible).then(|| {
         format!(
             "rows of U are not in the simplex (sums differ from 1 by up to {:.1e}, the smallest entry is {:.1e}), so there is \

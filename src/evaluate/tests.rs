@@ -3,10 +3,14 @@
 use std::ops::ControlFlow;
 
 use super::*;
+use crate::mesh::dual::Dual;
 use crate::mesh::geometry::barycentric_areas;
 use crate::problem::SmoothingMode;
-use crate::run::Sample;
+use crate::run::{Sample, Stop};
 use crate::samples::{Known, known_optimum, random_labels, random_rows, rng, shape};
+use crate::seeds::Seeds;
+use crate::solve::{Request, solve_on_faces};
+use crate::solver::Method;
 
 const LAMBDA: f64 = 0.05;
 
@@ -216,4 +220,47 @@ fn faces_left_out_are_reported() {
     assert_eq!((found.faces, whole.faces), (mesh.faces.len() + 2, mesh.faces.len()));
     assert_eq!((found.energy, found.area), (whole.energy, whole.area));
     assert!(whole.warnings.is_empty());
+}
+
+/// On faces, energy and bound are those of the solver for labels of faces; there is no dual field to offer.
+#[test]
+fn labels_of_faces_are_scored() {
+    let mesh = shape("torus:12x8");
+    let s = regions::array(&random_rows::<3>(mesh.faces.len(), &mut rng(861)), 3);
+    let question = Question { relaxation: Relaxation::Separate, ..question() };
+    let request = Request {
+        lambda: question.lambda,
+        relaxation: question.relaxation,
+        mass: question.mass,
+        method: Method::default(),
+        stop: Stop { relative_gap: Some(1e-7), ..Stop::default() },
+        coarse_to_fine: false,
+        keep_dual: false,
+        rounding: Default::default(),
+        label_gap: None,
+    };
+    let seeds = Seeds::default();
+    let solved =
+        solve_on_faces(&mesh, None, &s, &seeds, &Start::Argmin, &request, &mut go).unwrap();
+    let found = evaluate_on_faces(&mesh, None, &s, &solved.u, question, &mut go).unwrap();
+    let (energy, size) = (solved.summary.energy, solved.summary.energy.abs());
+    assert!((found.energy - energy).abs() <= 1e-12 * size, "{} {energy}", found.energy);
+    assert!(found.dual_bound <= energy && found.relative_gap.unwrap() < 1e-2);
+    assert_eq!((found.vertices, found.faces), (96, 192));
+    assert!((found.area - mesh.area()).abs() <= 1e-14);
+    // A cut of labels costs sqrt(2) times its length.
+    let labels =
+        Array2::from_shape_fn((192, 3), |(j, p)| f64::from(u8::from(p == usize::from(j < 77))));
+    let cut = evaluate_on_faces(&mesh, None, &s, &labels, question, &mut go).unwrap();
+    let dual = Dual::new(&mesh);
+    let apart = |[j, k]: [u32; 2]| (j < 77) != (k < 77);
+    let pairs = dual.pairs.iter().zip(&dual.weights).filter(|(pair, _)| apart(**pair));
+    let length: f64 = pairs.map(|(_, w)| w).sum();
+    assert!((cut.total_variation - std::f64::consts::SQRT_2 * length).abs() <= 1e-12);
+    let q = Array2::zeros((2 * dual.pairs.len(), 3));
+    let offered = Question { q: Some(&q), ..question };
+    let message = evaluate_on_faces(&mesh, None, &s, &labels, offered, &mut go).err().unwrap();
+    assert!(message.to_string().contains("leave q out"), "{message}");
+    let wrong = evaluate_on_faces(&mesh, None, &s, &Array2::zeros((96, 3)), question, &mut go);
+    assert!(wrong.err().unwrap().to_string().contains("F x m"));
 }

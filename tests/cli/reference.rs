@@ -278,6 +278,10 @@ fn labels_of_faces_are_solved_elsewhere() {
     assert!((theirs - ours).abs() <= 1e-4 * ours.abs(), "{theirs} {ours}");
     assert!((again - ours).abs() <= 1e-9 * ours.abs(), "{again} {ours}");
     assert!(folder.path("theirs/preview.png").exists());
+    let output = folder.run(&format!("evaluate {given} --u ours/u.npy"));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let evaluated = found["energy"].as_f64().unwrap();
+    assert!((evaluated - ours).abs() <= 1e-9 * ours.abs(), "{evaluated} {ours}");
     let labels = |out: &str| {
         let path = folder.path(&format!("{out}/face_labels.npy"));
         read_npy::<_, ndarray::Array1<i32>>(path).unwrap()
