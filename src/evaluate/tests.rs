@@ -227,7 +227,8 @@ fn faces_left_out_are_reported() {
 fn labels_of_faces_are_scored() {
     let mesh = shape("torus:12x8");
     let s = regions::array(&random_rows::<3>(mesh.faces.len(), &mut rng(861)), 3);
-    let question = Question { relaxation: Relaxation::Separate, ..question() };
+    let (relaxation, dual_steps) = (Relaxation::Separate, 1000);
+    let question = Question { relaxation, dual_steps, ..question() };
     let request = Request {
         lambda: question.lambda,
         relaxation: question.relaxation,
@@ -245,7 +246,8 @@ fn labels_of_faces_are_scored() {
     let found = evaluate_on_faces(&mesh, None, &s, &solved.u, question, &mut go).unwrap();
     let (energy, size) = (solved.summary.energy, solved.summary.energy.abs());
     assert!((found.energy - energy).abs() <= 1e-12 * size, "{} {energy}", found.energy);
-    assert!(found.dual_bound <= energy && found.relative_gap.unwrap() < 1e-2);
+    let bound = found.dual_bound;
+    assert!(bound <= energy && bound >= energy - 1e-4 * size, "{bound} {energy}");
     assert_eq!((found.vertices, found.faces), (96, 192));
     assert!((found.area - mesh.area()).abs() <= 1e-14);
     // A cut of labels costs sqrt(2) times its length.
