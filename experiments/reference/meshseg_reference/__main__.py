@@ -3,8 +3,9 @@
 python -m meshseg_reference check PROBLEM.npz FOLDER
 python -m meshseg_reference mixture FOLDER
 
-SOLVER: jaxopt, nlopt, scipy, numba. OUT is an existing folder. An unknown key is an error that lists the
-known keys. The number of threads is limited before any numerical library is loaded.
+SOLVER: jaxopt, nlopt, scipy, numba; for labels of faces gco, meshsegnet, cgal. OUT is an existing folder. An
+unknown key is an error that lists the known keys. The number of threads is limited before any numerical library is
+loaded.
 """
 
 from __future__ import annotations
@@ -23,7 +24,11 @@ MODULES = {
     "nlopt": "nlopt_small",
     "scipy": "scipy_chambolle_pock",
     "numba": "numba_chambolle_pock",
+    "gco": "gco_expansion",
+    "meshsegnet": "meshsegnet_recipe",
+    "cgal": "cgal_expansion",
 }
+DISCRETE = {"gco", "meshsegnet", "cgal"}
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -80,24 +85,27 @@ def solve(name: str, problem_path: Path, folder: Path, arguments: list[str]) -> 
     if "threads" in given:
         limit_threads(parse_value(int, "threads", given.pop("threads")))
 
-    from meshseg_reference.problem import load
+    from meshseg_reference.problem import load_continuous, load_discrete
     from meshseg_reference.trace import Limits, Trace
 
     module = importlib.import_module(f"meshseg_reference.{MODULES[name]}")
     limits = build_options(Limits, given)
     options = build_options(module.Options, given)
     if given:
-        raise UsageError(f"{name} has no option --{next(iter(given))}; its options are --threads, {option_names(Limits, module.Options)}")
+        raise UsageError(
+            f"{name} has no option --{next(iter(given))}; its options are --threads, {option_names(Limits, module.Options)}"
+        )
     if not folder.is_dir():
         raise UsageError(f"{folder}: not an existing folder; create it first")
-    module.solve(load(problem_path), Trace(folder, limits), options)
+    problem = (load_discrete if name in DISCRETE else load_continuous)(problem_path)
+    module.solve(problem, Trace(folder, limits), options)
 
 
 def check(problem_path: Path, folder: Path) -> None:
     from meshseg_reference import check
-    from meshseg_reference.problem import load
+    from meshseg_reference.problem import load_continuous
 
-    check.report(load(problem_path), folder)
+    check.report(load_continuous(problem_path), folder)
 
 
 def mixture(folder: Path) -> None:

@@ -22,15 +22,15 @@ EPSILON_MODES: tuple[EpsilonMode, ...] = get_args(EpsilonMode)
 
 
 def face_norms(rows: Floats) -> Floats:
-    """|q_j| for each face j; rows is 2F x m."""
+    """|q_j| for each term j, a face or a pair of faces; rows is 2T x m."""
     norms: Floats = np.linalg.norm(rows.reshape(len(rows) // 2, -1), axis=1)
     return norms
 
 
 def delta(problem: Problem, epsilon: float, mode: EpsilonMode) -> Floats:
     if mode == "paper":
-        return np.full(len(problem.areas), epsilon / 4)
-    return problem.areas**2 * epsilon
+        return np.full(len(problem.corners), epsilon / 4)
+    return problem.term_areas**2 * epsilon
 
 
 def energy(problem: Problem, u: Floats) -> float:
