@@ -97,7 +97,8 @@ pub struct Question<'a> {
     pub dual_steps: u64,
 }
 
-/// Scores U (V x m) for labels of vertices and pointwise costs s (V x m, see [`costs`]). U need not be feasible, see [`Evaluation::feasible`].
+/// Scores U (V x m) for labels of vertices and pointwise costs s (V x m, see [`costs`]). U need not be feasible, see
+/// [`Evaluation::feasible`].
 /// `observe` is called during the steps that compute a bound, without samples.
 ///
 /// Fails if the shapes of the costs, U, q and the mesh do not fit each other, the number of regions is not from 2 to
@@ -119,17 +120,15 @@ pub fn evaluate(
     let q = question.q.map(|q| of_model(mesh, &model, q, s.ncols())).transpose()?;
     let mut evaluation = with_regions!(
         s.ncols(),
-        evaluate_compiled((&*model).into(), &s, u, q.as_deref(), question, observe)
+        evaluate_compiled(mesh, (&*model).into(), &s, u, q.as_deref(), question, observe)
     )?;
-    (evaluation.vertices, evaluation.faces) = (mesh.vertices.len(), mesh.faces.len());
     evaluation.warnings = warnings;
     Ok(evaluation)
 }
 
 /// The same for labels of faces, with costs and U of F x m; `contrast` is that of [`crate::solve::solve_on_faces`].
 ///
-/// Fails as [`evaluate`] does, if a weight of the contrast is refused, and if there is a q, which has rows of vertices'
-/// problems.
+/// Fails as [`evaluate`] does, if a weight of the contrast is not positive and finite, and if a q is given.
 pub fn evaluate_on_faces(
     mesh: &Mesh,
     contrast: Option<&Contrast>,
@@ -149,9 +148,8 @@ pub fn evaluate_on_faces(
     let dual = dual_of(mesh, contrast)?;
     let mut evaluation = with_regions!(
         s.ncols(),
-        evaluate_compiled((&dual).into(), &s, u, None, question, observe)
+        evaluate_compiled(mesh, (&dual).into(), &s, u, None, question, observe)
     )?;
-    (evaluation.vertices, evaluation.faces) = (mesh.vertices.len(), mesh.faces.len());
     evaluation.warnings = warnings;
     Ok(evaluation)
 }
@@ -199,6 +197,7 @@ fn of_model<'a>(
 }
 
 fn evaluate_compiled<const M: usize>(
+    mesh: &Mesh,
     domain: Domain<'_>,
     s: &Array2<f64>,
     u: &Array2<f64>,
@@ -239,7 +238,7 @@ fn evaluate_compiled<const M: usize>(
         false => u.iter().zip(&minima).map(|(u, minimum)| minimum * u.0.iter().sum::<f64>()).sum(),
     };
     let scored = Scored { problem: &problem, u: &u, offset, bound, certificate };
-    Ok(scored.evaluation(domain, m, question, feasibility))
+    Ok(scored.evaluation(mesh, domain, m, question, feasibility))
 }
 
 /// How far the given U is outside the simplex.
@@ -277,6 +276,7 @@ struct Scored<'a, const M: usize> {
 impl<const M: usize> Scored<'_, M> {
     fn evaluation(
         &self,
+        mesh: &Mesh,
         domain: Domain<'_>,
         m: usize,
         question: Question<'_>,
@@ -294,9 +294,8 @@ impl<const M: usize> Scored<'_, M> {
         let Feasibility { largest_row_sum_error, smallest_entry } = feasibility;
         let smoothed_energy = |smoothing| offset + problem.smoothed_energy(u, smoothing);
         Evaluation {
-            // The caller knows the mesh.
-            vertices: 0,
-            faces: 0,
+            vertices: mesh.vertices.len(),
+            faces: mesh.faces.len(),
             regions: m,
             lambda,
             relaxation: problem.relaxation.name(),

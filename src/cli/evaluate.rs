@@ -114,20 +114,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
     };
-    let mut evaluation = match arguments.on {
-        Element::Vertices => evaluated(&mesh, &costs, &u, question, weld.as_ref())?,
-        Element::Faces => {
-            // Faces stay what they are when vertices are merged.
-            let welded = weld.as_ref().map_or(&*mesh, |weld| &weld.mesh);
-            let mut progress = Progress::new(0.0);
-            let mut observe = |sample: Option<&_>| progress.observe(sample);
-            let mut evaluation =
-                evaluate_on_faces(welded, None, &costs, &u, question, &mut observe)?;
-            progress.finish();
-            evaluation.vertices = mesh.vertices.len();
-            evaluation
-        }
-    };
+    let mut evaluation = evaluated(arguments.on, &mesh, &costs, &u, question, weld.as_ref())?;
     evaluation.warnings.extend((!evaluation.feasible).then(|| {
         format!(
             "rows of U are not in the simplex (sums differ from 1 by up to {:.1e}, the smallest entry is {:.1e}), so there is \
@@ -185,6 +172,7 @@ fn dual_field<'a>(
 
 /// The evaluation of U, or of its means on the welded mesh.
 fn evaluated(
+    on: Element,
     mesh: &Mesh,
     costs: &Array2<f64>,
     u: &Array2<f64>,
@@ -193,8 +181,14 @@ fn evaluated(
 ) -> Result<Evaluation> {
     let mut progress = Progress::new(0.0);
     let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let evaluation = match weld {
-        Some(weld) => {
+    let evaluation = match (on, weld) {
+        (Element::Faces, weld) => {
+            // Faces stay what they are when vertices are merged.
+            let welded = weld.map_or(mesh, |weld| &weld.mesh);
+            let found = evaluate_on_faces(welded, None, costs, u, question, &mut observe)?;
+            Evaluation { vertices: mesh.vertices.len(), ..found }
+        }
+        (Element::Vertices, Some(weld)) => {
             let weights = question.mass.weights(mesh);
             let costs = welding::costs(weld, costs, &weights)?;
             let means = welding::means(weld, u, &weights);
@@ -203,7 +197,7 @@ fn evaluated(
             evaluation.warnings.extend(disagreement(u, &means, &weld.of));
             evaluation
         }
-        None => evaluate(mesh, costs, u, question, &mut observe)?,
+        (Element::Vertices, None) => evaluate(mesh, costs, u, question, &mut observe)?,
     };
     progress.finish();
     Ok(evaluation)
