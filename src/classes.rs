@@ -13,6 +13,7 @@ pub mod carry;
 pub mod costs;
 pub mod islands;
 pub mod lambda;
+pub mod noisy;
 mod patches;
 
 use ndarray::{Array1, Array2, ArrayView1};

@@ -1,4 +1,4 @@
-//! Costs and labels between the vertices and the faces of a mesh.
+//! Costs, labels and colors between the vertices and the faces of a mesh.
 //!
 //! ```text
 //! to vertices    f_k = sum_{j at k} A_j / 3 s_j,   s_k = f_k / a_k       exact: int u s for U linear on each face
@@ -82,6 +82,25 @@ pub fn labels_of_vertices(mesh: &Mesh, labels: &Array1<i32>, m: usize) -> Array1
         (1..m).fold(0, |best, p| if area[p] > area[best] { p } else { best }) as i32
     };
     collect(mesh.vertices.len(), label).into()
+}
+
+/// The mean color of the faces around each vertex, by area; NaN where all are.
+pub fn colors_to_vertices(mesh: &Mesh, color: impl Fn(usize) -> [f64; 3]) -> Vec<[f64; 3]> {
+    let mut sums = vec![([0.0; 3], 0.0); mesh.vertices.len()];
+    for (j, face) in mesh.faces.iter().enumerate() {
+        let color = color(j);
+        if color[0].is_nan() {
+            continue;
+        }
+        let area = mesh.face_area(j).max(f64::MIN_POSITIVE);
+        for &v in face {
+            let (sum, total) = &mut sums[v as usize];
+            *total += area;
+            (0..3).for_each(|c| sum[c] += area * color[c]);
+        }
+    }
+    // 0 / 0 is NaN.
+    sums.into_iter().map(|(sum, total)| sum.map(|c| c / total)).collect()
 }
 
 /// An array whose rows are filled in parallel; they are 0 before.

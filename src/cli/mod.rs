@@ -63,7 +63,7 @@ Examples:
   meshseg solve mesh.ply --costs S.npy --lambda 0.01 --gap 1e-5 --out results/mesh
 
 MESH is a file (.obj, .ply, .off, .stl, .vtp, .vtu, .vtk, .gltf, .glb, .surf.gii, lh.white), builtin:spot, or a shape:
-torus:400x250, sphere:6, grid:100x100, ellipsoid:6, peanut:6, dent:6.";
+torus:400x250, sphere:6, grid:100x100, ellipsoid:6, peanut:6, dent:6, jaw:700x120, city:300x300.";
 
 #[derive(Subcommand)]
 enum Verb {

@@ -67,14 +67,13 @@ pub fn checkerboard(mesh: &Mesh, m: usize) -> Waves {
     Waves { labels, palette, data: Data { dimension: 3, values } }
 }
 
-/// Waves of m regions with Gaussian noise of the given standard deviation, drawn by [`Pcg64`]. Panics if it is negative
-/// or not finite.
-pub fn waves(mesh: &Mesh, m: usize, noise: f64, seed: u64) -> Waves {
-    let n = mesh.vertices.len() as f64;
-    let center = mesh.vertices.iter().map(|x| x.coords).sum::<nalgebra::Vector3<f64>>() / n;
-    let offsets: Vec<_> = mesh.vertices.iter().map(|x| x.coords - center).collect();
+/// The labels of points by waves of m regions.
+pub fn wave_labels(points: &[Point3<f64>], m: usize) -> Vec<usize> {
+    let n = points.len() as f64;
+    let center = points.iter().map(|x| x.coords).sum::<nalgebra::Vector3<f64>>() / n;
+    let offsets: Vec<_> = points.iter().map(|x| x.coords - center).collect();
     let radius = offsets.iter().map(|x| x.x.hypot(x.y)).sum::<f64>() / n;
-    let labels: Vec<usize> = offsets
+    offsets
         .iter()
         .map(|x| {
             let (u, v) = (x.y.atan2(x.x), x.z.atan2(x.x.hypot(x.y) - radius));
@@ -85,7 +84,13 @@ pub fn waves(mesh: &Mesh, m: usize, noise: f64, seed: u64) -> Waves {
                 _ => ((b.atan2(a) / TAU).rem_euclid(1.0) * m as f64) as usize % m,
             }
         })
-        .collect();
+        .collect()
+}
+
+/// Waves of m regions with Gaussian noise of the given standard deviation, drawn by [`Pcg64`]. Panics if it is negative
+/// or not finite.
+pub fn waves(mesh: &Mesh, m: usize, noise: f64, seed: u64) -> Waves {
+    let labels = wave_labels(&mesh.vertices, m);
     let palette = palette(m);
     let mut rng = Pcg64::seed_from_u64(seed);
     let noise = Normal::new(0.0, noise).expect("a finite deviation from 0");

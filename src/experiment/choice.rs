@@ -17,14 +17,33 @@ pub enum DataChoice {
     /// The texture or the colors of the mesh.
     Own,
     Source(DataSource),
-    /// Pointwise costs, V x m.
+    /// Pointwise costs, V x m or F x m.
     Costs(PathBuf),
+    /// Class probabilities, V x m or F x m.
+    Probabilities(PathBuf),
+    /// Synthetic class probabilities of faces: see [`noisy_scores`](crate::classes::noisy::noisy_scores).
+    Classes,
 }
 
 impl DataChoice {
     /// Whether it is images on disk with their cameras.
     pub fn is_views(&self) -> bool {
         matches!(self, DataChoice::Source(DataSource::Views(_)))
+    }
+
+    /// Whether it has fixed costs, without parameters to estimate.
+    pub fn is_costs(&self) -> bool {
+        matches!(self, DataChoice::Costs(_)) || self.is_classes()
+    }
+
+    /// What it is called in messages about fixed costs.
+    pub fn noun(&self) -> &'static str {
+        if self.is_classes() { "class probabilities" } else { "costs" }
+    }
+
+    /// Whether it is class probabilities.
+    pub fn is_classes(&self) -> bool {
+        matches!(self, DataChoice::Probabilities(_) | DataChoice::Classes)
     }
 }
 
@@ -35,6 +54,7 @@ impl FromStr for DataChoice {
         match (text, text.split_once(':')) {
             ("waves", _) => Ok(DataChoice::Waves),
             ("own", _) => Ok(DataChoice::Own),
+            ("classes", _) => Ok(DataChoice::Classes),
             (_, Some(("photographs", cameras))) => cameras
                 .parse()
                 .map(DataChoice::Photographs)
@@ -42,11 +62,15 @@ impl FromStr for DataChoice {
             (_, Some(("costs", file))) if file.ends_with(".npy") => {
                 Ok(DataChoice::Costs(file.into()))
             }
+            (_, Some(("probabilities", file))) if file.ends_with(".npy") => {
+                Ok(DataChoice::Probabilities(file.into()))
+            }
             (_, Some(("curvature", _))) => text.parse().map(DataChoice::Source),
             _ => text.parse().map(DataChoice::Source).map_err(|_| {
                 "data must be \"waves\", \"photographs:N:WxH\" (of a pattern, by N cameras), \"own\" (the texture or the colors of the mesh), \"colors\", \"texture\", \
                  \"texture:IMAGE\", \"image:IMAGE\", \"views:FILE\" (images of calibrated cameras), \"curvature\", \"curvature:mean-quadric\", \
-                 \"curvature:gaussian\", \"curvature:shape-index\", \"FILE.npy\" or \"costs:FILE.npy\""
+                 \"curvature:gaussian\", \"curvature:shape-index\", \"classes\" (noisy class probabilities of faces), \
+                 \"FILE.npy\", \"costs:FILE.npy\" or \"probabilities:FILE.npy\""
                     .into()
             }),
         }
@@ -61,6 +85,8 @@ impl fmt::Display for DataChoice {
             DataChoice::Own => f.write_str("own"),
             DataChoice::Source(source) => source.fmt(f),
             DataChoice::Costs(path) => write!(f, "costs:{}", path.display()),
+            DataChoice::Probabilities(path) => write!(f, "probabilities:{}", path.display()),
+            DataChoice::Classes => f.write_str("classes"),
         }
     }
 }

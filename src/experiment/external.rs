@@ -18,6 +18,7 @@ use super::instance::Instance;
 use super::plan::Planned;
 use super::spec::External;
 use crate::certificate::DUAL_STEPS;
+use crate::domain::Element;
 use crate::error::{Error, Result};
 use crate::exchange::{End, Exchanged, Iterates, certify};
 use crate::rounding::Rounding;
@@ -66,14 +67,12 @@ impl Attempt<'_> {
     pub fn make(&self, observe: Observer<'_>) -> Result<Solution> {
         let Attempt { run, instance, claimed, stop, .. } = self;
         let cell = run.instance;
-        let problem = Exchanged::new(
-            &instance.mesh,
-            &instance.costs,
-            instance.lambda,
-            cell.mass,
-            &Start::Argmin,
-        )?
-        .in_relaxation(cell.relaxation);
+        let Instance { mesh, on, costs, lambda, .. } = instance;
+        let problem = match on {
+            Element::Vertices => Exchanged::new(mesh, costs, *lambda, cell.mass, &Start::Argmin)?,
+            Element::Faces => Exchanged::on_faces(mesh, None, costs, *lambda, &Start::Argmin)?,
+        };
+        let problem = problem.in_relaxation(cell.relaxation);
         let scratch = claimed.join("exchange");
         let io = |path: &Path, error| Error::io(path, error);
         fs::create_dir(&scratch).map_err(|error| io(&scratch, error))?;

@@ -77,6 +77,7 @@ impl Folders {
         let at = |path: &Path| self.path(&path.to_string_lossy());
         Ok(match choice {
             DataChoice::Costs(path) => DataChoice::Costs(at(path)?),
+            DataChoice::Probabilities(path) => DataChoice::Probabilities(at(path)?),
             DataChoice::Source(DataSource::Texture(Some(path))) => {
                 DataChoice::Source(DataSource::Texture(Some(at(path)?)))
             }
@@ -115,7 +116,9 @@ impl Folders {
             hash.update(file::read(path)?);
         }
         match &self.data(&cell.data)? {
-            DataChoice::Costs(path) | DataChoice::Source(DataSource::File(path)) => {
+            DataChoice::Costs(path)
+            | DataChoice::Probabilities(path)
+            | DataChoice::Source(DataSource::File(path)) => {
                 hash.update(file::read(path)?);
             }
             DataChoice::Own => paint(&mut hash, source.as_ref(), None, &self.mapping(cell)?)?,
@@ -127,7 +130,7 @@ impl Folders {
             DataChoice::Source(choice) => {
                 paint(&mut hash, source.as_ref(), Some(choice), &self.mapping(cell)?)?;
             }
-            DataChoice::Waves | DataChoice::Photographs(_) => {}
+            DataChoice::Waves | DataChoice::Classes | DataChoice::Photographs(_) => {}
         }
         if let Some(name) = &cell.truth {
             hash.update(file::read(&self.path(name)?)?);

@@ -14,11 +14,11 @@ use rand_pcg::Pcg64;
 use tracing::subscriber::{self, NoSubscriber};
 
 use super::choice::DataChoice;
+use super::fixed_costs::FixedCosts;
 use super::folders::{Folders, InstanceError};
 use super::photographs::Photographed;
 use super::spec::{InstanceCell, LambdaChoice};
-use crate::colormap::categorical;
-use crate::costs;
+use crate::classes::lambda;
 use crate::data::constant::Mean;
 use crate::data::humans;
 use crate::data::input::{self, DataSource, Mapping};
@@ -30,6 +30,7 @@ use crate::data::{
     Data, DataModel, Initial, LitSurface, ModelName, ModelTask, Observed, PiecewiseConstant,
     Radiance,
 };
+use crate::domain::Element;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::labeling::{default_lambda, pointwise_costs};
@@ -38,8 +39,6 @@ use crate::mesh::orient::orient;
 use crate::mesh::weld::{coincident, free_cuts};
 use crate::mesh::{Mesh, Shape, Source};
 use crate::npy;
-use crate::operator::Mass;
-use crate::regions;
 use crate::rounding::Rounding;
 use crate::run::Stop;
 use crate::seeds::Seeds;
@@ -58,14 +57,18 @@ impl Folders {
         let Costed { data, evidence, costs, looks, mut truth } = match &self.data(&cell.data)? {
             DataChoice::Waves => costs_of_waves(&mesh, cell)?,
             DataChoice::Photographs(cameras) => costs_of_photographs(&mesh, *cameras, cell)?,
-            DataChoice::Costs(path) => given_costs(&mesh, path)?,
+            DataChoice::Costs(path) => FixedCosts::given(&mesh, path, cell.on)?.into(),
+            DataChoice::Probabilities(path) => {
+                FixedCosts::of_probabilities(&mesh, path, cell.on)?.into()
+            }
+            DataChoice::Classes => FixedCosts::of_classes(&source, &mesh, cell)?.into(),
             DataChoice::Own => costs_of_data(&source, &mesh, None, &self.mapping(cell)?, cell)?,
             DataChoice::Source(choice) => {
                 costs_of_data(&source, &mesh, Some(choice), &self.mapping(cell)?, cell)?
             }
         };
         if let Some(name) = &cell.truth {
-            truth = Some(Truth::read(&self.path(name)?, &mesh)?);
+            truth = Some(Truth::read(&self.path(name)?, &mesh, cell.on)?);
         }
         let lambda = match (cell.lambda, &data) {
             (LambdaChoice::Given(lambda), _) => lambda,
@@ -73,13 +76,15 @@ impl Folders {
                 let default = lambda_of(&mesh, data, evidence.as_ref(), cell);
                 factor * default.map_err(|error| error.of_file(Path::new(cell.mesh_name())))?
             }
-            (LambdaChoice::Auto(_), None) => unreachable!("the file was checked for this"),
+            (LambdaChoice::Auto(factor), None) => factor * lambda_of_classes(&mesh, &costs, cell)?,
         };
         let grid = match source {
-            Source::Shape(Shape::Grid { nx, ny }) => Some([nx as usize + 1, ny as usize + 1]),
+            Source::Shape(Shape::Grid { nx, ny }) if cell.on == Element::Vertices => {
+                Some([nx as usize + 1, ny as usize + 1])
+            }
             _ => None,
         };
-        Ok(Instance { mesh, data, evidence, costs, lambda, looks, truth, grid })
+        Ok(Instance { mesh, on: cell.on, data, evidence, costs, lambda, looks, truth, grid })
     }
 }
 
@@ -106,6 +111,16 @@ struct Costed {
     costs: Array2<f64>,
     looks: Vec<[f64; 3]>,
     truth: Option<Truth>,
+}
+
+impl From<FixedCosts> for Costed {
+    fn from(FixedCosts { s, looks, labels }: FixedCosts) -> Self {
+        let of_classes = |labels: Vec<usize>| Truth {
+            labelings: vec![labels.into_iter().map(|label| label as i64).collect()],
+            in_order: true,
+        };
+        Costed { data: None, evidence: None, costs: s, looks, truth: labels.map(of_classes) }
+    }
 }
 
 fn costs_of_waves(mesh: &Mesh, cell: &InstanceCell) -> Result<Costed> {
@@ -172,20 +187,6 @@ impl ModelTask for InitialCosts<'_> {
     }
 }
 
-/// The costs of a file; each vertex has the color of its cheapest region.
-fn given_costs(mesh: &Mesh, path: &Path) -> Result<Costed> {
-    let costs = npy::read_rows(path)?;
-    npy::check_rows(path, &costs, mesh.vertices.len())?;
-    regions::check(costs.ncols()).map_err(|error| error.of_file(path))?;
-    costs::checked(&costs, Mass::Barycentric).map_err(|error| error.of_file(path))?;
-    let look = |s: ndarray::ArrayView1<f64>| {
-        let cheapest = (1..s.len()).fold(0, |best, p| if s[p] < s[best] { p } else { best });
-        if s[cheapest].is_nan() { UNKNOWN_COLOR } else { categorical(cheapest) }
-    };
-    let looks = costs.outer_iter().map(look).collect();
-    Ok(Costed { data: None, evidence: None, costs, looks, truth: None })
-}
-
 /// The costs of noisy data.
 fn costs_of_data(
     source: &Source,
@@ -218,7 +219,7 @@ fn costs_of_data(
 
 /// Labelings that are right.
 pub struct Truth {
-    /// V labels each; negative where unknown.
+    /// V or F labels each; negative where unknown.
     pub labelings: Vec<Vec<i64>>,
     /// Whether the labels are the regions of the fixed costs, in their order.
     pub in_order: bool,
@@ -231,15 +232,16 @@ impl Truth {
         Truth { labelings: vec![labels], in_order: cell.model == ModelName::Constant }
     }
 
-    /// A `.npy` file of V integers, or a `.mat` file of human segmentations of the image on the mesh.
-    fn read(path: &Path, mesh: &Mesh) -> Result<Self> {
+    /// A `.npy` file of V or F integers, or a `.mat` file of human segmentations of the image on the mesh.
+    fn read(path: &Path, mesh: &Mesh, on: Element) -> Result<Self> {
         let labelings = match path.extension().is_some_and(|extension| extension == "mat") {
             true => humans::on_mesh(mesh, path)?,
             false => vec![npy::integers::<Ix1>(path, &file::read(path)?)?.to_vec()],
         };
-        let (labels, vertices) = (labelings[0].len(), mesh.vertices.len());
-        if labels != vertices {
-            let message = format!("has {labels} labels, but the mesh has {vertices} vertices");
+        let (labels, elements) = (labelings[0].len(), on.count(mesh));
+        if labels != elements {
+            let [_, many] = on.nouns();
+            let message = format!("has {labels} labels, but the mesh has {elements} {many}");
             return Err(Error::malformed(path, message));
         }
         Ok(Truth { labelings, in_order: false })
@@ -252,19 +254,37 @@ const UNKNOWN_COLOR: [f64; 3] = [0.5; 3];
 /// The problem that every solver gets.
 pub struct Instance {
     pub mesh: Mesh,
+    /// What is labeled.
+    pub on: Element,
     /// What the costs are computed from, unless they are given.
     pub data: Option<Data>,
     /// What pixels say beyond the data, which are their means.
     pub evidence: Option<Evidence>,
-    /// V x m.
+    /// V x m or F x m.
     pub costs: Array2<f64>,
     pub lambda: f64,
     /// The data as a color per vertex.
     pub looks: Vec<[f64; 3]>,
     /// The labels that generated synthetic data, or given ones.
     pub truth: Option<Truth>,
-    /// Columns and rows of vertices of a grid.
+    /// Columns and rows of vertices of a grid whose vertices are labeled.
     pub grid: Option<[usize; 2]>,
+}
+
+/// What lambda is searched with.
+fn request(cell: &InstanceCell) -> Request {
+    Request {
+        // Not yet known.
+        lambda: 0.0,
+        relaxation: cell.relaxation,
+        mass: cell.mass,
+        method: Method::default(),
+        stop: Stop::default(),
+        coarse_to_fine: false,
+        keep_dual: false,
+        rounding: Rounding::Argmax,
+        label_gap: None,
+    }
 }
 
 /// The lambda that `segment` chooses.
@@ -274,26 +294,25 @@ fn lambda_of(
     evidence: Option<&Evidence>,
     cell: &InstanceCell,
 ) -> Result<f64> {
-    let InstanceCell { regions, seed, relaxation, mass, model, .. } = *cell;
+    let InstanceCell { regions, seed, model, .. } = *cell;
     let initial = Initial::KMeans;
     let alternation =
         Alternation { regions, initial, seed, every: 10, labels: None, seeds: Seeds::default() };
-    let request = Request {
-        // Not yet known.
-        lambda: 0.0,
-        relaxation,
-        mass,
-        method: Method::default(),
-        stop: Stop::default(),
-        coarse_to_fine: false,
-        keep_dual: false,
-        rounding: Rounding::Argmax,
-        label_gap: None,
-    };
+    let request = request(cell);
     let mut observe = |_: Option<&_>| ControlFlow::Continue(());
     let normals = normals(mesh, model);
     let observed = on_surface(data, evidence, &normals);
     default_lambda(mesh, observed, model, &alternation, &request, &mut observe)
+}
+
+/// The lambda that `segment` chooses for class probabilities.
+fn lambda_of_classes(mesh: &Mesh, costs: &Array2<f64>, cell: &InstanceCell) -> Result<f64> {
+    let request = request(cell);
+    let mut observe = |_: Option<&_>| ControlFlow::Continue(());
+    let lambda = lambda::of_costs(mesh, (costs, cell.on), cell.on, &request, &mut observe);
+    Ok(lambda
+        .map_err(|error| error.of_file(Path::new(cell.mesh_name())))?
+        .expect("nobody interrupts"))
 }
 
 /// The outward normals that the model albedo needs; none for other models.

@@ -3,17 +3,24 @@
 
 use std::ops::ControlFlow;
 
+use ndarray::ArrayView1;
+
 use crate::agreement::{Agreement, MeanAgreement, boundaries, grid_image};
+use crate::contour::cut_length;
+use crate::domain::{Domain, Element};
 use crate::error::{Error, Result};
 use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::level_sets::{LevelSet, level_sets};
 use crate::mesh::Mesh;
+use crate::mesh::dual::{Dual, face_areas};
 use crate::mesh::extent::{BoundingBox, bounding_box};
 use crate::mesh::geometry::barycentric_areas;
+use crate::relaxation::Relaxation;
+use crate::rounding::cut_energy;
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
-use crate::solve::{Request, Solution, solve};
+use crate::solve::{Request, Solution, solve, solve_on_faces};
 use crate::solver::Method;
 use crate::start::Start;
 use crate::sweep;
@@ -85,14 +92,36 @@ pub fn attempt(
             let labeler = Labeler::Baseline(baseline);
             labeled(instance, run.instance, labeler, estimation, &request, observe)
         }
-        Task::Solve | Task::External(_) => {
-            solve(&instance.mesh, &instance.costs, &Start::Argmin, &request, observe)
-                .and_then(|solution| with_level_sets(run, instance, solution, &request))
-        }
+        Task::Solve | Task::External(_) => solved(instance, &request, observe)
+            .and_then(|solution| with_level_sets(run, instance, solution, &request)),
         Task::Reconstruct(_) => unreachable!("reconstructed.rs makes surfaces"),
     };
     sweep::with_threads(solver.threads, made)?
         .map_err(|error| Error::unsuitable(format!("{}: {error}", solver.label)))
+}
+
+/// The solution on vertices or on faces.
+fn solved(instance: &Instance, request: &Request, observe: StepObserver<'_>) -> Result<Solution> {
+    let Instance { mesh, on, costs, .. } = instance;
+    match on {
+        Element::Vertices => solve(mesh, costs, &Start::Argmin, request, observe),
+        Element::Faces => {
+            let seeds = Seeds::default();
+            solve_on_faces(mesh, None, costs, &seeds, &Start::Argmin, request, observe)
+        }
+    }
+}
+
+/// The length of the cuts between the labels of an instance.
+pub fn length_of_cuts(instance: &Instance, labels: ArrayView1<'_, i32>) -> f64 {
+    match instance.on {
+        Element::Vertices => cut_length(&instance.mesh, labels),
+        Element::Faces => {
+            let labels: Vec<u8> = labels.iter().map(|&p| p as u8).collect();
+            let dual = Dual::new(&instance.mesh);
+            cut_energy(Domain::Faces(&dual), Relaxation::Separate, 1.0, &labels)
+        }
+    }
 }
 
 fn with_level_sets(
@@ -123,7 +152,7 @@ fn labeled(
     observe: StepObserver<'_>,
 ) -> Result<Made> {
     let Some(data) = &instance.data else {
-        return Err(Error::unsuitable("costs have no parameters that could be estimated"));
+        return Err(Error::unsuitable("fixed costs have no parameters that could be estimated"));
     };
     let regions = cell.regions;
     let initial = if init == Init::Random { Initial::Random } else { Initial::KMeans };
@@ -186,7 +215,10 @@ pub fn scores(
     let Some(Truth { labelings, in_order }) = &instance.truth else { return Ok(None) };
     let labels: Vec<i64> = solution.labels.iter().map(|&label| i64::from(label)).collect();
     // Vertices without a face have no area, and labels that mean nothing.
-    let weights = barycentric_areas(&instance.mesh);
+    let weights = match instance.on {
+        Element::Vertices => barycentric_areas(&instance.mesh),
+        Element::Faces => face_areas(&instance.mesh),
+    };
     let agreements: Vec<Agreement> = (labelings.iter())
         .map(|truth| Agreement::new(&labels, truth, &weights))
         .collect::<Result<_>>()?;

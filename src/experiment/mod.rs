@@ -9,6 +9,7 @@ mod document;
 mod emit;
 mod external;
 mod figures;
+mod fixed_costs;
 mod folders;
 mod grid;
 mod instance;

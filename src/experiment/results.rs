@@ -9,8 +9,10 @@ use super::machine::{Machine, Program};
 use super::manifest::Manifest;
 use super::numbers::Numbers;
 use super::store::{FRAMES, Store, lacking};
+use crate::domain::Element;
 use crate::error::{Error, Result};
 use crate::file;
+use crate::names::Named;
 use crate::npy;
 
 /// One finished run.
@@ -92,6 +94,14 @@ impl Done {
             frames: frames(&folder.join(FRAMES))?,
             folder: folder.to_owned(),
         })
+    }
+
+    /// What its labels are those of.
+    pub fn on(&self) -> Element {
+        match self.summary.labels().and_then(|summary| summary.on.as_deref()) {
+            Some(on) if on == Element::Faces.name() => Element::Faces,
+            _ => Element::Vertices,
+        }
     }
 
     /// All runs of a store, sorted by the time they were made.

@@ -8,7 +8,7 @@ use std::time::{Instant, SystemTime};
 use super::external::Attempt;
 use super::folders::{Folders, InstanceError};
 use super::instance::Instance;
-use super::labeled::{self, Made};
+use super::labeled::{self, Made, length_of_cuts};
 use super::machine::{LoadWatch, Machine, Program, TOLERATED_LOAD};
 use super::manifest::Manifest;
 use super::numbers::Numbers;
@@ -19,7 +19,6 @@ use super::run_files::{Outcome, keep_surface, write};
 use super::scene::{Scene, Truth};
 use super::spec::Task;
 use super::store::{Claim, Store};
-use crate::contour::cut_length;
 use crate::error::{Error, Result};
 use crate::run::{Sample, Status, Stop};
 use crate::solve::Solution;
@@ -315,7 +314,7 @@ impl<'a> Runner<'a> {
                 Ok(Manifest {
                     mislabeled: scores.as_ref().map(|scores| scores.mislabeled),
                     scores: scores.map(|scores| scores.others),
-                    cut_length: Some(cut_length(&instance.mesh, solution.labels.view())),
+                    cut_length: Some(length_of_cuts(instance, solution.labels.view())),
                     binary: Some(binary(solution)),
                     parameters: parameters.clone(),
                     level_sets: level_sets.clone(),
@@ -330,7 +329,7 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// The share of vertices whose largest u_kp exceeds 0.99.
+/// The share of vertices or faces whose largest u_kp exceeds 0.99.
 fn binary(solution: &Solution) -> f64 {
     let rows = solution.u.outer_iter().filter(|u| u.iter().any(|&u| u > 0.99));
     rows.count() as f64 / solution.u.nrows() as f64

@@ -44,8 +44,8 @@ pub use reconstruct::{Evolution, RECONSTRUCT};
 pub use solver::{BaselineName, Estimation, External, Init, SolverCell, Task};
 
 use checks::{
-    check_baselines, check_columns, check_parameters, check_reconstructions, check_stop,
-    check_thresholds, covers,
+    check_baselines, check_columns, check_faces, check_parameters, check_reconstructions,
+    check_stop, check_thresholds, covers,
 };
 use instance::read_instances;
 use solver::read_solvers;
@@ -108,6 +108,7 @@ impl Spec {
             })?;
             check_parameters(&instances, &solvers, &exclusions)?;
             check_thresholds(&instances, &solvers, &exclusions)?;
+            check_faces(&instances, &solvers, &exclusions)?;
             check_baselines(&instances, &solvers, &exclusions)?;
             check_reconstructions(&instances, &solvers, &exclusions)?;
             let figures = read_all(file, "figure", FigureSpec::read)?;

@@ -26,6 +26,9 @@ pub enum Quantity {
     Iterations,
     /// Time in steps.
     Seconds,
+    /// Time in steps and in rounding.
+    #[strum(message = "seconds to the labels")]
+    LabelSeconds,
     #[strum(message = "seconds, certificates included")]
     WallSeconds,
     /// E.

@@ -154,6 +154,7 @@ pub fn labeled(
     let rounding = solved.rounding.clone().map(|record| RoundingRecord {
         rounding: Rounding::Argmax.name().into(),
         argmax_energy: energy,
+        rounding_seconds: Some(0.0),
         ..record
     });
     let label_bound = rounding.as_ref().map_or(dual_bound, |record| record.label_bound);

@@ -5,6 +5,7 @@
 //! | torus | angle / 2 pi around the axis | 1/2 + angle / 2 pi around the tube: the outer equator has v = 1/2 |
 //! | sphere, ellipsoid, peanut, dent | 1/2 + longitude / 2 pi | 1/2 + latitude / pi |
 //! | grid | i / max(nx, ny) | j / max(nx, ny): squares stay squares |
+//! | jaw, city | i / nx | j / ny |
 //!
 //! Coordinates belong to corners of faces, so those of a face at a seam continue beyond 1 instead of running back.
 
@@ -37,6 +38,11 @@ impl Shape {
                 let (i, j) = (cell % nx, cell / nx);
                 let n = nx.max(ny);
                 corners_of_cell(face).map(|[di, dj]| [ratio(i + di, n), ratio(j + dj, n)])
+            }
+            Shape::Jaw { nu: nx, nv: ny } | Shape::City { nx, ny } => {
+                let cell = (face / 2) as u32;
+                let (i, j) = (cell % nx, cell / nx);
+                corners_of_cell(face).map(|[di, dj]| [ratio(i + di, nx), ratio(j + dj, ny)])
             }
             Shape::Sphere { .. } | Shape::Star { .. } => {
                 let corners = mesh.corners(face).map(|x| [x.x, x.y, x.z]);
@@ -75,9 +81,18 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
 
-    fn shapes() -> [Shape; 6] {
-        ["torus:12x8", "torus:5x7", "sphere:3", "peanut:3", "grid:6x4", "grid:2x5"]
-            .map(|s| s.parse().unwrap())
+    fn shapes() -> [Shape; 8] {
+        [
+            "torus:12x8",
+            "torus:5x7",
+            "sphere:3",
+            "peanut:3",
+            "grid:6x4",
+            "grid:2x5",
+            "jaw:28x9",
+            "city:9x8",
+        ]
+        .map(|s| s.parse().unwrap())
     }
 
     /// No face runs back over the image at a seam, and corners at one vertex differ by whole tiles.
@@ -139,6 +154,11 @@ mod tests {
                         Shape::Grid { nx, ny } => {
                             let c = f64::from(nx.max(ny)) / f64::from(nx);
                             [u * c, v * c, 0.0]
+                        }
+                        Shape::Jaw { nu: nx, nv: ny } | Shape::City { nx, ny } => {
+                            let [i, j] = [u * f64::from(nx), v * f64::from(ny)].map(f64::round);
+                            let k = j as usize * (nx as usize + 1) + i as usize;
+                            mesh.vertices[k].into()
                         }
                     };
                     for (a, b) in expected.iter().zip(x.iter()) {

@@ -1,4 +1,5 @@
-//! Generated surfaces with known geometry: torus, sphere, grid, and closed surfaces around the origin.
+//! Generated surfaces with known geometry: torus, sphere, grid, closed surfaces around the origin, and two with known
+//! parts.
 //!
 //! | shape | V | F | Euler characteristic | area | Gaussian curvature |
 //! |---|---|---|---|---|---|
@@ -6,7 +7,10 @@
 //! | `sphere:LEVEL` | 10 4^level + 2 | 20 4^level | 2 | 4 pi - O(4^-level) | 1 |
 //! | `ellipsoid:LEVEL`, `peanut:LEVEL`, `dent:LEVEL` | as a sphere | as a sphere | 2 | see `shapes/star.rs` | |
 //! | `grid:NXxNY` | (nx + 1)(ny + 1) | 2 nx ny | 1 | ny / nx | 0 |
+//! | `jaw:NUxNV`, `city:NXxNY` | as a grid | as a grid | 1 | see `shapes/jaw.rs`, `shapes/city.rs` | |
 
+mod city;
+mod jaw;
 mod star;
 
 use std::f64::consts::TAU;
@@ -66,12 +70,29 @@ pub enum Shape {
         /// Cells along y; 1 or more.
         ny: u32,
     },
+    /// Fourteen teeth in an arch of gums, 15 parts; a grid of nu x nv cells on [0, 1] x [0, 1], as the next one.
+    ///
+    /// Normals point outwards.
+    Jaw {
+        /// Cells along the arch; 1 or more.
+        nu: u32,
+        /// Cells across it; 1 or more.
+        nv: u32,
+    },
+    /// Blocks of a city, 12 parts.
+    ///
+    /// Normals point upwards.
+    City {
+        /// Cells along x; 1 or more.
+        nx: u32,
+        /// Cells along y; 1 or more.
+        ny: u32,
+    },
 }
 
 impl Shape {
     /// The forms that [`Shape::from_str`] takes.
-    pub const SYNTAX: &str =
-        "torus:400x250, sphere:6, ellipsoid:6, peanut:6, dent:6 or grid:100x100";
+    pub const SYNTAX: &str = "torus:400x250, sphere:6, ellipsoid:6, peanut:6, dent:6, grid:100x100, jaw:700x120 or city:300x300";
 
     /// The mesh of the shape, without colors and texture coordinates.
     pub fn mesh(self) -> Mesh {
@@ -84,13 +105,43 @@ impl Shape {
                 mesh
             }
             Shape::Grid { nx, ny } => grid(nx, ny),
+            Shape::Jaw { nu, nv } => over_square(nu, nv, jaw::point),
+            Shape::City { nx, ny } => over_square(nx, ny, city::point),
         }
+    }
+
+    /// The number of its known parts, if it has some.
+    pub fn parts(self) -> Option<usize> {
+        match self {
+            Shape::Jaw { .. } => Some(jaw::PARTS),
+            Shape::City { .. } => Some(city::PARTS),
+            _ => None,
+        }
+    }
+
+    /// The part that each face belongs to, that of its centroid in the square it is drawn on; if it has known parts.
+    pub fn part_of_faces(self) -> Option<Vec<usize>> {
+        let (nx, ny, part): (_, _, fn(f64, f64) -> usize) = match self {
+            Shape::Jaw { nu, nv } => (nu, nv, jaw::part),
+            Shape::City { nx, ny } => (nx, ny, city::part),
+            _ => return None,
+        };
+        let flat = over_square(nx, ny, |x, y| Point3::new(x, y, 0.0));
+        let part = |j: usize| {
+            let [a, b, c] = flat.corners(j).map(|x| x.coords);
+            let centroid = (a + b + c) / 3.0;
+            part(centroid.x, centroid.y)
+        };
+        Some((0..flat.faces.len()).map(part).collect())
     }
 
     /// F.
     pub fn faces(self) -> u64 {
         match self {
-            Shape::Torus { nu: a, nv: b } | Shape::Grid { nx: a, ny: b } => {
+            Shape::Torus { nu: a, nv: b }
+            | Shape::Grid { nx: a, ny: b }
+            | Shape::Jaw { nu: a, nv: b }
+            | Shape::City { nx: a, ny: b } => {
                 u64::from(a).saturating_mul(b.into()).saturating_mul(2)
             }
             Shape::Sphere { level } | Shape::Star { level, .. } => 20 << (2 * level),
@@ -105,6 +156,8 @@ impl fmt::Display for Shape {
             Shape::Sphere { level } => write!(f, "sphere:{level}"),
             Shape::Star { kind, level } => write!(f, "{}:{level}", <&str>::from(kind)),
             Shape::Grid { nx, ny } => write!(f, "grid:{nx}x{ny}"),
+            Shape::Jaw { nu, nv } => write!(f, "jaw:{nu}x{nv}"),
+            Shape::City { nx, ny } => write!(f, "city:{nx}x{ny}"),
         }
     }
 }
@@ -137,10 +190,12 @@ impl FromStr for Shape {
                 }
                 None => return refuse(format!("write a {name} with its level as {name}:6")),
             },
-            "grid" => match pair() {
+            "grid" | "jaw" | "city" => match pair() {
+                Some((nu @ 1.., nv @ 1..)) if name == "jaw" => Shape::Jaw { nu, nv },
+                Some((nx @ 1.., ny @ 1..)) if name == "city" => Shape::City { nx, ny },
                 Some((nx @ 1.., ny @ 1..)) => Shape::Grid { nx, ny },
-                Some(_) => return refuse("a grid needs at least 1x1 cells".into()),
-                None => return refuse("write a grid with its cells as grid:100x100".into()),
+                Some(_) => return refuse(format!("a {name} needs at least 1x1 cells")),
+                None => return refuse(format!("write a {name} with its cells as {name}:100x100")),
             },
             _ => return refuse(format!("is not a shape; use one like {}", Shape::SYNTAX)),
         };
@@ -249,6 +304,16 @@ fn grid(nx: u32, ny: u32) -> Mesh {
     Mesh::new(vertices, faces)
 }
 
+/// A grid of nx x ny cells drawn on the unit square, with its vertices moved to where a map takes them.
+fn over_square(nx: u32, ny: u32, x: impl Fn(f64, f64) -> Point3<f64>) -> Mesh {
+    let mut mesh = grid(nx, ny);
+    for (k, vertex) in mesh.vertices.iter_mut().enumerate() {
+        let (i, j) = (k as u32 % (nx + 1), k as u32 / (nx + 1));
+        *vertex = x(f64::from(i) / f64::from(nx), f64::from(j) / f64::from(ny));
+    }
+    mesh
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -312,6 +377,36 @@ mod tests {
         assert_eq!(mesh.vertices[35], Point3::new(1.0, 0.375, 0.0));
     }
 
+    /// All parts are there, on faces with an area and normals as they are documented.
+    #[test]
+    fn parts_are_known() {
+        for (text, m) in [("jaw:350x60", 15), ("city:160x160", 12)] {
+            let shape: Shape = text.parse().unwrap();
+            assert_eq!(shape.parts(), Some(m));
+            let (mesh, parts) = (shape.mesh(), shape.part_of_faces().unwrap());
+            assert_eq!((parts.len(), parts.len() as u64), (mesh.faces.len(), shape.faces()));
+            let mut areas = vec![0.0; m];
+            parts
+                .iter()
+                .enumerate()
+                .for_each(|(j, &p)| areas[p] += mesh.face_area(j) / mesh.area());
+            assert!(areas.iter().all(|&area| area > 0.005), "{text}: {areas:?}");
+            assert!((0..mesh.faces.len()).all(|j| !mesh.is_degenerate(j)));
+            let s = Statistics::of(&mesh);
+            assert_eq!((s.euler_characteristic, s.inconsistent_edges), (1, 0));
+        }
+        let city = "city:160x160".parse::<Shape>().unwrap().mesh();
+        assert!((0..city.faces.len()).all(|j| city.area_vector(j).z > 0.0));
+        // The highest faces of the arch look upwards.
+        let jaw = "jaw:350x60".parse::<Shape>().unwrap().mesh();
+        let crest = (0..jaw.faces.len()).max_by(|&i, &j| {
+            let z = |j: usize| jaw.corners(j).iter().map(|x| x.z).sum::<f64>();
+            z(i).total_cmp(&z(j))
+        });
+        assert!(jaw.area_vector(crest.unwrap()).z > 0.0);
+        assert_eq!("torus:4x4".parse::<Shape>().unwrap().part_of_faces(), None);
+    }
+
     #[test]
     fn text_round_trips() {
         for text in [
@@ -323,6 +418,8 @@ mod tests {
             "dent:10",
             "grid:1x7",
             "grid:5000x5000",
+            "jaw:700x120",
+            "city:300x200",
         ] {
             let shape: Shape = text.parse().unwrap();
             assert_eq!(shape.to_string(), text);

@@ -104,6 +104,9 @@ pub struct RoundingRecord {
     pub label_bound: f64,
     /// The number of ascents that raised L, in both orders of the vertices each.
     pub label_ascents: u64,
+    /// Wall time of the rounding and of these ascents, in seconds; missing in results of older programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rounding_seconds: Option<f64>,
 }
 
 /// JSON has no infinity.
@@ -266,6 +269,7 @@ pub(crate) fn conclude<const M: usize>(
             argmax_energy: baseline + argmax_energy,
             label_bound: baseline + label_bound,
             label_ascents: ascents,
+            rounding_seconds: Some(begin.elapsed().as_secs_f64()),
         }),
         rounded_relative_gap: label_gap(rounded_energy, label_bound),
         vertices: problem.k.vertices(),

@@ -84,6 +84,7 @@ impl<'a> CellRuns<'_, 'a> {
             Quantity::Faces => self.of_all(|run| Some(run.summary.faces() as f64)),
             Quantity::Iterations => self.time(Clock::Iterations, gap),
             Quantity::Seconds => self.time(Clock::Seconds, gap),
+            Quantity::LabelSeconds => self.of_timed(label_seconds),
             Quantity::WallSeconds => self.of_timed(|run| run.manifest.wall_seconds),
             Quantity::Energy => self.of_all(|run| Some(run.summary.energy())),
             Quantity::Bound => self.of_labels(|summary| summary.dual_bound),
@@ -246,6 +247,16 @@ fn spread(values: impl Iterator<Item = f64>) -> CellValue {
 /// E_eps of the last sample.
 fn smoothed(run: &Done) -> Option<f64> {
     run.trace.last().and_then(|point| point.smoothed_energy)
+}
+
+/// The time of steps and rounding; NaN where it was not measured. External solvers make labels in their steps.
+fn label_seconds(run: &Done) -> f64 {
+    let Some(summary) = run.summary.labels() else { return f64::NAN };
+    let rounding = match summary.solver == "external" {
+        true => Some(0.0),
+        false => summary.rounding.as_ref().and_then(|record| record.rounding_seconds),
+    };
+    summary.seconds + rounding.unwrap_or(f64::NAN)
 }
 
 /// The share of labels that differ; with regions of their own, under the best matching.

@@ -14,9 +14,11 @@ use super::caption;
 use super::draw::Drawn;
 use super::pool::{Cell, Pool};
 use super::table::{Table, TableEntry};
+use crate::classes::carry::labels_of_vertices;
+use crate::domain::Element;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::mesh::io;
+use crate::mesh::{Mesh, io};
 use crate::render::web;
 
 /// Maximum number of rows of a trace that are shown; a screen cannot resolve more.
@@ -264,9 +266,16 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
     for cell in pool.cells.iter().filter(|cell| cell.instance == instance) {
         let kept = cell.runs.iter().find_map(|run| run.labels.as_ref().zip(run.certainty.as_ref()));
         if let Some((labels, certainty)) = kept {
+            let [labels, certainty] = match run.on() {
+                Element::Vertices => [encode(labels), encode(certainty)],
+                Element::Faces => {
+                    let labels = at_vertices(&mesh, labels, run.summary.regions());
+                    [encode(&labels), encode(&vec![u8::MAX; labels.len()])]
+                }
+            };
             solutions.insert(
                 format!("s{}", cell.solver),
-                json!({ "labels": encode(labels), "certainty": encode(certainty) }),
+                json!({ "labels": labels, "certainty": certainty }),
             );
         }
     }
@@ -291,4 +300,10 @@ fn scene(pool: &Pool<'_>, store: &Store, instance: usize, run: &Done) -> Result<
         "positions": encode(&positions), "faces": encode(&faces), "data": encode(&data),
         "palette": palette, "solutions": solutions, "view": { "towards": towards, "up": up },
     })))
+}
+
+/// Labels of faces as the page shows them.
+fn at_vertices(mesh: &Mesh, labels: &[u8], m: usize) -> Vec<u8> {
+    let labels = labels.iter().map(|&p| i32::from(p)).collect();
+    labels_of_vertices(mesh, &labels, m).into_iter().map(|p| p as u8).collect()
 }

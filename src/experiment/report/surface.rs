@@ -3,13 +3,16 @@
 //! The regions of a solver are matched with those of the first one, so that equal colors mean the same, unless columns of U
 //! are shown, which tell which region is which.
 
+use std::rc::Rc;
+
 use super::super::figures::{FigureSpec, SurfaceFigure};
 use super::super::results::Done;
 use super::super::store::Store;
 use super::pool::{Cell, Pool};
 use crate::agreement::Confusion;
+use crate::domain::Element;
 use crate::error::Result;
-use crate::mesh::{Mesh, io};
+use crate::mesh::{Mesh, Split, io};
 use crate::render::panels::{PageWidth, Panel, Panels, Regions, Shown, ShownData, Surface};
 
 /// A figure of surfaces.
@@ -38,10 +41,15 @@ pub fn page_width(figure: &FigureSpec) -> PageWidth {
 /// An instance whose surface and labels are there.
 struct Shows<'a> {
     label: &'a str,
-    mesh: Mesh,
     /// One per solver.
     runs: Vec<&'a Done>,
-    regions: Vec<Regions>,
+    drawn: Vec<Drawn>,
+}
+
+/// A surface with the regions of a run. Labels of faces have vertices of their own.
+struct Drawn {
+    mesh: Rc<Mesh>,
+    regions: Regions,
 }
 
 /// Draws the surfaces of the cells by a program with a name, given instance by instance; `None` if all are left out.
@@ -85,9 +93,9 @@ pub fn draw<'a>(
     let mut surfaces = Vec::new();
     let mut panels = Vec::new();
     let panel = |surface: usize, shown: Shown| Panel { surface, shown, caption: None };
-    for Shows { mesh, regions, .. } in &all {
-        let colors = mesh.colors.as_deref().unwrap_or_default();
-        for (s, regions) in regions.iter().enumerate() {
+    for Shows { drawn, .. } in &all {
+        for (s, Drawn { mesh, regions }) in drawn.iter().enumerate() {
+            let colors = mesh.colors.as_deref().unwrap_or_default();
             let index = surfaces.len();
             surfaces.push(Surface {
                 mesh,
@@ -138,13 +146,31 @@ fn shows<'a>(
     if !path.exists() {
         return Ok(None);
     }
-    let mesh = io::read(&path)?;
+    let mesh = Rc::new(io::read(&path)?);
     let names = |run: &Done| match by_column {
         true => Ok((0..run.summary.regions()).collect()),
         false => matched(run, runs[0]),
     };
-    let regions = runs.iter().map(|run| Ok(regions(run, &names(run)?))).collect::<Result<_>>()?;
-    Ok(Some(Shows { label, mesh, runs, regions }))
+    let drawn = |run: &&Done| {
+        let names = names(run)?;
+        Ok(match run.on() {
+            Element::Vertices => Drawn { mesh: Rc::clone(&mesh), regions: regions(run, &names) },
+            Element::Faces => of_faces(&mesh, run, &names),
+        })
+    };
+    let drawn = runs.iter().map(drawn).collect::<Result<_>>()?;
+    Ok(Some(Shows { label, runs, drawn }))
+}
+
+/// The regions of a run on faces under other names.
+fn of_faces(mesh: &Mesh, run: &Done, names: &[usize]) -> Drawn {
+    let labels = run.labels.iter().flatten().map(|&label| names[usize::from(label)] as u16);
+    let Split { mesh: split, of, labels } = mesh.split(&labels.collect::<Vec<_>>());
+    let colors = (mesh.colors.as_ref())
+        .map(|colors| of.iter().map(|&v| colors[v as usize]).collect::<Vec<_>>());
+    let labels: Vec<usize> = labels.into_iter().map(usize::from).collect();
+    let regions = Regions::of_labels(&labels, run.summary.regions(), None);
+    Drawn { mesh: Rc::new(Mesh { colors, ..split }), regions }
 }
 
 /// For each region of a run the region of the first run with which it has most vertices in common, one to one.

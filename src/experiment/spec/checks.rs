@@ -1,12 +1,12 @@
 //! What must hold between instances, solvers and figures of a file.
 
-use super::super::choice::DataChoice;
 use super::super::document::{SpanError, SpanResult};
 use super::super::figures::{FigureKind, FigureSpec};
 use super::super::grid::Exclusion;
 use super::instance::InstanceCell;
 use super::solver::{SolverCell, Task};
 use crate::data::ModelName;
+use crate::domain::Element;
 use crate::names::Named;
 use crate::render::panels::Shown;
 use crate::run::Stop;
@@ -52,7 +52,7 @@ pub fn check_parameters(
     solvers: &[SolverCell],
     exclusions: &[Exclusion],
 ) -> SpanResult<()> {
-    for instance in instances.iter().filter(|cell| matches!(cell.data, DataChoice::Costs(_))) {
+    for instance in instances.iter().filter(|cell| cell.data.is_costs()) {
         let own = |solver: &&SolverCell| {
             let excluded = exclusions.iter().any(|one| covers(one, instance, solver));
             let estimates = !solver.task.has_fixed_costs() && solver.task.evolution().is_none();
@@ -60,7 +60,8 @@ pub fn check_parameters(
         };
         if let Some(solver) = solvers.iter().find(own) {
             let message = format!(
-                "costs have no parameters that {:?} could estimate; exclude one of the two, or give data",
+                "{} have no parameters that {:?} could estimate; exclude one of the two, or give data",
+                instance.data.noun(),
                 solver.label
             );
             return Err(SpanError::at(&instance.data_span, message));
@@ -112,6 +113,30 @@ pub fn check_columns(figure: &FigureSpec, instances: &[InstanceCell]) -> SpanRes
             ),
         )),
     }
+}
+
+/// Refuses solvers on faces that need vertices.
+pub fn check_faces(
+    instances: &[InstanceCell],
+    solvers: &[SolverCell],
+    exclusions: &[Exclusion],
+) -> SpanResult<()> {
+    for instance in instances.iter().filter(|cell| cell.on == Element::Faces) {
+        for solver in solvers {
+            let what = match solver {
+                _ if exclusions.iter().any(|one| covers(one, instance, solver)) => continue,
+                SolverCell { coarse_to_fine: true, .. } => "goes from coarse to fine",
+                SolverCell { thresholds: Some(_), .. } => "has thresholds",
+                _ => continue,
+            };
+            let message = format!(
+                "{:?} {what}, which is for labels of vertices only; exclude it here",
+                solver.label
+            );
+            return Err(SpanError::at(&instance.data_span, message));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses thresholds of more than two regions.

@@ -12,9 +12,10 @@ use super::cell::{Cell, label_of};
 use crate::data::ModelName;
 use crate::data::projection::Projection;
 use crate::data::views::MaskRule;
+use crate::domain::Element;
 use crate::evolve::shots::Behind;
 use crate::mesh::curvature::CurvatureKind;
-use crate::mesh::{Normalize, Source};
+use crate::mesh::{Normalize, Shape, Source};
 use crate::names::Named;
 use crate::operator::Mass;
 use crate::regions;
@@ -31,6 +32,8 @@ pub struct InstanceCell {
     /// views.
     pub mesh: Option<String>,
     pub(crate) data: DataChoice,
+    /// What is labeled, and has a row of costs or probabilities: vertices or faces.
+    pub on: Element,
     /// How photographs are made and read, if the data are photographs; which pixels count, if they are views.
     pub(crate) photography: Photography,
     /// What is behind the surface in photographs or views.
@@ -47,9 +50,9 @@ pub struct InstanceCell {
     pub model: ModelName,
     /// How an image is projected onto the mesh.
     pub(crate) project: Option<Projection>,
-    /// Labels that are right: a `.npy` file of V integers, or a `.mat` file of human segmentations.
+    /// Labels that are right: a `.npy` file of V or F integers, or a `.mat` file of human segmentations.
     pub(crate) truth: Option<String>,
-    /// m, from 2 to 64, or 1 for a reconstruction; 0 if the number of columns of a costs file determines it.
+    /// m, from 2 to 64, or 1 for a reconstruction; 0 if the number of columns of a file of costs or probabilities determines it.
     pub regions: usize,
     pub(crate) lambda: LambdaChoice,
     /// The relaxation of the problem.
@@ -109,7 +112,7 @@ pub(super) fn read_instances(
 ) -> SpanResult<Vec<InstanceCell>> {
     let label = section.text("label")?.map(|label| label.value);
     let mut group = Group { keys: Vec::new(), zip: Vec::new() };
-    let first = ["mesh", "data", "model", "project"];
+    let first = ["mesh", "data", "on", "model", "project"];
     let last = ["truth", "noise", "seed", "regions", "lambda", "relaxation", "mass", "normalize"];
     for key in
         first.into_iter().chain(OF_VIEWS).chain(["background"]).chain(photographs::KEYS).chain(last)
@@ -146,7 +149,7 @@ fn read_cell(
     }
     let (data, data_span) = cell.text("data")?.expect("it is needed");
     let data: DataChoice = data.parse().map_err(|message: String| {
-        let known = ["waves", "own", "colors", "curvature"].map(str::to_owned);
+        let known = ["waves", "classes", "own", "colors", "curvature"].map(str::to_owned);
         let curvatures = CurvatureKind::names().iter().map(|kind| format!("curvature:{kind}"));
         let known: Vec<String> = known.into_iter().chain(curvatures).collect();
         let known = known.iter().map(String::as_str);
@@ -156,8 +159,8 @@ fn read_cell(
         return Err(SpanError::at(table, "[[instance]] needs mesh"));
     }
     let lambda = LambdaChoice::of(cell.get("lambda").expect("it is needed"), &data)?;
-    let regions = region_count(cell, &data, data_span)?;
-    let of_costs = matches!(data, DataChoice::Costs(_));
+    let on = read_element(cell, &data)?;
+    let regions = region_count(cell, mesh.map(|(mesh, _)| mesh), &data, data_span)?;
     check_keys(cell, &data)?;
     let background = read_background(cell, &data)?;
     Ok(InstanceCell {
@@ -173,15 +176,22 @@ fn read_cell(
         ),
         keys: cell.keys(),
         mesh: mesh.map(|(mesh, _)| mesh.to_owned()),
+        on,
+        model: read_model(cell, &data)?,
+        noise: read_noise(cell, &data)?,
         data,
-        model: read_model(cell, of_costs)?,
         project: read_projection(cell)?,
         truth: read_truth(cell)?,
-        noise: cell.number("noise", 0.0, 0.0)?,
         seed: cell.count("seed", 0, 0..=u64::MAX)?,
         regions,
         lambda,
-        relaxation: cell.named("relaxation", Relaxation::Frobenius)?,
+        relaxation: cell.named(
+            "relaxation",
+            match on {
+                Element::Vertices => Relaxation::Frobenius,
+                Element::Faces => Relaxation::Separate,
+            },
+        )?,
         mass: cell.named("mass", Mass::Barycentric)?,
         normalize: cell.named("normalize", Normalize::Area)?,
         mesh_span: mesh.map_or(data_span, |(_, span)| span).clone(),
@@ -189,9 +199,50 @@ fn read_cell(
     })
 }
 
-fn read_model(cell: &Cell<'_>, of_costs: bool) -> SpanResult<ModelName> {
-    if let (Some(given), true) = (cell.get("model"), of_costs) {
-        return Err(SpanError::at(&given.span, "costs need no model: leave model out"));
+/// What is labeled.
+fn read_element(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<Element> {
+    let of_classes = matches!(data, DataChoice::Classes);
+    let on = cell.named("on", if of_classes { Element::Faces } else { Element::Vertices })?;
+    let refused = |key: &str, message: &str| match cell.get(key) {
+        Some(given) => Err(SpanError::at(&given.span, message)),
+        None => Ok(()),
+    };
+    match on {
+        Element::Vertices if of_classes => {
+            refused("on", "\"classes\" are probabilities of faces: leave on out")?;
+        }
+        Element::Faces if !data.is_costs() => refused(
+            "on",
+            "labels of faces need data = \"classes\", \"probabilities:FILE.npy\" or \"costs:FILE.npy\"",
+        )?,
+        Element::Faces => refused("mass", "faces count with their areas: leave mass out")?,
+        Element::Vertices => {}
+    }
+    Ok(on)
+}
+
+fn read_noise(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<f64> {
+    let noise = cell.number("noise", 0.0, 0.0)?;
+    match (data, cell.get("noise")) {
+        (DataChoice::Classes, given) if noise == 0.0 => {
+            let span = given.map_or_else(
+                || cell.get("data").expect("it is needed").span.clone(),
+                |given| given.span.clone(),
+            );
+            Err(SpanError::at(&span, "\"classes\" need noise above 0, such as noise = 0.6"))
+        }
+        (DataChoice::Costs(_) | DataChoice::Probabilities(_), Some(given)) => {
+            let message = format!("{} are taken as they are: leave noise out", data.noun());
+            Err(SpanError::at(&given.span, message))
+        }
+        _ => Ok(noise),
+    }
+}
+
+fn read_model(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<ModelName> {
+    if let (Some(given), true) = (cell.get("model"), data.is_costs()) {
+        let message = format!("{} need no model: leave model out", data.noun());
+        return Err(SpanError::at(&given.span, message));
     }
     cell.named("model", ModelName::default())
 }
@@ -312,16 +363,28 @@ fn read_truth(cell: &Cell<'_>) -> SpanResult<Option<String>> {
     Ok(Some(text.to_owned()))
 }
 
-/// The number of regions; 0 for costs, which determine their own.
-fn region_count(cell: &Cell<'_>, data: &DataChoice, data_span: &Range<usize>) -> SpanResult<usize> {
-    match (cell.get("regions"), data) {
-        (Some(given), DataChoice::Costs(_)) => {
-            let message = "costs have one column per region: leave regions out";
+/// The number of regions; 0 for costs and probabilities of files, which determine their own.
+fn region_count(
+    cell: &Cell<'_>,
+    mesh: Option<&str>,
+    data: &DataChoice,
+    data_span: &Range<usize>,
+) -> SpanResult<usize> {
+    let shape = mesh.and_then(|mesh| mesh.parse::<Shape>().ok());
+    let parts = shape.and_then(Shape::parts).filter(|_| matches!(data, DataChoice::Classes));
+    match (cell.get("regions"), data, parts) {
+        (Some(given), DataChoice::Costs(_) | DataChoice::Probabilities(_), _) => {
+            let message = format!("{} have one column per region: leave regions out", data.noun());
             Err(SpanError::at(&given.span, message))
         }
-        (None, DataChoice::Costs(_)) => Ok(0),
-        (None, _) => Err(SpanError::at(data_span, "these data need the key regions")),
-        (Some(_), _) => {
+        (None, DataChoice::Costs(_) | DataChoice::Probabilities(_), _) => Ok(0),
+        (Some(given), _, Some(parts)) => {
+            let message = format!("the surface has {parts} parts of its own: leave regions out");
+            Err(SpanError::at(&given.span, message))
+        }
+        (None, _, Some(parts)) => Ok(parts),
+        (None, ..) => Err(SpanError::at(data_span, "these data need the key regions")),
+        (Some(_), ..) => {
             let least = match data.is_views() || matches!(data, DataChoice::Photographs(_)) {
                 // One region can be reconstructed.
                 true => 1,
@@ -347,7 +410,7 @@ fn plain_label(
     let lambda = text("lambda").expect("it is needed");
     let given = |key: &str| text(key).map_or(String::new(), |name| format!(", {name}"));
     let (relaxation, mass) = (given("relaxation"), given("mass"));
-    let varied = ["model", "project", "images", "mask", "background"].into_iter();
+    let varied = ["on", "model", "project", "images", "mask", "background"].into_iter();
     let varied = varied.chain(photographs::KEYS).chain(["noise", "seed"]);
     let varied = varied.filter(|key| group.varies(key));
     let varied = varied.map(|key| format!(", {key} {}", text(key).expect("it varies")));

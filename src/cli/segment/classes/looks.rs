@@ -2,7 +2,8 @@
 
 use ndarray::{Array2, ArrayView1};
 
-use crate::classes::{ClassCosts, ClassLabels, most_probable};
+use crate::classes::carry::colors_to_vertices;
+use crate::classes::{ClassLabels, most_probable};
 use crate::domain::Element;
 use crate::mesh::{Mesh, Split};
 use crate::outcome::{Looks, PicturedData};
@@ -82,33 +83,10 @@ impl Picture {
                 };
                 keys.iter().map(of_key).collect()
             }
-            Element::Faces => averaged(&split, &costs, &color),
+            Element::Faces => colors_to_vertices(&split, |j| color(costs.s.row(j))),
         };
         Picture { mesh: split, u, colors }
     }
-}
-
-/// The mean color of the faces around each vertex; NaN where nothing is known.
-fn averaged(
-    mesh: &Mesh,
-    costs: &ClassCosts,
-    color: &dyn Fn(ArrayView1<'_, f64>) -> [f64; 3],
-) -> Vec<[f64; 3]> {
-    let mut sums = vec![([0.0; 3], 0.0); mesh.vertices.len()];
-    for (j, face) in mesh.faces.iter().enumerate() {
-        let color = color(costs.s.row(j));
-        if color[0].is_nan() {
-            continue;
-        }
-        let area = mesh.face_area(j).max(f64::MIN_POSITIVE);
-        for &v in face {
-            let (sum, total) = &mut sums[v as usize];
-            *total += area;
-            (0..3).for_each(|c| sum[c] += area * color[c]);
-        }
-    }
-    // 0 / 0 is NaN.
-    sums.into_iter().map(|(sum, total)| sum.map(|c| c / total)).collect()
 }
 
 /// What is drawn of the classes and of the data.
