@@ -18,6 +18,7 @@ use crate::mesh::dual::Dual;
 use crate::mesh::geometry::{barycentric_areas, opposite_edges};
 use crate::mesh::incidence::Incidence;
 use crate::operator::{Mass, Quadrature, Stencil};
+use crate::relaxation::Relaxation;
 use crate::sweep::{ranges, sum};
 
 /// What has a label.
@@ -36,6 +37,14 @@ impl Element {
         match self {
             Element::Vertices => mesh.vertices.len(),
             Element::Faces => mesh.faces.len(),
+        }
+    }
+
+    /// The relaxation of a problem that names none: that of the paper, or the one that is exact across edges.
+    pub fn relaxation(self) -> Relaxation {
+        match self {
+            Element::Vertices => Relaxation::Frobenius,
+            Element::Faces => Relaxation::Separate,
         }
     }
 

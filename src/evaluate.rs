@@ -143,6 +143,9 @@ pub fn evaluate_on_faces(
             "a dual field bounds energies of labels of vertices only: leave q out, then steps find a bound",
         ));
     }
+    if question.mass != Mass::Barycentric {
+        return Err(Error::unsuitable("faces count with their areas: leave mass out"));
+    }
     crate::solve::check_rows_of_faces("costs", s.nrows(), mesh)?;
     let (s, warnings) = costs::checked(s, question.mass)?;
     let dual = dual_of(mesh, contrast)?;

@@ -127,6 +127,7 @@ pub fn solve_on_faces(
     let only_on_vertices = [
         (request.coarse_to_fine, "solving from coarse to fine"),
         (request.keep_dual, "saving the dual field"),
+        (request.mass != Mass::Barycentric, "another mass than barycentric"),
     ];
     if let Some((_, what)) = only_on_vertices.iter().find(|(wanted, _)| *wanted) {
         return Err(Error::unsuitable(format!(

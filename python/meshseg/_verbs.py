@@ -156,6 +156,7 @@ def solve(
     costs: ArrayLike | _Path,
     lambda_: float,
     *,
+    on: Literal["vertices", "faces"] | None = None,
     init: Literal["argmin", "uniform", "random"] | ArrayLike | _Path | None = None,
     seed: int | None = None,
     seeds: ArrayLike | _Path | None = None,
@@ -191,11 +192,13 @@ def solve(
     ----------
     mesh
         As in :func:`segment`.
-    costs : (V, m) floats
+    costs : (V, m) or (F, m) floats
         The pointwise costs s; inf forbids a region, a row of NaN is unknown.
     lambda_ : float
         The weight of the total variation, in units of cost times length.
-    init : (V, m) floats or str
+    on : "vertices" or "faces"
+        What has a row of costs and gets a label; vertices if left out.
+    init : (V, m) or (F, m) floats or str
         The initial U, or ``"uniform"``, ``"random"``, ``"argmin"`` (the default).
     solver, solver_options
         ``"chambolle-pock"``, ``"fista"``, ... and settings such as ``{"epsilon": 0.1}``; see ``meshseg solvers``.
@@ -232,6 +235,7 @@ def evaluate(
     u: ArrayLike | _Path,
     lambda_: float,
     *,
+    on: Literal["vertices", "faces"] | None = None,
     q: ArrayLike | _Path | None = None,
     dual_steps: int | None = None,
     relaxation: _Relaxation | None = None,
@@ -244,9 +248,9 @@ def evaluate(
 
     Parameters
     ----------
-    mesh, costs, lambda_
+    mesh, costs, lambda_, on
         The problem, as in :func:`solve`.
-    u : (V, m) floats
+    u : (V, m) or (F, m) floats
         Relaxed labels, such as those of another solver.
     q : (2F, m) floats, optional
         A dual field, whose bound is taken. Otherwise the bound is that of ``dual_steps`` steps of the default solver

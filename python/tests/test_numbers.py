@@ -55,3 +55,23 @@ def test_clusters():
             meshseg.kmeans([0.0, 1.0, 2.0], **({"regions": 2} | wrong))
     with pytest.raises(ValueError, match="data: must be finite"):
         meshseg.kmeans([np.nan, 0.0], 2)
+
+
+def test_labels_of_faces_by_their_edges(torus):
+    costs = np.random.default_rng(5).random((len(torus.faces), 3))
+    result = meshseg.solve(torus, costs, 0.02, on="faces", gap=1e-6)
+    assert result.u.shape == costs.shape and result.face_labels.shape == (len(costs),)
+    found = meshseg.evaluate(torus, costs, result.u, 0.02, on="faces")
+    assert np.isclose(found["energy"], result.energy, rtol=1e-12)
+    # Lengths of the edges between two faces with different labels.
+    sides = np.sort(torus.faces[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
+    edges, edge_of_side = np.unique(sides, axis=0, return_inverse=True)
+    order = np.argsort(edge_of_side.ravel(), kind="stable").reshape(len(edges), 2)
+    left, right = (result.face_labels[order[:, side] // 3] for side in (0, 1))
+    x = torus.vertices
+    lengths = np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
+    corners = x[torus.faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    data = (areas * costs[np.arange(len(costs)), result.face_labels]).sum()
+    energy = data + 0.02 * lengths[left != right].sum()
+    assert np.isclose(energy, result.summary["rounded_energy"], rtol=1e-12)

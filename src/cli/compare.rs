@@ -1,19 +1,23 @@
 //! `meshseg compare`: the agreement of labels with others, or with human segmentations.
 
+mod labels;
+
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use ndarray::Ix1;
 use serde::Serialize;
 
 use crate::agreement::{Agreement, Boundaries, Boundary, MeanAgreement, boundaries, grid_image};
 use crate::counted::counted;
 use crate::data::humans;
+use crate::domain::Element;
+use crate::mesh::dual::face_areas;
 use crate::mesh::geometry::barycentric_areas;
 use crate::mesh::{Mesh, Shape, Source};
-use crate::{Error, Result, file, npy};
+use crate::{Error, Result};
 
 use super::{Outcome, print, print_json, table, warn};
+use labels::Labels;
 
 /// Compare labels with those of another segmentation or of humans, whatever the regions are called.
 ///
@@ -29,13 +33,13 @@ use super::{Outcome, print, print_json, table, warn};
 A .mat file of the Berkeley data set (BSDS500) has the segmentations of several humans. They lie on the mesh as \
 the image does with --data image:IMAGE on a grid.")]
 pub struct Arguments {
-    /// Labels of the vertices: a .npy file of integers, or a result folder
+    /// Labels of the vertices or of the faces: a .npy file of integers, or a result folder
     labels: PathBuf,
 
     /// The labels to compare with: a .npy file, a result folder, or a .mat file of human segmentations
     truth: PathBuf,
 
-    /// The mesh of the labels: vertices count with their areas [default: all count the same]
+    /// The mesh of the labels: vertices, or faces, count with their areas [default: all count the same]
     #[arg(long, value_name = "MESH")]
     mesh: Option<PathBuf>,
 
@@ -61,7 +65,10 @@ struct Row {
 struct Comparison {
     labels: String,
     truth: String,
-    vertices: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertices: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    faces: Option<usize>,
     /// `area` or `equal`.
     weights: &'static str,
     /// In pixels; where the labels form an image.
@@ -75,12 +82,21 @@ struct Comparison {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let labels = labels(&arguments.labels)?;
-    let place = Place::read(arguments, labels.len())?;
-    let truths = truths(&arguments.truth, &place)?;
+    let mut found = labels::read(&arguments.labels)?;
+    let (labels, place, truths) = if arguments.truth.extension() == Some(OsStr::new("mat")) {
+        found.retain(|labels| labels.on != Some(Element::Faces));
+        let labels = found.swap_remove(0);
+        let place = Place::read(arguments, &labels)?;
+        let truths = humans(&arguments.truth, &place)?;
+        (labels.labels, place, truths)
+    } else {
+        let [labels, truth] = labels::pair(found, labels::read(&arguments.truth)?);
+        let place = Place::read(arguments, &labels)?;
+        (labels.labels, place, vec![truth.labels])
+    };
     if let Some(truth) = truths.iter().find(|truth| truth.len() != labels.len()) {
         let message = format!(
-            "has {}, but {} has {}; both must label the same vertices",
+            "has {}, but {} has {}; both must label the same vertices or faces",
             counted(truth.len(), "label", "labels"),
             arguments.labels.display(),
             labels.len()
@@ -106,27 +122,10 @@ fn image_size(text: &str) -> std::result::Result<[usize; 2], String> {
     size.ok_or_else(|| "must be width and height in pixels, such as 481x321".into())
 }
 
-/// Reads the labels in a file or a result folder.
-fn labels(path: &Path) -> Result<Vec<i64>> {
-    let inside = path.join("labels.npy");
-    let path = match path.is_dir() {
-        true if inside.exists() => &inside,
-        true => {
-            let message = "has no labels.npy; name a result folder or a .npy file of labels";
-            return Err(Error::malformed(path, message));
-        }
-        false => path,
-    };
-    let labels = npy::integers::<Ix1>(path, &file::read(path)?)?;
-    match labels.is_empty() {
-        false => Ok(labels.to_vec()),
-        true => Err(Error::malformed(path, "has no labels")),
-    }
-}
-
 /// Where the labels are: on a mesh, in an image, both or neither.
 struct Place {
     mesh: Option<Mesh>,
+    on: Element,
     /// Width and height.
     image: Option<[usize; 2]>,
     /// Whether the image consists of the vertices of a grid.
@@ -134,20 +133,28 @@ struct Place {
 }
 
 impl Place {
-    /// Reads the mesh. Both must have the given number of vertices.
-    fn read(arguments: &Arguments, labels: usize) -> Result<Self> {
+    /// Reads the mesh. It must have as many vertices or faces as there are labels, and the image as many pixels.
+    fn read(arguments: &Arguments, Labels { labels, on }: &Labels) -> Result<Self> {
+        let labels = labels.len();
         let source = arguments.mesh.as_ref().map(Source::parse).transpose()?;
         let mesh = source.as_ref().map(Source::mesh).transpose()?;
         let mismatch = |message: String| Error::malformed(&arguments.labels, message);
         let found = counted(labels, "label", "labels");
-        if let (Some(source), Some(mesh)) = (&source, &mesh)
-            && mesh.vertices.len() != labels
-        {
+        let elements = on.map_or_else(|| vec![Element::Vertices, Element::Faces], |on| vec![on]);
+        let on = match &mesh {
+            None => Some(elements[0]),
+            Some(mesh) => elements.into_iter().find(|on| on.count(mesh) == labels),
+        };
+        let Some(on) = on else {
+            let (source, mesh) = source.as_ref().zip(mesh.as_ref()).expect("there is a mesh");
             let vertices = counted(mesh.vertices.len(), "vertex", "vertices");
-            return Err(mismatch(format!("has {found}, but {source} has {vertices}")));
-        }
+            let faces = counted(mesh.faces.len(), "face", "faces");
+            return Err(mismatch(format!("has {found}, but {source} has {vertices} and {faces}")));
+        };
         let grid = match source {
-            Some(Source::Shape(Shape::Grid { nx, ny })) => Some([nx as usize + 1, ny as usize + 1]),
+            Some(Source::Shape(Shape::Grid { nx, ny })) if on == Element::Vertices => {
+                Some([nx as usize + 1, ny as usize + 1])
+            }
             _ => None,
         };
         let image = match (grid, arguments.image_size) {
@@ -167,7 +174,7 @@ impl Place {
                 width.saturating_mul(height)
             )));
         }
-        Ok(Place { mesh, image, is_grid: grid.is_some() })
+        Ok(Place { mesh, on, image, is_grid: grid.is_some() })
     }
 
     /// The scores of the boundaries, if the labels form an image.
@@ -182,16 +189,17 @@ impl Place {
         boundaries(&image(labels), &slices, size).map(Some)
     }
 
-    fn weights(&self, vertices: usize) -> Vec<f64> {
-        self.mesh.as_ref().map_or_else(|| vec![1.0; vertices], barycentric_areas)
+    fn weights(&self, labels: usize) -> Vec<f64> {
+        match (&self.mesh, self.on) {
+            (None, _) => vec![1.0; labels],
+            (Some(mesh), Element::Vertices) => barycentric_areas(mesh),
+            (Some(mesh), Element::Faces) => face_areas(mesh),
+        }
     }
 }
 
-/// Reads the labels to compare with, of one or several humans.
-fn truths(path: &Path, place: &Place) -> Result<Vec<Vec<i64>>> {
-    if path.extension() != Some(OsStr::new("mat")) {
-        return Ok(vec![labels(path)?]);
-    }
+/// Reads human segmentations.
+fn humans(path: &Path, place: &Place) -> Result<Vec<Vec<i64>>> {
     if let Some(mesh) = &place.mesh {
         return humans::on_mesh(mesh, path);
     }
@@ -233,7 +241,8 @@ fn compared(
     Ok(Comparison {
         labels: arguments.labels.display().to_string(),
         truth: arguments.truth.display().to_string(),
-        vertices: labels.len(),
+        vertices: (place.on == Element::Vertices).then_some(labels.len()),
+        faces: (place.on == Element::Faces).then_some(labels.len()),
         weights: if place.mesh.is_some() { "area" } else { "equal" },
         boundary_tolerance: found.as_ref().map(|found| found.tolerance),
         each: agreements.into_iter().enumerate().map(row).collect(),
@@ -289,7 +298,7 @@ fn text(comparison: &Comparison) -> String {
 
 /// What was compared, as a sentence.
 fn counts(comparison: &Comparison) -> String {
-    let Comparison { each, vertices, weights, boundary_tolerance, .. } = comparison;
+    let Comparison { each, vertices, faces, weights, boundary_tolerance, .. } = comparison;
     let numbers = |of: fn(&Agreement) -> usize| {
         let (least, most) = each.iter().fold((usize::MAX, 0), |(least, most), row| {
             let n = of(&row.agreement);
@@ -309,5 +318,9 @@ fn counts(comparison: &Comparison) -> String {
     };
     let regions = numbers(|it| it.regions);
     let noun = if regions == "1" { "region" } else { "regions" };
-    format!("{regions} {noun} on {vertices} vertices{unknown}, {weights}{tolerance}\n")
+    let labeled = match (vertices, faces) {
+        (Some(vertices), _) => format!("{vertices} vertices"),
+        (None, faces) => format!("{} faces", faces.unwrap_or_default()),
+    };
+    format!("{regions} {noun} on {labeled}{unknown}, {weights}{tolerance}\n")
 }

@@ -101,10 +101,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .transpose()?;
     let question = Question {
         lambda: arguments.lambda,
-        relaxation: arguments.relaxation.unwrap_or(match arguments.on {
-            Element::Vertices => Relaxation::Frobenius,
-            Element::Faces => Relaxation::Separate,
-        }),
+        relaxation: arguments.relaxation.unwrap_or(arguments.on.relaxation()),
         mass: arguments.mass,
         smoothing,
         q: q.as_deref(),

@@ -18,7 +18,6 @@ use crate::render::View;
 use crate::run::{Status, Stop};
 use crate::solve::{Request, model_mesh};
 use crate::solver::Method;
-use crate::start::Start;
 use crate::{Error, Result, costs};
 
 use super::inputs::mesh_with_costs;
@@ -155,6 +154,9 @@ impl Export {
         let init = self.init.as_ref().unwrap_or(&Init::Argmin);
         let start = init.start(&s, self.seed.unwrap_or(0), &memory)?;
         let mass = self.mass.unwrap_or(Mass::Barycentric);
+        if on == Element::Faces && mass != Mass::Barycentric {
+            return Err(Error::unsuitable("--mass: faces count with their areas; leave it out"));
+        }
         let problem = match on {
             Element::Vertices => Exchanged::new(&mesh, &s, lambda, mass, &start)?,
             Element::Faces => Exchanged::on_faces(&mesh, None, &s, lambda, &start)?,
@@ -206,9 +208,7 @@ impl Export {
         let instance = folders
             .instance(cell)
             .map_err(|missing| spec.format_error(folders.blame(cell), Error::from(missing)))?;
-        let (mesh, costs) = (&instance.mesh, &instance.costs);
-        let problem = Exchanged::new(mesh, costs, instance.lambda, cell.mass, &Start::Argmin)?;
-        Ok(problem.in_relaxation(cell.relaxation))
+        instance.exchanged(cell)
     }
 }
 

@@ -1,35 +1,44 @@
-//! `meshseg solve`: one convex problem for given costs.
+//! `meshseg solve`: one convex problem for given costs, on vertices or on faces.
+
+mod faces;
+mod given;
+mod vertices;
 
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use ndarray::Array2;
 
-use crate::domain::Element as On;
+use crate::Result;
+use crate::domain::Element;
 use crate::seeds::Seeds;
 use crate::start::Start;
-use crate::{Result, outcome, solve};
 
 use super::inputs::mesh_with_costs;
-use super::listener::{Found, listening, with_threads};
+use super::listener::with_threads;
 use super::memory::Memory;
-use super::progress::Progress;
 use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
-use super::{Outcome, cut, note, output, preview, print, table, warn, welding};
+use super::{Outcome, named, note, print, table, warn, welding};
+use given::Given;
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
 ///
-/// The costs S are pointwise: V x m, float64 or float32, in C or Fortran order.
+/// The costs S are pointwise: V x m, or F x m with --on faces, float64 or float32, in C or Fortran order.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Mesh file, builtin:spot, or a shape such as torus:400x250
     mesh: PathBuf,
 
-    /// Pointwise costs, V x m
+    /// Pointwise costs, V x m, or F x m with --on faces
     #[arg(long, value_name = "S.npy")]
     costs: PathBuf,
+
+    /// What gets a label: the vertices or the faces of the mesh. Costs of faces count with their areas, cuts with the
+    /// lengths of edges; the relaxation is separate unless another is given
+    #[arg(long, value_parser = named::<Element>(), default_value = "vertices")]
+    on: Element,
 
     /// Weight of the total variation
     #[arg(long, allow_negative_numbers = true)]
@@ -72,7 +81,8 @@ const EXAMPLES: &str = "\
 Examples:
   meshseg solve mesh.ply --costs S.npy --lambda 0.005 --out results/mesh
   meshseg solve torus:400x250 --costs S.npy --lambda 0.005 --gap 1e-5 --solver fista \\
-      --solver-option epsilon=0.1 --out results/torus";
+      --solver-option epsilon=0.1 --out results/torus
+  meshseg solve mesh.ply --costs S.npy --on faces --lambda 0.005 --out results/faces";
 
 #[derive(Clone)]
 pub enum Init {
@@ -117,11 +127,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
-    let request = solving.request(&arguments.mesh, arguments.lambda)?;
+    let mut request = solving.request(&arguments.mesh, arguments.lambda)?;
+    let on = arguments.on;
+    request.relaxation = solving.relaxation.unwrap_or(on.relaxation());
     let memory = &arguments.memory;
-    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, On::Vertices, memory)?;
+    let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, on, memory)?;
     let seeds = match &arguments.seeds {
-        Some(path) => seeds::read(path, &mesh, costs.ncols(), On::Vertices, memory)?,
+        Some(path) => seeds::read(path, &mesh, costs.ncols(), on, memory)?,
         None => Seeds::default(),
     };
     let start = arguments.init.start(&costs, arguments.seed, memory)?;
@@ -129,53 +141,22 @@ fn run_here(arguments: &Arguments) -> Outcome {
         Some(tolerance) => welding::weld(&mesh, tolerance)?,
         None => None,
     };
-
-    let mut progress = Progress::new(request.stop.relative_gap.unwrap_or(0.0));
-    let mut observe = |sample: Option<&_>| progress.observe(sample);
-    let mut solution = match &weld {
-        Some(weld) => {
-            let weights = request.mass.weights(&mesh);
-            let start = match start {
-                Start::Given(u) => Start::Given(welding::means(weld, &u, &weights)),
-                other => other,
-            };
-            let welded = welding::costs(weld, &costs, &weights)?;
-            let seeds = seeds.welded(weld)?;
-            solve::solve_seeded(&weld.mesh, &welded, &seeds, &start, &request, &mut observe)?
-        }
-        None => solve::solve_seeded(&mesh, &costs, &seeds, &start, &request, &mut observe)?,
-    };
-    progress.finish();
-    let contours = cut::traced(weld.as_ref().map_or(&mesh, |weld| &weld.mesh), &mut solution);
-    if let Some(weld) = &weld {
-        solution = solution.spread(&mesh, weld);
-    }
-    solution.summary.warnings.extend(match arguments.weld {
+    let of_weld = match arguments.weld {
         Some(_) => welding::aftermath(&mesh, weld.as_ref()),
         None => welding::seams(&mesh, "--weld"),
-    });
-
-    let draw = solving.draws();
-    let looks = preview::of_costs(&mesh, &costs, &solution.labels, solving.view, draw);
-    if let Some(out) = &solving.out {
-        let written = cut::requested(&contours, solving);
-        let labeled = (&solution).into();
-        outcome::write(out, &solution.summary, labeled, &mesh, &looks, written, &solving.also)?;
-    }
-    let of_cut = cut::report(&mesh, &solution, &contours, &looks, solving)?;
+    };
+    let weld = weld.as_ref();
+    let given = Given { mesh: &mesh, costs: &costs, seeds: &seeds, start, weld };
+    let (summary, of_cut) = match on {
+        Element::Vertices => vertices::solve(given, &request, of_weld, solving)?,
+        Element::Faces => faces::solve(&given, &request, of_weld, solving)?,
+    };
     if let Some(tolerance) = arguments.weld {
-        note(&welding::note(weld.as_ref(), tolerance));
+        note(&welding::note(weld, tolerance));
     }
-    let summary = &solution.summary;
     warn(&summary.warnings);
-    let mut lines = summary_lines(summary);
+    let mut lines = summary_lines(&summary);
     lines.extend(of_cut);
     lines.extend(solving.written_to());
-    let (status, printed) = (summary.status, print(&table::pairs(&lines)));
-    listening(|listener| {
-        let vertices = solution.labels.clone();
-        let summary = output::json(&solution.summary);
-        listener.found = Some(Found { summary, vertices, faces: None, solution });
-    });
-    exit(status, printed)
+    exit(summary.status, print(&table::pairs(&lines)))
 }

@@ -18,14 +18,12 @@ use super::instance::Instance;
 use super::plan::Planned;
 use super::spec::External;
 use crate::certificate::DUAL_STEPS;
-use crate::domain::Element;
 use crate::error::{Error, Result};
-use crate::exchange::{End, Exchanged, Iterates, certify};
+use crate::exchange::{End, Iterates, certify};
 use crate::rounding::Rounding;
 use crate::run::{Status, Stop};
 use crate::solve::{Observer, Request, Solution};
 use crate::solver::Method;
-use crate::start::Start;
 
 /// Time between checks whether a command has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -67,12 +65,7 @@ impl Attempt<'_> {
     pub fn make(&self, observe: Observer<'_>) -> Result<Solution> {
         let Attempt { run, instance, claimed, stop, .. } = self;
         let cell = run.instance;
-        let Instance { mesh, on, costs, lambda, .. } = instance;
-        let problem = match on {
-            Element::Vertices => Exchanged::new(mesh, costs, *lambda, cell.mass, &Start::Argmin)?,
-            Element::Faces => Exchanged::on_faces(mesh, None, costs, *lambda, &Start::Argmin)?,
-        };
-        let problem = problem.in_relaxation(cell.relaxation);
+        let problem = instance.exchanged(cell)?;
         let scratch = claimed.join("exchange");
         let io = |path: &Path, error| Error::io(path, error);
         fs::create_dir(&scratch).map_err(|error| io(&scratch, error))?;

@@ -32,6 +32,7 @@ use crate::data::{
 };
 use crate::domain::Element;
 use crate::error::{Error, Result};
+use crate::exchange::Exchanged;
 use crate::file;
 use crate::labeling::{default_lambda, pointwise_costs};
 use crate::mesh::geometry::{barycentric_areas, vertex_normals};
@@ -45,6 +46,7 @@ use crate::seeds::Seeds;
 use crate::segment::Alternation;
 use crate::solve::{Request, check_mesh};
 use crate::solver::Method;
+use crate::start::Start;
 
 impl Folders {
     /// Makes the instance.
@@ -284,6 +286,21 @@ fn request(cell: &InstanceCell) -> Request {
         keep_dual: false,
         rounding: Rounding::Argmax,
         label_gap: None,
+    }
+}
+
+impl Instance {
+    /// The problem for solvers outside the program.
+    ///
+    /// # Errors
+    /// No face has an area, or the integrated costs leave the range of double precision.
+    pub fn exchanged(&self, cell: &InstanceCell) -> Result<Exchanged> {
+        let Instance { mesh, on, costs, lambda, .. } = self;
+        let problem = match on {
+            Element::Vertices => Exchanged::new(mesh, costs, *lambda, cell.mass, &Start::Argmin)?,
+            Element::Faces => Exchanged::on_faces(mesh, None, costs, *lambda, &Start::Argmin)?,
+        };
+        Ok(problem.in_relaxation(cell.relaxation))
     }
 }
 

@@ -8,6 +8,7 @@ mod compare;
 mod contours;
 mod evaluate;
 mod experiment;
+mod faces;
 mod inputs;
 mod labeling;
 mod mesh;

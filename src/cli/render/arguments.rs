@@ -76,7 +76,7 @@ pub struct Arguments {
     #[arg(long, value_name = "U.npy", conflicts_with = "labels")]
     pub u: Option<PathBuf>,
 
-    /// The regions of the vertices of MESH, V integers from 0
+    /// The regions of the vertices or of the faces of MESH, V or F integers from 0
     #[arg(long, value_name = "LABELS.npy")]
     pub labels: Option<PathBuf>,
 

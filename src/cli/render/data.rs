@@ -25,6 +25,20 @@ impl Data {
         }
     }
 
+    /// Those of the given vertices.
+    pub fn at(&self, vertices: &[u32]) -> Self {
+        match self {
+            Data::Colors(colors) => {
+                Data::Colors(vertices.iter().map(|&v| colors[v as usize]).collect())
+            }
+            Data::Numbers { values, range, label } => Data::Numbers {
+                values: vertices.iter().map(|&v| values[v as usize]).collect(),
+                range: *range,
+                label: label.clone(),
+            },
+        }
+    }
+
     /// Reads the data as `segment` does, and returns them with notes on which they are. Numbers are shown over their
     /// middle 96 %.
     ///

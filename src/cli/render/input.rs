@@ -6,7 +6,7 @@ use ndarray::{Array1, Ix1};
 
 use crate::counted::counted;
 use crate::domain::Element;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Split};
 use crate::render::panels::{Regions, Shown, Surface};
 use crate::{Error, Result, file, npy, regions};
 
@@ -70,21 +70,64 @@ pub fn of_u(path: &Path, vertices: usize) -> Result<Regions> {
     Ok(Regions::of_u(u.as_standard_layout().iter().copied().collect(), m))
 }
 
-/// The regions of labels in a file, at least `m`, with max_p u_p if it is known.
-pub fn of_labels(
-    path: &Path,
-    vertices: usize,
-    m: usize,
-    certainty: Option<Vec<f64>>,
-) -> Result<Regions> {
-    let labels = labels(path, Element::Vertices, vertices)?;
-    let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
-    Ok(Regions::of_labels(&labels, m, certainty))
+/// A mesh as it is drawn with labels, and its regions, at least `m`.
+pub struct Labeled {
+    pub mesh: Mesh,
+    pub regions: Regions,
+    /// The vertex that each one was before the mesh was divided between labels of faces.
+    of: Option<Vec<u32>>,
+}
+
+impl Labeled {
+    /// With labels of its vertices, of which max_p u_p may be known, or of its faces.
+    pub fn new(
+        mesh: Mesh,
+        (on, labels): (Element, &[usize]),
+        m: usize,
+        certainty: Option<Vec<f64>>,
+    ) -> Self {
+        let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
+        match on {
+            Element::Vertices => {
+                Labeled { mesh, regions: Regions::of_labels(labels, m, certainty), of: None }
+            }
+            Element::Faces => {
+                let labels: Vec<u16> = labels.iter().map(|&label| label as u16).collect();
+                let Split { mesh, labels, of } = mesh.split(&labels);
+                let labels: Vec<usize> = labels.into_iter().map(usize::from).collect();
+                Labeled { mesh, regions: Regions::of_labels(&labels, m, None), of: Some(of) }
+            }
+        }
+    }
+
+    /// Data of the mesh that was given, on the one that is drawn.
+    pub fn data(&self, data: Data) -> Data {
+        match &self.of {
+            None => data,
+            Some(of) => data.at(of),
+        }
+    }
 }
 
 /// The labels in a file, one per vertex or face of the mesh, from 0 to 63.
 pub fn labels(path: &Path, of: Element, count: usize) -> Result<Vec<usize>> {
-    let found: Array1<i64> = npy::integers::<Ix1>(path, &file::read(path)?)?;
+    checked(path, integers(path)?, of, count)
+}
+
+/// The same for whichever the file has as many of.
+pub fn labels_of(path: &Path, mesh: &Mesh) -> Result<(Element, Vec<usize>)> {
+    let found = integers(path)?;
+    let [vertices, faces] = [mesh.vertices.len(), mesh.faces.len()];
+    let is_of_faces = found.len() == faces && faces != vertices;
+    let of = if is_of_faces { Element::Faces } else { Element::Vertices };
+    Ok((of, checked(path, found, of, of.count(mesh))?))
+}
+
+fn integers(path: &Path) -> Result<Array1<i64>> {
+    npy::integers::<Ix1>(path, &file::read(path)?)
+}
+
+fn checked(path: &Path, found: Array1<i64>, of: Element, count: usize) -> Result<Vec<usize>> {
     let [one, many] = of.nouns();
     if found.len() != count {
         let message = format!(

@@ -7,15 +7,14 @@ use serde_json::Value;
 use crate::data::input::DataSource;
 use crate::domain::Element;
 use crate::mesh::curvature::CurvatureKind;
-use crate::mesh::{Mesh, Source, Split, io};
+use crate::mesh::{Mesh, Source, io};
 use crate::names::Named;
-use crate::render::panels::Regions;
 use crate::solve::check_mesh;
 use crate::{Error, Result, counted, file, npy, regions};
 
 use super::arguments::Arguments;
 use super::data::Data;
-use super::input::{Input, labels, of_labels, of_u};
+use super::input::{Input, Labeled, labels, labels_of, of_u};
 
 /// Reads the folder of a run. Fails if it is not one, or one of its files is missing or broken.
 pub fn read(arguments: &Arguments) -> Result<Input> {
@@ -114,13 +113,10 @@ fn of_faces(folder: &Path, mesh: Mesh, summary: &Value, arguments: &Arguments) -
     let labels = labels(&folder.join("face_labels.npy"), Element::Faces, mesh.faces.len())?;
     let m = summary.get("regions").and_then(Value::as_u64).unwrap_or(1);
     let m = m.clamp(1, *regions::REGIONS.end() as u64) as usize;
-    let m = labels.iter().max().map_or(m, |largest| m.max(largest + 1));
-    let labels: Vec<u16> = labels.into_iter().map(|label| label as u16).collect();
-    let Split { mesh, labels, .. } = mesh.split(&labels);
-    let labels: Vec<usize> = labels.into_iter().map(usize::from).collect();
+    let Labeled { mesh, regions, .. } = Labeled::new(mesh, (Element::Faces, &labels), m, None);
     Ok(Input {
-        regions: Some(Regions::of_labels(&labels, m, None)),
         mesh,
+        regions: Some(regions),
         data: None,
         means: None,
         notes: Vec::new(),
@@ -170,8 +166,9 @@ fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
     let path: PathBuf = experiment.join("instances").join(format!("{id}.ply"));
     let mut mesh: Mesh = io::read(&path)?;
     check_mesh(&mesh).map_err(|error| error.of_file(&path))?;
+    let (on, labels) = labels_of(&folder.join("labels.npy"), &mesh)?;
     let certainty = folder.join("certainty.npy");
-    let certainty = match certainty.is_file() {
+    let certainty = match on == Element::Vertices && certainty.is_file() {
         true => {
             let bytes = npy::read_bytes(&certainty)?;
             if bytes.len() != mesh.vertices.len() {
@@ -188,7 +185,6 @@ fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
     };
     let m = json(&folder.join("summary.json"))?.get("regions").and_then(Value::as_u64);
     let m = m.unwrap_or(1).clamp(1, *regions::REGIONS.end() as u64) as usize;
-    let regions = of_labels(&folder.join("labels.npy"), mesh.vertices.len(), m, certainty)?;
     let (data, notes) = match &arguments.data {
         None => (mesh.colors.take().map(Data::Colors), Vec::new()),
         Some(choice) => {
@@ -198,6 +194,9 @@ fn of_experiment(folder: &Path, arguments: &Arguments) -> Result<Input> {
         }
     };
     let lacking = [format!("{}: has no colors", path.display()), String::new()];
+    let labeled = Labeled::new(mesh, (on, &labels), m, certainty);
+    let data = data.map(|data| labeled.data(data));
+    let Labeled { mesh, regions, .. } = labeled;
     Ok(Input { mesh, data, regions: Some(regions), means: None, notes, lacking })
 }
 

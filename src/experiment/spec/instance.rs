@@ -185,13 +185,7 @@ fn read_cell(
         seed: cell.count("seed", 0, 0..=u64::MAX)?,
         regions,
         lambda,
-        relaxation: cell.named(
-            "relaxation",
-            match on {
-                Element::Vertices => Relaxation::Frobenius,
-                Element::Faces => Relaxation::Separate,
-            },
-        )?,
+        relaxation: cell.named("relaxation", on.relaxation())?,
         mass: cell.named("mass", Mass::Barycentric)?,
         normalize: cell.named("normalize", Normalize::Area)?,
         mesh_span: mesh.map_or(data_span, |(_, span)| span).clone(),

@@ -1,5 +1,6 @@
 //! `meshseg experiment`: experiment files, runs that survive crashes, figures with their sources.
 
+mod classes;
 mod cluster;
 mod files;
 mod labeling;
