@@ -91,6 +91,10 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The words before the colon of what [`Shape::from_str`] takes.
+    pub const NAMES: [&str; 8] =
+        ["torus", "sphere", "ellipsoid", "peanut", "dent", "grid", "jaw", "city"];
+
     /// The forms that [`Shape::from_str`] takes.
     pub const SYNTAX: &str = "torus:400x250, sphere:6, ellipsoid:6, peanut:6, dent:6, grid:100x100, jaw:700x120 or city:300x300";
 
@@ -423,6 +427,11 @@ mod tests {
         ] {
             let shape: Shape = text.parse().unwrap();
             assert_eq!(shape.to_string(), text);
+        }
+        for name in Shape::NAMES {
+            let said = name.parse::<Shape>().unwrap_err().to_string();
+            assert!(said.contains(&format!("as {name}:")), "{said}");
+            assert!(Shape::SYNTAX.contains(&format!("{name}:")));
         }
         assert_eq!("torus:400x250".parse::<Shape>().unwrap().faces(), 200_000);
         for text in [

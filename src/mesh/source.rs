@@ -42,10 +42,9 @@ impl Source {
                 "builtin:{}: is not an example; use builtin:spot",
                 name.escape_debug()
             ))),
-            Some((
-                name @ ("torus" | "sphere" | "ellipsoid" | "peanut" | "dent" | "grid"),
-                size,
-            )) => Ok(Source::Shape(format!("{name}:{size}").parse()?)),
+            Some((name, size)) if Shape::NAMES.contains(&name) => {
+                Ok(Source::Shape(format!("{name}:{size}").parse()?))
+            }
             // A single letter may be a drive name.
             Some((word, rest))
                 if word.len() > 1
