@@ -92,7 +92,7 @@ fn all_doors_lead_to_the_same_labels() {
     changed[7] = (changed[7] + 1) % 3;
     write_npy(folder.path("changed.npy"), &changed).unwrap();
     let found = json(&folder, &format!("compare solved changed.npy --mesh {MESH} --json"));
-    let mesh = meshseg::mesh::source(MESH.as_ref()).unwrap();
+    let mesh = meshseg::mesh::source(MESH).unwrap();
     let wrong = mesh.face_area(7) / mesh.area();
     let accuracy = number(&found["mean"], "accuracy");
     assert!((accuracy - (1.0 - wrong)).abs() <= 1e-12, "{accuracy} {wrong}");
