@@ -7,7 +7,7 @@ use ndarray::ArrayView1;
 
 use crate::agreement::{Agreement, MeanAgreement, boundaries, grid_image};
 use crate::contour::cut_length;
-use crate::domain::{Domain, Element};
+use crate::domain::Element;
 use crate::error::{Error, Result};
 use crate::labeling::{Baseline, Labeler, Labeling, label};
 use crate::level_sets::{LevelSet, level_sets};
@@ -15,8 +15,6 @@ use crate::mesh::Mesh;
 use crate::mesh::dual::{Dual, face_areas};
 use crate::mesh::extent::{BoundingBox, bounding_box};
 use crate::mesh::geometry::barycentric_areas;
-use crate::relaxation::Relaxation;
-use crate::rounding::cut_energy;
 use crate::run::{Sample, Stop};
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
@@ -116,11 +114,7 @@ fn solved(instance: &Instance, request: &Request, observe: StepObserver<'_>) -> 
 pub fn length_of_cuts(instance: &Instance, labels: ArrayView1<'_, i32>) -> f64 {
     match instance.on {
         Element::Vertices => cut_length(&instance.mesh, labels),
-        Element::Faces => {
-            let labels: Vec<u8> = labels.iter().map(|&p| p as u8).collect();
-            let dual = Dual::new(&instance.mesh);
-            cut_energy(Domain::Faces(&dual), Relaxation::Separate, 1.0, &labels)
-        }
+        Element::Faces => Dual::new(&instance.mesh).length_between(labels),
     }
 }
 

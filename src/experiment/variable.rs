@@ -109,9 +109,10 @@ pub enum Quantity {
 }
 
 /// Keys that a cell may have in addition to its options.
-const KEYS: [&str; 28] = [
+const KEYS: [&str; 29] = [
     "mesh",
     "data",
+    "on",
     "model",
     "project",
     "background",
@@ -210,8 +211,8 @@ mod tests {
         }
         let message = "wall-second".parse::<Variable>().unwrap_err();
         assert!(message.starts_with(
-            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, model, project, background, mask, pattern, light, ambient, principal-error, sampling, pure, grazing, noise, \
-             seed, regions, lambda, relaxation, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, wall-seconds, energy, bound, gap, \
+            "\"wall-second\" is not a variable; there are options.KEY, mesh, data, on, model, project, background, mask, pattern, light, ambient, principal-error, sampling, pure, grazing, noise, \
+             seed, regions, lambda, relaxation, mass, solver, threads, coarse-to-fine, max-iterations, every, init, init-seed, rounding, label-gap, vertices, faces, iterations, seconds, label-seconds, wall-seconds, energy, bound, gap, \
              excess, bias, optimization-error, rounding-error, labels-changed, rounded-gap, label-excess, regions-used, mislabeled, \
              rand-index, variation-of-information, covering, boundary-f, binary, cut-length, threshold-labels, \
              threshold-lines, steps, distance, distance-back, distance-95, largest-distance, silhouette-iou, folds, parameters, status; did you mean \"wall-seconds\"?"

@@ -7,10 +7,12 @@
 //!
 //! Labels of the faces have cuts along edges, and the weights are their lengths.
 
+use ndarray::ArrayView1;
+
 use super::Mesh;
 use super::order::Order;
 use super::sides::{Side, edges, sides};
-use crate::sweep::collect;
+use crate::sweep::{collect, sum};
 
 /// The faces of a mesh, and the pairs of them that share an edge.
 #[derive(Clone, Debug)]
@@ -70,6 +72,15 @@ impl Dual {
     pub fn areas_at_pairs(&self) -> Vec<f64> {
         let both = |e: usize| self.pairs[e].iter().map(|&j| self.areas[j as usize]).sum::<f64>();
         collect(self.pairs.len(), |e| (both(e) / 3.0).max(f64::MIN_POSITIVE))
+    }
+
+    /// The length of the edges between faces with different labels.
+    pub fn length_between(&self, labels: ArrayView1<'_, i32>) -> f64 {
+        let differ = |e: usize| {
+            let [j, k] = self.pairs[e].map(|j| labels[j as usize]);
+            j != k
+        };
+        sum(self.pairs.len(), |e| if differ(e) { self.weights[e] } else { 0.0 })
     }
 
     /// The order in which neighbors are close to each other, and the graph in it.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! r = 14 u mod 1,   b = 2 sqrt( r (1 - r) )          0 between two teeth, 1 in the middle of one
-//! x(u, v) = c(u) + w n(u) cos(pi v) + h e_z sin(pi v)   an arch across the ellipse c with normals n
+//! x(u, v) = c(u) - w n(u) cos(pi v) + h e_z sin(pi v)   an arch across the ellipse c with normals n
 //! crown:  sin(pi v) > 0.5 + 0.15 (1 - b)                the gums rise between teeth
 //! ```
 //!
@@ -47,7 +47,7 @@ pub fn point(u: f64, v: f64) -> Point3<f64> {
     let w = (0.10 + 0.06 * back) * (1.15 + crown * (0.55 + 0.45 * b - 1.15));
     let h = HEIGHT * (1.0 + crown * (0.82 + 0.18 * b - 1.0));
     let (sin, cos) = (PI * v).sin_cos();
-    Point3::from(c + w * cos * n + h * sin * Vector3::z())
+    Point3::from(c - w * cos * n + h * sin * Vector3::z())
 }
 
 /// What is at (u, v).

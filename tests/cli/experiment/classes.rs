@@ -32,6 +32,7 @@ rounding = "expansion"
 label = "GCO"
 name = "external"
 command = "RUN gco"
+limit = 100
 
 [[figure]]
 name = "labels"
@@ -115,7 +116,11 @@ fn keys_that_do_not_fit_are_refused() {
             "data = \"waves\"\nregions = 4\non = \"faces\"",
             "labels of faces need data",
         ),
-        ("data = \"classes\"", "data = \"costs:S.npy\"", "are taken as they are: leave noise out"),
+        (
+            "data = \"classes\"\nnoise = 0.5\nlambda = \"auto\"",
+            "data = \"costs:S.npy\"\nnoise = 0.5\nlambda = 0.1",
+            "are taken as they are: leave noise out",
+        ),
         (
             "data = \"classes\"\nnoise = 0.5",
             "data = \"probabilities:P.npy\"\nregions = 3",
