@@ -57,7 +57,7 @@ fn main() -> meshseg::Result<()> {
     let labels: Vec<u8> = segmentation.solution.labels.iter().map(|&label| label as u8).collect();
     let palette: Vec<[f64; 3]> = (0..alternation.regions).map(categorical).collect();
     let path = std::env::temp_dir().join("colored_mesh.ply");
-    io::write_labeled(&path, &mesh, &labels, None, &palette)?;
+    io::write_labeled(&path, &mesh, &labels, None, &palette, &io::Properties::default())?;
     println!("{}", path.display());
     Ok(())
 }

@@ -15,6 +15,7 @@ use strum::IntoEnumIterator;
 use crate::contour::{Contours, compared_rows};
 use crate::error::{Error, Result};
 use crate::file;
+use crate::mesh::io::Properties;
 use crate::mesh::{Mesh, io};
 use crate::names::Named;
 use crate::npy;
@@ -59,6 +60,8 @@ pub struct Labeled<'a> {
     pub faces: Option<&'a Array1<i32>>,
     /// What is drawn, if it is not the mesh with U.
     pub drawn: Option<Drawn<'a>>,
+    /// The file of the mesh, if it has one: what it has at its vertices and faces reaches the results.
+    pub source: Option<&'a Path>,
 }
 
 /// What is drawn in place of the mesh and U.
@@ -72,7 +75,7 @@ pub struct Drawn<'a> {
 
 impl<'a> From<&'a Solution> for Labeled<'a> {
     fn from(solution: &'a Solution) -> Self {
-        Labeled { solution, vertices: &solution.labels, faces: None, drawn: None }
+        Labeled { solution, vertices: &solution.labels, faces: None, drawn: None, source: None }
     }
 }
 
@@ -89,7 +92,14 @@ pub fn write(
     contours: Option<&Contours>,
     exports: &[Export],
 ) -> Result<()> {
-    let Labeled { solution, vertices, faces, drawn } = labeled;
+    let Labeled { solution, vertices, faces, drawn, source } = labeled;
+    // A result is not lost for what cannot be read again.
+    let others = source.map_or_else(Properties::default, |source| {
+        io::read_properties(source, mesh).unwrap_or_else(|error| {
+            tracing::warn!("{error}; its properties do not reach the results");
+            Properties::default()
+        })
+    });
     file::write_folder(folder, |folder| {
         let arrays = || {
             npy::write(&folder.join("u.npy"), &solution.u)?;
@@ -106,7 +116,7 @@ pub fn write(
         let palette: Vec<[f64; 3]> = looks.regions.iter().map(|region| region.color).collect();
         let segmented = || {
             let path = folder.join("segmented.ply");
-            io::write_labeled(&path, mesh, &labels, face_labels.as_deref(), &palette)
+            io::write_labeled(&path, mesh, &labels, face_labels.as_deref(), &palette, &others)
         };
         let (arrays, segmented) = sweep::join(arrays, segmented);
         arrays.and(segmented)?;
@@ -119,6 +129,7 @@ pub fn write(
             faces,
             names: &looks.names,
             colors: &palette,
+            others: &others,
         };
         exports.iter().try_for_each(|export| export.write(folder, exported))?;
         if let Some(contours) = contours {

@@ -12,11 +12,12 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::counted::counted;
+use crate::experiment::{Cluster, Work, operand};
 use crate::{Error, Result, file};
 
 use super::output::{Failure, Outcome, note, one_line, print, shard};
 use super::solving::percent_or_less;
-use super::{interrupt, segment};
+use super::{interrupt, named, segment};
 
 /// Segment many meshes, one line each, and go on after one that fails.
 ///
@@ -37,6 +38,14 @@ pub struct Arguments {
     #[arg(long)]
     resume: bool,
 
+    /// Segment nothing; print a script that does all meshes on a cluster. Its jobs start in the current folder
+    #[arg(long, value_name = "CLUSTER", value_parser = named::<Cluster>(), conflicts_with = "shard")]
+    emit: Option<Cluster>,
+
+    /// Number of jobs that --emit divides the meshes among [default: one per mesh, at most 100]
+    #[arg(long, value_name = "N", requires = "emit", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    jobs: Option<u32>,
+
     /// Options of segment for all meshes
     #[arg(last = true, value_name = "OPTIONS")]
     options: Vec<String>,
@@ -46,7 +55,7 @@ const EXAMPLES: &str = "\
 Examples:
   meshseg batch scans.csv -- --on faces --min-area 0.1%
   meshseg batch scans.csv --resume
-  sbatch --array=1-8 --wrap 'meshseg batch scans.csv --shard $SLURM_ARRAY_TASK_ID/8'
+  meshseg batch scans.csv --resume --emit slurm --jobs 8 -- --on faces > scans.sh; sbatch scans.sh
 
 scans.csv:
   mesh,probabilities,out
@@ -64,6 +73,10 @@ struct Row {
 /// `program` starts the program anew.
 pub fn run(arguments: &Arguments, program: &[OsString]) -> Outcome {
     let rows = rows(&arguments.list)?;
+    if let Some(cluster) = arguments.emit {
+        let jobs = arguments.jobs.map(|n| n as usize);
+        return Ok(print(&arguments.work(rows.len(), program)?.script(cluster, jobs))?);
+    }
     let (first, step) = arguments.shard.unwrap_or((1, 1));
     let rows: Vec<&Row> = rows.iter().skip(first - 1).step_by(step).collect();
     interrupt::keep_results();
@@ -102,6 +115,38 @@ pub fn run(arguments: &Arguments, program: &[OsString]) -> Outcome {
             counted(failed, "mesh", "meshes")
         ))
         .into()),
+    }
+}
+
+impl Arguments {
+    /// The batch as work for a cluster.
+    fn work(&self, parts: usize, program: &[OsString]) -> Result<Work> {
+        let text = |word: &std::ffi::OsStr| {
+            word.to_str().map(str::to_owned).ok_or_else(|| {
+                let name = word.to_string_lossy();
+                Error::unsuitable(format!("{name}: is not UTF-8, as a script must be; rename it"))
+            })
+        };
+        let mut command: Vec<String> =
+            program.iter().map(|word| text(word)).collect::<Result<_>>()?;
+        let list = operand(&text(self.list.as_os_str())?);
+        command.extend(["batch".into(), list.clone()]);
+        command.extend(self.resume.then(|| "--resume".into()));
+        let stem = self.list.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut behind = self.options.clone();
+        if !behind.is_empty() {
+            behind.insert(0, "--".into());
+        }
+        Ok(Work {
+            title: format!("All meshes of {list}"),
+            name: stem.clone(),
+            parts,
+            command,
+            behind,
+            end: None,
+            folder: format!("{stem}-batch"),
+            threads: None,
+        })
     }
 }
 

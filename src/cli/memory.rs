@@ -32,6 +32,11 @@ impl Memory {
         }
     }
 
+    /// The file of the mesh, if it comes from one.
+    pub fn file<'a>(&self, argument: &'a Path) -> Option<&'a Path> {
+        (self.mesh.is_none() && argument.is_file()).then_some(argument)
+    }
+
     /// The array of this name.
     pub fn array(&self, path: &Path) -> Option<&Array2<f64>> {
         self.arrays.get(path)

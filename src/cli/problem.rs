@@ -276,7 +276,7 @@ fn import(arguments: &ImportTrace) -> Outcome {
                 preview::of_costs_of_faces(mesh, &problem.f, labels, View::Auto, draw);
             let drawn = picture.as_ref().map(|(mesh, u)| Drawn { mesh, u });
             let (solution, faces) = (&solution, Some(labels));
-            let labeled = Labeled { solution, vertices: &vertices, faces, drawn };
+            let labeled = Labeled { solution, vertices: &vertices, faces, drawn, source: None };
             outcome::write(out, &solution.summary, labeled, mesh, &looks, None, &[])?;
         }
     }

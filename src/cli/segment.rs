@@ -14,7 +14,7 @@ use crate::data::{LitSurface, ModelName, Observed};
 use crate::labeling::{Labeler, Labeling, count_regions, label};
 use crate::mesh::geometry::barycentric_areas;
 use crate::operator::Mass;
-use crate::outcome;
+use crate::outcome::{self, Labeled};
 use crate::relaxation::Relaxation;
 use crate::seeds::Seeds;
 use crate::segment::Alternation;
@@ -83,7 +83,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let looks = looks(&found, &surface, &input, arguments);
     if let Some(out) = &solving.out {
         let written = cut::requested(&contours, solving);
-        let labeled = (&found.solution).into();
+        let source = arguments.memory.file(&arguments.mesh);
+        let labeled = Labeled { source, ..(&found.solution).into() };
         outcome::write(out, &summary, labeled, &surface.mesh, &looks, written, &solving.also)?;
     }
     let of_cut = cut::report(&surface.mesh, &found.solution, &contours, &looks, solving)?;

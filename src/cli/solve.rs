@@ -146,7 +146,8 @@ fn run_here(arguments: &Arguments) -> Outcome {
         None => welding::seams(&mesh, "--weld"),
     };
     let weld = weld.as_ref();
-    let given = Given { mesh: &mesh, costs: &costs, seeds: &seeds, start, weld };
+    let source = memory.file(&arguments.mesh);
+    let given = Given { mesh: &mesh, source, costs: &costs, seeds: &seeds, start, weld };
     let (summary, of_cut) = match on {
         Element::Vertices => vertices::solve(given, &request, of_weld, solving)?,
         Element::Faces => faces::solve(&given, &request, of_weld, solving)?,

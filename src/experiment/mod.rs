@@ -13,6 +13,7 @@ mod fixed_costs;
 mod folders;
 mod grid;
 mod instance;
+mod jobs;
 mod labeled;
 mod machine;
 mod manifest;
@@ -34,8 +35,9 @@ mod true_labels;
 mod variable;
 
 pub use crate::format_error::FormatError;
-pub use emit::{Cluster, Command, emit};
+pub use emit::{Command, emit};
 pub use folders::Folders;
+pub use jobs::{Cluster, Work};
 pub use machine::{Machine, Program};
 pub use manifest::Manifest;
 pub use nearest::did_you_mean;

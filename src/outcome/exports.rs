@@ -9,9 +9,10 @@
 //! | `json` | `labels.json` | labels of vertices and faces, names, colors |
 
 use std::io::Write;
+use std::ops::Range;
 use std::path::Path;
 
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, s};
 use serde::Serialize;
 use strum::{EnumIter, EnumString, IntoStaticStr, VariantNames};
 
@@ -19,7 +20,9 @@ use crate::error::Result;
 use crate::file;
 use crate::mesh::Mesh;
 use crate::mesh::io::vtk::{self, Content, Rows};
-use crate::mesh::io::{write_annotation, write_glb, write_glb_of_faces, write_labels};
+use crate::mesh::io::{
+    Properties, Scalars, write_annotation, write_glb, write_glb_of_faces, write_labels,
+};
 use crate::solve::Summary;
 
 /// A format in which the result is written as well.
@@ -57,6 +60,8 @@ pub struct Exported<'a> {
     pub names: &'a [String],
     /// Their colors, RGB in [0, 1].
     pub colors: &'a [[f64; 3]],
+    /// What the file of the mesh had besides.
+    pub others: &'a Properties,
 }
 
 impl Export {
@@ -115,6 +120,10 @@ impl Exported<'_> {
             Some(_) => of_faces.extend(of_u()),
             None => of_vertices.extend(of_u()),
         }
+        let [others_of_vertices, others_of_faces] =
+            [&self.others.of_vertices, &self.others.of_faces].map(columns);
+        of_vertices.extend(others_of_vertices.iter().map(Column::rows));
+        of_faces.extend(others_of_faces.iter().map(Column::rows));
         let number = |name: &str, x: f64| (name.to_owned(), vec![x]);
         let mut fields = vec![
             number("lambda", summary.lambda),
@@ -152,6 +161,28 @@ impl Exported<'_> {
         serde_json::to_writer(&mut *out, &labels)?;
         out.write_all(b"\n")
     }
+}
+
+/// An array of the file of a mesh, row by row.
+struct Column {
+    name: String,
+    numbers: Vec<f64>,
+    components: usize,
+}
+
+impl Column {
+    fn rows(&self) -> (String, Rows<'_>) {
+        (self.name.clone(), Rows::Floats(&self.numbers, self.components))
+    }
+}
+
+fn columns(others: &Option<Scalars>) -> Vec<Column> {
+    let Some(others) = others else { return Vec::new() };
+    let array = |(name, columns): (String, Range<usize>)| {
+        let numbers = others.numbers.slice(s![.., columns.clone()]);
+        Column { name, numbers: numbers.iter().copied().collect(), components: columns.len() }
+    };
+    others.arrays(&["label", "u", "margin"]).into_iter().map(array).collect()
 }
 
 /// Major, minor, patch.

@@ -16,6 +16,7 @@ mod mixture;
 mod operators;
 mod paper;
 mod photographs;
+mod properties;
 mod readme;
 mod reconstruct;
 mod reference;

@@ -12,7 +12,7 @@ use crate::data::{DataModel, Weights, constant::Mean};
 use crate::evolve::shots::Photographs;
 use crate::evolve::{Plan, Reconstruction, Summary};
 use crate::mesh::geometry::barycentric_areas;
-use crate::mesh::io;
+use crate::mesh::io::{self, Properties};
 use crate::outcome::write_png;
 use crate::render::photographs::RegionsInViews;
 use crate::render::{self, Picture as Drawn};
@@ -91,7 +91,14 @@ impl Folder<'_> {
         file::write_folder(&self.arguments.out, |folder| {
             npy::write(&folder.join("u.npy"), &u)?;
             npy::write(&folder.join("labels.npy"), &labels)?;
-            io::write_labeled(&folder.join("mesh.ply"), mesh, &bytes, None, &palette)?;
+            io::write_labeled(
+                &folder.join("mesh.ply"),
+                mesh,
+                &bytes,
+                None,
+                &palette,
+                &Properties::default(),
+            )?;
             write_trace(&folder.join("trace.csv"), found)?;
             if !self.arguments.no_preview {
                 self.write_pictures(folder, found, &viewed, &record.region_parameters)?;

@@ -16,7 +16,7 @@ use crate::solve::{Summary, solve_on_faces};
 
 /// Solves, writes the folder, and returns the summary with the lines about the cut.
 pub fn solve(
-    Given { mesh, costs, seeds, start, weld }: &Given<'_>,
+    Given { mesh, source, costs, seeds, start, weld }: &Given<'_>,
     request: &Request,
     warnings: Vec<String>,
     solving: &Solving,
@@ -41,8 +41,13 @@ pub fn solve(
         preview::of_costs_of_faces(mesh, costs, faces, solving.view, solving.draws());
     if let Some(out) = &solving.out {
         let drawn = picture.as_ref().map(|(mesh, u)| Drawn { mesh, u });
-        let labeled =
-            Labeled { solution: &solution, vertices: &vertices, faces: Some(faces), drawn };
+        let labeled = Labeled {
+            solution: &solution,
+            vertices: &vertices,
+            faces: Some(faces),
+            drawn,
+            source: *source,
+        };
         let written = cut::requested(&contours, solving);
         outcome::write(out, &solution.summary, labeled, mesh, &looks, written, &solving.also)?;
     }

@@ -6,14 +6,14 @@ use crate::cli::progress::Progress;
 use crate::cli::solving::Solving;
 use crate::cli::{cut, output, preview, welding};
 use crate::error::Result;
-use crate::outcome;
+use crate::outcome::{self, Labeled};
 use crate::request::Request;
 use crate::solve::{Summary, solve_seeded};
 use crate::start::Start;
 
 /// Solves, writes the folder, and returns the summary with the lines about the cut.
 pub fn solve(
-    Given { mesh, costs, seeds, start, weld }: Given<'_>,
+    Given { mesh, source, costs, seeds, start, weld }: Given<'_>,
     request: &Request,
     warnings: Vec<String>,
     solving: &Solving,
@@ -43,7 +43,7 @@ pub fn solve(
     let looks = preview::of_costs(mesh, costs, &solution.labels, solving.view, solving.draws());
     if let Some(out) = &solving.out {
         let written = cut::requested(&contours, solving);
-        let labeled = (&solution).into();
+        let labeled = Labeled { source, ..(&solution).into() };
         outcome::write(out, &solution.summary, labeled, mesh, &looks, written, &solving.also)?;
     }
     let of_cut = cut::report(mesh, &solution, &contours, &looks, solving)?;

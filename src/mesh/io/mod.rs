@@ -64,7 +64,7 @@ pub use freesurfer::{Annotation, read_annotation, read_curvature, write_annotati
 pub use gifti::{GiftiArrays, GiftiLabel, read_arrays, write_labels};
 pub use gltf::{write_labeled as write_glb, write_labeled_faces as write_glb_of_faces};
 pub use ply::write_labeled;
-pub use scalars::Scalars;
+pub use scalars::{Properties, Scalars};
 pub use values::{names_values, read_data, read_values};
 
 /// The file formats for triangle meshes.
@@ -188,6 +188,34 @@ pub fn read_scalars(
             "properties are read from PLY and VTK; give the numbers of other meshes as a file",
         )),
     }
+}
+
+/// Reads what a file has at its vertices and at its faces besides the mesh, which is that of the file: properties of PLY
+/// and arrays of VTK, as far as there is one number for each vertex or face. Warns of others.
+///
+/// # Errors
+/// The file cannot be read, or is not valid.
+pub fn read_properties(path: &Path, mesh: &Mesh) -> Result<Properties> {
+    if !matches!(Format::of_extension(path), Some(Format::Ply | Format::Vtk) | None) {
+        return Ok(Properties::default());
+    }
+    let bytes = file::read(path)?;
+    let mut found = match Format::of_extension(path).or_else(|| Format::of_content(&bytes)) {
+        Some(Format::Ply) => ply::read_properties(path, &bytes)?,
+        Some(Format::Vtk) => vtk::read_properties(path, &bytes)?,
+        _ => Properties::default(),
+    };
+    let of_vertices = (&mut found.of_vertices, mesh.vertices.len(), "vertices");
+    for (scalars, count, many) in [of_vertices, (&mut found.of_faces, mesh.faces.len(), "faces")] {
+        if scalars.take_if(|scalars| scalars.numbers.nrows() != count).is_some() {
+            tracing::warn!(
+                "{}: its properties of {many} do not reach the results, since the mesh has {count} {many}: polygons \
+                 were divided into triangles",
+                path.display()
+            );
+        }
+    }
+    Ok(found)
 }
 
 /// Whether the format of the extension can hold texture coordinates.

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
+use ndarray::Array2;
+
 use super::{SMALL_RUNS, outcomes, small};
-use crate::support::PROGRAM;
+use crate::support::{Folder, PROGRAM};
 
 /// The script that creates the environment of Snakemake if it is missing, and starts Snakemake.
 fn snakemake() -> Command {
@@ -83,4 +85,59 @@ fn the_batch_script_makes_all_runs() {
     let collected = std::fs::read_to_string(folder.path("collected")).unwrap();
     assert!(collected.contains("--dependency=afterok:77"), "{collected}");
     assert!(collected.contains(PROGRAM) && collected.contains("experiment report results/small"));
+}
+
+/// The meshes of a batch are divided among jobs by both scripts, with the options for all of them.
+#[test]
+fn a_batch_is_divided_among_jobs() {
+    let folder = Folder::new();
+    let p = Array2::from_shape_fn((32, 2), |(j, p)| if (j < 16) == (p == 0) { 0.9 } else { 0.1 });
+    folder.array("p.npy", &p);
+    let list = "scans {i} it's.csv";
+    let rows = |out: &str| {
+        let row = |i: usize| format!("grid:4x4,p.npy,{out}-{i}\n");
+        format!("mesh,probabilities,out\n{}", (0..3).map(row).collect::<String>())
+    };
+    let emitted = |cluster: &str| {
+        let line = ["batch", list, "--resume", "--emit", cluster, "--jobs", "2", "--"];
+        let output = Command::new(PROGRAM)
+            .args(line)
+            .args(["--on", "faces", "--no-preview"])
+            .current_dir(folder.path(""))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    let done = |out: &str| {
+        for i in 0..3 {
+            let found = folder.path(&format!("{out}-{i}/summary.json"));
+            assert!(found.exists(), "{}", found.display());
+            assert!(!folder.path(&format!("{out}-{i}/preview.png")).exists());
+        }
+    };
+    folder.write(list, rows("slurm"));
+    folder.write("batch.sh", emitted("slurm"));
+    for task in 1..=2 {
+        let output = Command::new("bash")
+            .arg("batch.sh")
+            .current_dir(folder.path(""))
+            .env("SLURM_ARRAY_TASK_ID", task.to_string())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(String::from_utf8_lossy(&output.stdout).lines().count(), 3 - task);
+    }
+    done("slurm");
+
+    folder.write(list, rows("snakemake"));
+    folder.write("Snakefile", emitted("snakemake"));
+    let output = snakemake()
+        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
+        .current_dir(folder.path(""))
+        .env("HOME", folder.path(""))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    done("snakemake");
 }

@@ -208,6 +208,7 @@ fn write(
         vertices: &found.vertices,
         faces: Some(&found.faces),
         drawn,
+        source: arguments.memory.file(&arguments.mesh),
     };
     if let Some(out) = &solving.out {
         let written = cut::requested(contours, solving);

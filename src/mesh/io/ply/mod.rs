@@ -25,6 +25,7 @@
 mod faces;
 mod header;
 mod items;
+mod others;
 mod scalars;
 mod values;
 mod write;
@@ -47,7 +48,7 @@ use crate::mesh::{Material, Materials, Mesh, Placement};
 use crate::sweep::join;
 
 pub use self::header::recognizes;
-pub use self::scalars::read_scalars;
+pub use self::scalars::{read_properties, read_scalars};
 pub use self::write::{write, write_labeled, write_labeled_faces};
 
 /// `folder` contains the images.

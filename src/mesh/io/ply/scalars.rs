@@ -8,7 +8,7 @@ use super::header::{Encoding, Header, Kind, Property};
 use super::items::skip_property;
 use super::values::{Ascii, Binary, Values};
 use crate::error::{Error, Result};
-use crate::mesh::io::scalars::Scalars;
+use crate::mesh::io::scalars::{Properties, Scalars};
 
 /// Reads the scalar properties of vertices or of faces whose element, `vertex` or `face`, and name `matches`.
 ///
@@ -29,6 +29,27 @@ pub fn read_scalars(
             body(path, &header, Binary::<true>::new(path, bytes, &header), matches)
         }
     }
+}
+
+/// All scalar properties of vertices and of faces except positions and numbers of images.
+///
+/// # Errors
+/// The content is not a valid PLY file.
+pub fn read_properties(path: &Path, bytes: &[u8]) -> Result<Properties> {
+    let header = Header::parse(path, bytes)?;
+    let is_other = |element: &str, name: &str| match element {
+        "vertex" => !["x", "y", "z"].contains(&name),
+        _ => name != "texnumber",
+    };
+    let of = |wanted: &str| -> Result<Option<Scalars>> {
+        let is_wanted = |element: &str, name: &str| element == wanted && is_other(element, name);
+        let has_some = header.elements.iter().any(|element| {
+            let is_wanted = |p: &Property| is_wanted(&element.name, p.name());
+            element.properties.iter().any(|p| matches!(p.kind, Kind::Scalar(_)) && is_wanted(p))
+        });
+        has_some.then(|| read_scalars(path, bytes, &is_wanted)).transpose()
+    };
+    Ok(Properties { of_vertices: of("vertex")?, of_faces: of("face")? })
 }
 
 fn body(
@@ -64,8 +85,12 @@ fn body(
             ));
         }
     };
-    let mut found =
-        Scalars { of_faces: wanted == "face", names: Vec::new(), numbers: Array2::zeros((0, 0)) };
+    let mut found = Scalars {
+        of_faces: wanted == "face",
+        names: Vec::new(),
+        types: Vec::new(),
+        numbers: Array2::zeros((0, 0)),
+    };
     for element in &header.elements {
         values.expect(element)?;
         if element.name != wanted {
@@ -77,7 +102,12 @@ fn body(
         }
         let is_wanted = |property: &Property| matching(&element.name, property);
         let names = element.properties.iter().filter(|property| is_wanted(property));
-        found.names = names.map(|property| property.name().to_owned()).collect();
+        for property in names {
+            if let Kind::Scalar(scalar) = property.kind {
+                found.names.push(property.name().to_owned());
+                found.types.push(scalar);
+            }
+        }
         let mut numbers = Vec::with_capacity(values.capacity(element) * found.names.len());
         for _ in 0..element.count {
             values.begin()?;

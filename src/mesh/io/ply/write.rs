@@ -3,9 +3,11 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use super::others::Others;
 use crate::error::Result;
 use crate::file;
 use crate::mesh::io::paths::relative;
+use crate::mesh::io::scalars::Properties;
 use crate::mesh::io::{coordinates, known};
 use crate::mesh::{Materials, Mesh};
 use crate::sweep::collect;
@@ -35,7 +37,8 @@ pub fn write(out: &mut dyn Write, mesh: &Mesh, folder: &Path) -> io::Result<()> 
 /// properties of several types.
 ///
 /// `labels` has one entry per vertex, `face_labels` one per face, which then have colors and labels, too; `colors` has
-/// one RGB in [0, 1] per label. Other labels are gray.
+/// one RGB in [0, 1] per label. Other labels are gray. `others` are the numbers that the file of the mesh had; where names
+/// are taken, theirs begin with `input_`.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -45,25 +48,48 @@ pub fn write_labeled(
     labels: &[u8],
     face_labels: Option<&[u8]>,
     colors: &[[f64; 3]],
+    others: &Properties,
 ) -> Result<()> {
     assert_eq!(labels.len(), mesh.vertices.len());
     let colors: Vec<[u8; 3]> = colors.iter().copied().map(bytes).collect();
+    let color = |label: u8| colors.get(usize::from(label)).unwrap_or(&GRAY);
+    let [of_vertices, of_faces] = [&others.of_vertices, &others.of_faces].map(Others::new);
     let properties = labeled_properties();
-    let of_faces = if face_labels.is_some() { &properties } else { "" };
+    let face_properties = if face_labels.is_some() { &properties } else { "" };
+    let extras = [
+        properties.clone() + &of_vertices.header(),
+        face_properties.to_owned() + &of_faces.header(),
+    ];
     file::write(path, |out| {
-        header(out, mesh, [&properties, of_faces], None)?;
-        records::<28>(out, mesh.vertices.len(), |k, record| {
+        header(out, mesh, [&extras[0], &extras[1]], None)?;
+        let labeled = |k: usize, record: &mut [u8; 28]| {
             position(mesh, k, record);
-            record[24..27].copy_from_slice(colors.get(usize::from(labels[k])).unwrap_or(&GRAY));
+            record[24..27].copy_from_slice(color(labels[k]));
             record[27] = labels[k];
-        })?;
-        match face_labels {
-            None => faces(out, mesh),
-            Some(labels) => painted_faces_with(out, mesh, |j, record| {
-                record.extend(colors.get(usize::from(labels[j])).unwrap_or(&GRAY));
-                record.push(labels[j]);
-            }),
+        };
+        if of_vertices.is_empty() {
+            records(out, mesh.vertices.len(), labeled)?;
+        } else {
+            let (mut record, mut rest) = ([0; 28], vec![0; of_vertices.bytes()]);
+            for k in 0..mesh.vertices.len() {
+                labeled(k, &mut record);
+                of_vertices.write(k, &mut rest);
+                out.write_all(&record)?;
+                out.write_all(&rest)?;
+            }
         }
+        if face_labels.is_none() && of_faces.is_empty() {
+            return faces(out, mesh);
+        }
+        painted_faces_with(out, mesh, |j, record| {
+            if let Some(labels) = face_labels {
+                record.extend(color(labels[j]));
+                record.push(labels[j]);
+            }
+            let first = record.len();
+            record.resize(first + of_faces.bytes(), 0);
+            of_faces.write(j, &mut record[first..]);
+        })
     })
 }
 

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::{FORMATS, decorated, read, written};
-use crate::mesh::io::{self, Format, write_labeled};
+use crate::mesh::io::{self, Format, Properties, write_labeled};
 use crate::mesh::{Mesh, Shape};
 
 /// Coordinates of every size, an unreferenced vertex, a degenerate and a duplicate face.
@@ -119,7 +119,7 @@ fn labels_are_bytes_beside_the_colors() {
     let labels = [0, 1, 2, 3, 4, 63];
     let palette: Vec<_> = (0..64).map(|p| [p.min(5) as f64 / 5.0, 0.0, 1.0]).collect();
     let colors: Vec<_> = labels.map(|label| palette[usize::from(label)]).to_vec();
-    write_labeled(&path, &mesh, &labels, None, &palette).unwrap();
+    write_labeled(&path, &mesh, &labels, None, &palette, &Properties::default()).unwrap();
     let read = io::read(&path).unwrap();
     assert_eq!(read.vertices, mesh.vertices);
     assert_eq!(read.colors.unwrap(), colors);

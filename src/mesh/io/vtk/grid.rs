@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 use crate::mesh::io::colors::Colors;
 use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::polygon::Polygons;
-use crate::mesh::io::scalars::Scalars;
+use crate::mesh::io::scalars::{Properties, Scalars};
 use crate::mesh::io::{
     INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, fan, uv_of_vertices, valid_uv,
     warn_untextured,
@@ -171,7 +171,7 @@ impl Grid {
     ///
     /// # Errors
     /// Points and cells, or neither, have such arrays.
-    pub fn scalars(self, path: &Path, matches: &dyn Fn(&str, &str) -> bool) -> Result<Scalars> {
+    pub fn scalars(&self, path: &Path, matches: &dyn Fn(&str, &str) -> bool) -> Result<Scalars> {
         let matching = |element: &str, arrays: &[Array]| {
             arrays
                 .iter()
@@ -204,7 +204,7 @@ impl Grid {
             }
         };
         let mut names = Vec::new();
-        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let (mut types, mut columns) = (Vec::new(), Vec::<Vec<f64>>::new());
         for array in chosen.into_iter().map(|i| &arrays[i]) {
             let numbers = array.numbers.floats();
             for c in 0..array.components {
@@ -213,6 +213,7 @@ impl Grid {
                 } else {
                     array.name.clone()
                 });
+                types.push(array.numbers.scalar());
                 columns.push(numbers.iter().skip(c).step_by(array.components).copied().collect());
             }
         }
@@ -222,7 +223,19 @@ impl Grid {
         };
         let numbers =
             Array2::from_shape_fn((rows.len(), columns.len()), |(k, c)| columns[c][rows[k]]);
-        Ok(Scalars { of_faces, names, numbers })
+        Ok(Scalars { of_faces, names, types, numbers })
+    }
+
+    /// All arrays of points and of cells.
+    pub fn properties(&self, path: &Path) -> Result<Properties> {
+        let of = |wanted: &str, arrays: &[Array]| {
+            let is_wanted = |element: &str, _: &str| element == wanted;
+            (!arrays.is_empty()).then(|| self.scalars(path, &is_wanted)).transpose()
+        };
+        Ok(Properties {
+            of_vertices: of("vertex", &self.of_points)?,
+            of_faces: of("face", &self.of_cells)?,
+        })
     }
 
     /// The cell of each face of the mesh.

@@ -16,7 +16,7 @@ use std::path::Path;
 use crate::error::Result;
 use crate::mesh::Mesh;
 
-use super::scalars::Scalars;
+use super::scalars::{Properties, Scalars};
 use grid::Grid;
 
 pub use write::{Content, Kind, Rows, write, write_mesh};
@@ -45,4 +45,9 @@ pub fn read_scalars(
     matches: &dyn Fn(&str, &str) -> bool,
 ) -> Result<Scalars> {
     grid(path, bytes)?.scalars(path, matches)
+}
+
+/// All arrays of points and of cells.
+pub fn read_properties(path: &Path, bytes: &[u8]) -> Result<Properties> {
+    grid(path, bytes)?.properties(path)
 }

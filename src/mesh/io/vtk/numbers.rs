@@ -127,6 +127,15 @@ impl Numbers {
         }
     }
 
+    /// A type that holds all of them.
+    pub fn scalar(&self) -> Scalar {
+        match self {
+            Numbers::Integers(all) if all.iter().all(|&x| i32::try_from(x).is_ok()) => Scalar::I32,
+            Numbers::Integers(_) => Scalar::I64,
+            Numbers::Floats(_) => Scalar::F64,
+        }
+    }
+
     /// All of them; integers beyond 2^53 are rounded.
     pub fn floats(&self) -> Vec<f64> {
         match self {
