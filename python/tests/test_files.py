@@ -2,9 +2,11 @@
 
 import json
 
+import igl
 import meshio
 import nibabel
 import numpy as np
+import potpourri3d
 import pytest
 import pyvista
 import trimesh
@@ -69,6 +71,13 @@ def test_nibabel_opens_what_we_write(labeled):
     assert [name.decode() for name in names] == NAMES
     palette = np.array([region["palette"] for region in result.regions])
     assert np.abs(colors[:, :3] / 255 - palette).max() < 0.006
+
+
+def test_libigl_and_potpourri3d_open_what_we_write(sphere, labeled):
+    for _, out in labeled.values():
+        for opened in (igl.read_triangle_mesh, potpourri3d.read_mesh):
+            vertices, faces = opened(str(out / "segmented.ply"))[:2]
+            assert np.array_equal(vertices, sphere[0]) and np.array_equal(faces, sphere[1])
 
 
 def test_trimesh_opens_what_we_write(sphere, labeled):
