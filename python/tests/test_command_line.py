@@ -23,7 +23,7 @@ def written(folder):
 
 def same_numbers(ours, theirs):
     """All but times, names of files that are in memory, and warnings, which have other words."""
-    for key in {*ours, *theirs} - {"seconds", "data", "coarse_to_fine", "warnings"}:
+    for key in {*ours, *theirs} - {"seconds", "rounding_seconds", "data", "coarse_to_fine", "warnings"}:
         assert ours.get(key) == theirs.get(key), key
     levels = [(found["coarse_to_fine"] or {}).get("levels", []) for found in (ours, theirs)]
     assert [level["iterations"] for level in levels[0]] == [level["iterations"] for level in levels[1]]
