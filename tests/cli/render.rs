@@ -136,3 +136,33 @@ fn meshes_are_drawn_with_their_own_data() {
     folder.done("render colored.obj --width 60 --out numbers.png");
     assert_eq!(picture(&folder, "numbers.png").get_pixel(300, 200).0, [51, 102, 153]);
 }
+
+/// What a mask leaves out is not drawn, for labels of faces and of vertices, and is said.
+#[test]
+fn what_a_mask_leaves_out_is_not_drawn() {
+    let folder = Folder::new();
+    let p = Array2::from_shape_fn((200, 2), |(j, p)| if (j < 120) == (p == 0) { 0.9 } else { 0.1 });
+    folder.array("P.npy", &p);
+    // The upper half of the square.
+    let mask: Array1<i32> = (0..200).map(|j| i32::from(j >= 100)).collect();
+    write_npy(folder.path("M.npy"), &mask).unwrap();
+    for on in ["faces", "vertices"] {
+        folder.done(&format!(
+            "segment grid:10x10 --probabilities P.npy --mask M.npy --on {on} --lambda 0.01 --no-preview --out {on}"
+        ));
+        let output = folder.run(&format!("render {on} --show labels --width 400px --out {on}.png"));
+        let said = stderr(&output);
+        assert!(output.status.success(), "{on}: {said}");
+        assert!(said.contains("100 of 200 faces are left out by the mask"), "{on}: {said}");
+        // Twice as wide as it is high.
+        let picture = picture(&folder, &format!("{on}.png"));
+        let colored = |x: u32, y: u32| {
+            let [r, g, b] = picture.get_pixel(x, y).0;
+            r.max(g).max(b) - r.min(g).min(b) > 60
+        };
+        let columns = (0..picture.width()).filter(|&x| (0..60).any(|y| colored(x, y))).count();
+        let middle = picture.width() / 2;
+        let rows = (0..picture.height()).take_while(|&y| y < 20 || colored(middle, y)).count();
+        assert!(columns > 300 && rows < 260, "{on}: {columns} x {rows}");
+    }
+}

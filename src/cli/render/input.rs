@@ -127,7 +127,8 @@ fn integers(path: &Path) -> Result<Array1<i64>> {
     npy::integers::<Ix1>(path, &file::read(path)?)
 }
 
-fn checked(path: &Path, found: Array1<i64>, of: Element, count: usize) -> Result<Vec<usize>> {
+/// Labels from 0 to 63, as many as there are vertices or faces.
+pub fn checked(path: &Path, found: Array1<i64>, of: Element, count: usize) -> Result<Vec<usize>> {
     let [one, many] = of.nouns();
     if found.len() != count {
         let message = format!(

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ndarray::Ix1;
 use serde_json::Value;
 
 use crate::data::input::DataSource;
@@ -9,12 +10,13 @@ use crate::domain::Element;
 use crate::mesh::curvature::CurvatureKind;
 use crate::mesh::{Mesh, Source, io};
 use crate::names::Named;
+use crate::render::panels::Regions;
 use crate::solve::check_mesh;
 use crate::{Error, Result, counted, file, npy, regions};
 
 use super::arguments::Arguments;
 use super::data::Data;
-use super::input::{Input, Labeled, labels, labels_of, of_u};
+use super::input::{Input, Labeled, checked, labels, labels_of, of_u};
 
 /// Reads the folder of a run. Fails if it is not one, or one of its files is missing or broken.
 pub fn read(arguments: &Arguments) -> Result<Input> {
@@ -62,10 +64,21 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
     mesh.colors = None;
     mesh.face_colors = None;
     let summary = json(&folder.join("summary.json"))?;
-    if summary.get("on").and_then(Value::as_str) == Some(Element::Faces.name()) {
-        return of_faces(folder, mesh, &summary, arguments);
+    let on_faces = summary.get("on").and_then(Value::as_str) == Some(Element::Faces.name());
+    let face_labels = folder.join("face_labels.npy");
+    let face_labels = match on_faces || face_labels.is_file() {
+        true => Some(unmasked(&face_labels, &mut mesh)?),
+        false => None,
+    };
+    let notes = face_labels.as_ref().and_then(|found| found.note.clone()).into_iter();
+    if let (true, Some(found)) = (on_faces, &face_labels) {
+        let lacking = of_faces(folder, mesh, &found.labels, &summary, arguments)?;
+        return Ok(Input { notes: notes.collect(), ..lacking });
     }
-    let regions = of_u(&folder.join("u.npy"), mesh.vertices.len())?;
+    let regions = match face_labels.as_ref().is_some_and(|found| found.note.is_some()) {
+        true => of_masked_u(&folder.join("u.npy"), mesh.vertices.len())?,
+        false => of_u(&folder.join("u.npy"), mesh.vertices.len())?,
+    };
     let threshold = summary.get("cut_threshold").and_then(Value::as_f64);
     let regions = match regions.count() {
         2 => regions.with_threshold(threshold),
@@ -89,7 +102,8 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
             Some((data, notes))
         }),
     };
-    let (data, notes) = found.map_or((None, Vec::new()), |(data, notes)| (Some(data), notes));
+    let (data, of_data) = found.map_or((None, Vec::new()), |(data, notes)| (Some(data), notes));
+    let notes = notes.chain(of_data).collect();
     let means = if data.is_none() { means(&summary, regions.count()) } else { None };
     Ok(Input {
         mesh,
@@ -101,8 +115,50 @@ fn of_result(folder: &Path, arguments: &Arguments) -> Result<Input> {
     })
 }
 
+/// Labels of the faces that a mask has not left out.
+struct Unmasked {
+    labels: Vec<usize>,
+    /// How many are left out.
+    note: Option<String>,
+}
+
+/// Reads the labels of the faces, and removes those without one from the mesh.
+fn unmasked(path: &Path, mesh: &mut Mesh) -> Result<Unmasked> {
+    let found = npy::integers::<Ix1>(path, &file::read(path)?)?;
+    let all = mesh.faces.len();
+    let is_left_out = |j: usize| found[j] == -1;
+    if found.len() != all || !(0..all).any(is_left_out) {
+        return Ok(Unmasked { labels: labels(path, Element::Faces, all)?, note: None });
+    }
+    let kept: Vec<usize> = (0..all).filter(|&j| !is_left_out(j)).collect();
+    let faces = kept.iter().map(|&j| mesh.faces[j]).collect();
+    *mesh = Mesh::new(std::mem::take(&mut mesh.vertices), faces);
+    check_mesh(mesh).map_err(|error| error.of_file(path))?;
+    let note = format!("{} of {all} faces are left out by the mask", all - kept.len());
+    let kept = kept.into_iter().map(|j| found[j]).collect();
+    Ok(Unmasked {
+        labels: checked(path, kept, Element::Faces, mesh.faces.len())?,
+        note: Some(note),
+    })
+}
+
+/// The regions of U in a file; rows of NaN belong to vertices that are not drawn.
+fn of_masked_u(path: &Path, vertices: usize) -> Result<Regions> {
+    let u = npy::read_rows(path)?;
+    npy::check_rows(path, &u, vertices)?;
+    regions::check(u.ncols()).map_err(|error| error.of_file(path))?;
+    let m = u.ncols();
+    Ok(Regions::of_u(u.iter().map(|&u| if u.is_nan() { 0.0 } else { u }).collect(), m))
+}
+
 /// Labels of faces, drawn on a mesh that is divided between them.
-fn of_faces(folder: &Path, mesh: Mesh, summary: &Value, arguments: &Arguments) -> Result<Input> {
+fn of_faces(
+    folder: &Path,
+    mesh: Mesh,
+    labels: &[usize],
+    summary: &Value,
+    arguments: &Arguments,
+) -> Result<Input> {
     let lacking_data = format!(
         "{}: the run has labels of faces, and no data are drawn beside these; show labels",
         folder.display()
@@ -110,10 +166,9 @@ fn of_faces(folder: &Path, mesh: Mesh, summary: &Value, arguments: &Arguments) -
     if arguments.data.is_some() {
         return Err(Error::unsuitable(lacking_data));
     }
-    let labels = labels(&folder.join("face_labels.npy"), Element::Faces, mesh.faces.len())?;
     let m = summary.get("regions").and_then(Value::as_u64).unwrap_or(1);
     let m = m.clamp(1, *regions::REGIONS.end() as u64) as usize;
-    let Labeled { mesh, regions, .. } = Labeled::new(mesh, (Element::Faces, &labels), m, None);
+    let Labeled { mesh, regions, .. } = Labeled::new(mesh, (Element::Faces, labels), m, None);
     Ok(Input {
         mesh,
         regions: Some(regions),
