@@ -80,7 +80,8 @@ impl<'a> From<&'a Solution> for Labeled<'a> {
 }
 
 /// Writes the folder; `summary` becomes `summary.json`. The labels belong to the mesh. A `preview.png`, `views.png`,
-/// `q.npy`, `face_labels.npy`, `contours.obj` or export of an earlier run is removed if this run does not write one.
+/// `q.npy`, `face_labels.npy`, `contours.obj` or export of an earlier run is removed if this run does not write one. Without
+/// the `summary.json` and `trace.csv` of an earlier run, nothing is removed, nor is the file of the mesh.
 ///
 /// Fails if a file cannot be written or removed.
 pub fn write(
@@ -93,6 +94,7 @@ pub fn write(
     exports: &[Export],
 ) -> Result<()> {
     let Labeled { solution, vertices, faces, drawn, source } = labeled;
+    let had_a_result = ["summary.json", "trace.csv"].iter().all(|name| folder.join(name).is_file());
     // A result is not lost for what cannot be read again.
     let others = source.map_or_else(Properties::default, |source| {
         io::read_properties(source, mesh).unwrap_or_else(|error| {
@@ -155,6 +157,9 @@ pub fn write(
             out.write_all(b"\n")
         })
     })?;
+    if !had_a_result {
+        return Ok(());
+    }
     // A picture or a field of an earlier run does not belong to this one.
     let written = [
         ("preview.png", looks.data.is_some()),
@@ -166,6 +171,10 @@ pub fn write(
     let exported = Export::iter().map(|export| (export.file(), exports.contains(&export)));
     for (name, _) in written.into_iter().chain(exported).filter(|(_, written)| !written) {
         let path = folder.join(name);
+        let is_source = source.is_some_and(|source| is_same(source, &path));
+        if is_source {
+            continue;
+        }
         match std::fs::remove_file(&path) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
                 return Err(Error::io(&path, error));
@@ -174,6 +183,11 @@ pub fn write(
         }
     }
     Ok(())
+}
+
+/// Whether two paths name the same existing file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Writes a picture as a PNG file, which is a third larger than it could be since it is encoded fast.

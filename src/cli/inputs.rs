@@ -9,7 +9,7 @@ use crate::domain::Element;
 use crate::mesh::{Mesh, source};
 use crate::operator::Mass;
 use crate::solve::{check_mesh, check_rows_of_faces};
-use crate::{Result, costs, npy, regions, sweep};
+use crate::{Error, Result, costs, npy, regions, sweep};
 
 use super::memory::Memory;
 
@@ -30,6 +30,11 @@ pub fn mesh_with_costs<'a>(
     let (read, costs) = sweep::join(|| memory.mesh(mesh), || memory.rows(path));
     let (read, costs) = (read?, costs?);
     check_mesh(&read).map_err(|error| error.of_file(mesh))?;
+    let rows = costs.nrows();
+    if on == Element::Vertices && rows != read.vertices.len() && rows == read.faces.len() {
+        let message = format!("has {rows} rows, one per face: add --on faces");
+        return Err(Error::malformed(path, message));
+    }
     match on {
         Element::Vertices => npy::check_rows(path, &costs, read.vertices.len())?,
         Element::Faces => check_rows_of_faces("costs", costs.nrows(), &read)

@@ -83,7 +83,8 @@ fn all_doors_lead_to_the_same_labels() {
 
     // Labels of runs on faces are compared as such, with their areas.
     write_npy(folder.path("L.npy"), &labels).unwrap();
-    for pair in ["solved segmented", "solved L.npy", "L.npy solved"] {
+    let of_run = format!("{run} L.npy");
+    for pair in ["solved segmented", "solved L.npy", "L.npy solved", &of_run] {
         let found = json(&folder, &format!("compare {pair} --mesh {MESH} --json"));
         assert_eq!((&found["faces"], found.get("vertices")), (&480.into(), None), "{pair}");
         assert_eq!(found["mean"]["accuracy"], 1.0, "{pair}");
@@ -148,7 +149,7 @@ fn what_faces_do_not_have_is_refused() {
             "solve {} --costs V.npy --on faces",
             "V.npy: the costs have 240 rows, but the mesh has 480 faces",
         ),
-        ("solve {} --costs S.npy", "S.npy: has 480 rows, but the mesh has 240 vertices"),
+        ("solve {} --costs S.npy", "S.npy: has 480 rows, one per face: add --on faces"),
         ("solve {} --costs S.npy --on faces --mass voronoi", "another mass than barycentric"),
         ("solve {} --costs S.npy --on faces --coarse-to-fine", "from coarse to fine"),
         ("solve {} --costs S.npy --on faces --save q", "saving the dual field"),
@@ -170,4 +171,23 @@ fn what_faces_do_not_have_is_refused() {
         assert!(stderr(&output).contains(message), "{line}: {}", stderr(&output));
         assert!(!folder.path("out").exists());
     }
+}
+
+/// A folder that is no result keeps its files, and the mesh itself is kept in any folder.
+#[test]
+fn files_of_others_are_kept() {
+    let folder = folder();
+    fs::create_dir(folder.path("mine")).unwrap();
+    folder.write("mine/q.npy", "mine");
+    folder.write("mine/labels.json", "mine");
+    let given = "--costs S.npy --on faces --lambda 0.01 --no-preview";
+    folder.done(&format!("solve {MESH} {given} --also vtp --out mine"));
+    for name in ["mine/q.npy", "mine/labels.json"] {
+        assert_eq!(fs::read(folder.path(name)).unwrap(), b"mine", "{name}");
+    }
+    folder.done(&format!("solve mine/segmented.vtp {given} --out mine"));
+    assert!(folder.path("mine/segmented.vtp").exists());
+    // What an earlier run wrote is removed.
+    folder.done(&format!("solve {MESH} {given} --out mine"));
+    assert!(!folder.path("mine/segmented.vtp").exists());
 }

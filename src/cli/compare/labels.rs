@@ -32,7 +32,13 @@ pub fn read(path: &Path) -> Result<Vec<Labels>> {
         return Err(Error::malformed(path, message));
     }
     let on = [Element::Vertices, Element::Faces];
-    let on = if is_on_faces(path)? { [on[1], on[0]] } else { on };
+    let is_on_faces = is_on_faces(path)?;
+    if is_on_faces && !of(Element::Faces).exists() {
+        // A run of an experiment, which keeps those of its instance only.
+        let labels = integers(&of(Element::Vertices))?;
+        return Ok(vec![Labels { labels, on: Some(Element::Faces) }]);
+    }
+    let on = if is_on_faces { [on[1], on[0]] } else { on };
     let there = on.into_iter().filter(|on| of(*on).exists());
     there.map(|on| Ok(Labels { labels: integers(&of(on))?, on: Some(on) })).collect()
 }

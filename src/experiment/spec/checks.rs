@@ -97,6 +97,19 @@ pub fn check_baselines(
 /// for two regions only.
 pub fn check_columns(figure: &FigureSpec, instances: &[InstanceCell]) -> SpanResult<()> {
     let FigureKind::Surface(surface) = &figure.kind else { return Ok(()) };
+    let needs_u = |shown: &&Shown| matches!(shown, Shown::Column(_) | Shown::Uncertainty);
+    let on_faces = |cell: &&InstanceCell| {
+        cell.on == Element::Faces && figure.selection.has_instance(&cell.label)
+    };
+    if let (Some(shown), Some(cell)) =
+        (surface.show.iter().find(needs_u), instances.iter().find(on_faces))
+    {
+        let message = format!(
+            "{shown} of {:?} cannot be shown: runs on faces keep their labels, not U",
+            cell.label
+        );
+        return Err(SpanError::at(&figure.shown, message));
+    }
     let columns = surface.show.iter().filter_map(|shown| match shown {
         Shown::Column(p) => Some(*p),
         _ => None,

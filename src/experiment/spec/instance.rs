@@ -276,6 +276,10 @@ fn check_keys(cell: &Cell<'_>, data: &DataChoice) -> SpanResult<()> {
         ("mass", "views are integrated over their pixels: leave mass out"),
         ("project", "views are projected by their cameras: leave project out"),
     ];
+    if let (true, Some(given)) = (data.is_costs(), cell.get("project")) {
+        let message = format!("{} are not projected: leave project out", data.noun());
+        return Err(SpanError::at(&given.span, message));
+    }
     match refused.into_iter().find_map(|(key, message)| Some((cell.get(key)?, message))) {
         Some((given, message)) if is_views => Err(SpanError::at(&given.span, message)),
         _ => Ok(()),

@@ -128,6 +128,8 @@ fn keys_that_do_not_fit_are_refused() {
         ),
         ("rounding = \"expansion\"", "coarse-to-fine = true", "goes from coarse to fine"),
         ("rounding = \"expansion\"", "thresholds = 5", "has thresholds"),
+        ("\"data\", \"labels\"", "\"data\", \"uncertainty\"", "runs on faces keep their labels"),
+        ("noise = 0.5", "noise = 0.5\nproject = \"xy\"", "leave project out"),
         ("rounding = \"expansion\"", "every = 10", "class probabilities have no parameters"),
     ] {
         let text = FILE.replacen(from, to, 1);

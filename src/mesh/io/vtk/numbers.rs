@@ -76,8 +76,12 @@ impl Scalar {
             Scalar::U16 => all!(u16, Integers, i64),
             Scalar::I32 => all!(i32, Integers, i64),
             Scalar::U32 => all!(u32, Integers, i64),
-            // Beyond 2^63 - 1 they are negative, which no index and no size is.
-            Scalar::I64 | Scalar::U64 => all!(i64, Integers, i64),
+            Scalar::I64 => all!(i64, Integers, i64),
+            // Beyond 2^63 - 1 is no index and no size.
+            Scalar::U64 => match all!(i64, Integers, i64) {
+                Numbers::Integers(all) if all.iter().any(|&x| x < 0) => all!(u64, Floats, f64),
+                numbers => numbers,
+            },
             Scalar::F32 => all!(f32, Floats, f64),
             Scalar::F64 => all!(f64, Floats, f64),
         }
