@@ -119,7 +119,7 @@ fn costs_that_do_not_fit_are_refused() {
     for (bytes, part) in [
         (npy(Array1::<f64>::zeros(4)), "has 1 axis; it must have 2"),
         (npy(Array2::<f64>::zeros((3, 2))), "3 rows, but the mesh has 4 vertices"),
-        (npy(Array2::<f64>::zeros((2, 4))), "2 rows, but the mesh has 4 vertices"),
+        (npy(Array2::<f64>::zeros((2, 4))), "2 rows, one per face: add --on faces"),
         (npy(Array2::<f64>::zeros((0, 2))), "0 rows"),
         (npy(Array2::<f64>::zeros((4, 0))), "0 regions: must be from 2 to 64"),
         (npy(Array2::<f64>::zeros((4, 1))), "1 regions: must be from 2 to 64"),
