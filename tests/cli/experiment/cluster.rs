@@ -1,19 +1,23 @@
 //! The scripts for clusters: the Snakefile is run, and the tasks of the Slurm script are run in a shell.
 
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 use ndarray::Array2;
 
 use super::{SMALL_RUNS, outcomes, small};
 use crate::support::{Folder, PROGRAM};
 
-/// The script that creates the environment of Snakemake if it is missing, and starts Snakemake.
-fn snakemake() -> Command {
+/// Runs the Snakefile of a folder by the script that creates the environment of Snakemake where it is missing.
+fn snakemake(folder: &Folder) -> Output {
     let project = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut command = Command::new(project.join("tests/cli/experiment/snakemake"));
-    command.env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap());
-    command
+    Command::new(project.join("tests/cli/experiment/snakemake"))
+        .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap())
+        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
+        .current_dir(folder.path(""))
+        .env("HOME", folder.path(""))
+        .output()
+        .unwrap()
 }
 
 #[test]
@@ -22,12 +26,7 @@ fn the_snakefile_makes_all_runs_and_the_report() {
     let snakefile = folder.done("experiment run small.toml --emit snakemake --jobs 3");
     folder.write("Snakefile", &snakefile);
     assert!(!folder.path("results").exists());
-    let output = snakemake()
-        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
-        .current_dir(folder.path(""))
-        .env("HOME", folder.path(""))
-        .output()
-        .unwrap();
+    let output = snakemake(&folder);
     assert!(output.status.success(), "{snakefile}\n{}", String::from_utf8_lossy(&output.stderr));
     let made = outcomes(&folder.path("results/small"));
     assert_eq!(made.len(), SMALL_RUNS);
@@ -46,12 +45,7 @@ fn the_snakefile_takes_any_name() {
     let emit = ["experiment", "run", &file, "--emit", "snakemake", "--jobs", "2"];
     let emitted = Command::new(PROGRAM).args(emit).current_dir(folder.path("")).output().unwrap();
     folder.write("Snakefile", &emitted.stdout);
-    let output = snakemake()
-        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
-        .current_dir(folder.path(""))
-        .env("HOME", folder.path(""))
-        .output()
-        .unwrap();
+    let output = snakemake(&folder);
     let messages = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{}\n{messages}", String::from_utf8_lossy(&emitted.stdout));
     assert_eq!(outcomes(&folder.path(&format!("results/{name}"))).len(), SMALL_RUNS);
@@ -132,12 +126,7 @@ fn a_batch_is_divided_among_jobs() {
 
     folder.write(list, rows("snakemake"));
     folder.write("Snakefile", emitted("snakemake"));
-    let output = snakemake()
-        .args(["--cores", "2", "-s", "Snakefile", "--quiet", "all"])
-        .current_dir(folder.path(""))
-        .env("HOME", folder.path(""))
-        .output()
-        .unwrap();
+    let output = snakemake(&folder);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     done("snakemake");
 }
