@@ -151,7 +151,7 @@ mod tests {
             problem.lambda = 0.01 * mesh.area().sqrt();
             let q = constant.field(&problem).unwrap();
             let allowed = problem.lambda * (1.0 + 1e-14);
-            with_set!(relaxation, Set => assert!(q.iter().all(|&q| Set::gauge(q) <= allowed)));
+            with_set!(relaxation, set => assert!(q.iter().all(|&q| set.gauge(q) <= allowed)));
             let bound = problem.dual_bound(&q);
             assert!(bound <= energy + 1e-12 * spread && bound.is_finite(), "{name}");
             assert!(bound >= -spread, "{name}");

@@ -36,7 +36,7 @@ pub struct Evaluation {
     pub regions: usize,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
-    /// The relaxation: `frobenius`, `separate` or `envelope`.
+    /// The relaxation: `frobenius`, `separate`, `envelope` or `metric`.
     pub relaxation: &'static str,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
     pub mass: &'static str,
@@ -160,6 +160,7 @@ pub fn evaluate_on_faces(
 /// What is wrong on any element.
 fn check(s: &Array2<f64>, u: &Array2<f64>, shape: &str, question: &Question<'_>) -> Result<()> {
     regions::check(s.ncols())?;
+    question.relaxation.check(s.ncols())?;
     if u.dim() != s.dim() {
         return Err(Error::unsuitable(format!(
             "U has {} x {} entries, but the costs have {} x {}; both must be {shape}",

@@ -95,10 +95,10 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// sum_j |(K U)_j|, in units of length, in the norm of the relaxation.
     pub fn total_variation(&self, u: &[Row<M>]) -> f64 {
-        with_set!(self.relaxation, Set => sum_blocks(
+        with_set!(self.relaxation, set => sum_blocks(
             self.k.faces(),
             #[inline(always)]
-            |first, norms| self.k.norms::<Set, M>(u, first, norms),
+            |first, norms| self.k.norms(set, u, first, norms),
         ))
     }
 
@@ -109,10 +109,10 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// E_eps(U) - B.
     pub fn smoothed_energy(&self, u: &[Row<M>], smoothing: Smoothing) -> f64 {
-        let variation = with_set!(self.relaxation, Set => sum(
+        let variation = with_set!(self.relaxation, set => sum(
             self.k.faces(),
             #[inline(always)]
-            |j| Set::smoothed(self.k.at(u, j), smoothing.radius(self.k.area(j))),
+            |j| set.smoothed(self.k.at(u, j), smoothing.radius(self.k.area(j))),
         ));
         self.data_term(u) + self.lambda * variation
     }
@@ -122,10 +122,10 @@ impl<K: Operator, const M: usize> Problem<K, M> {
     /// bounds every energy.
     pub fn smoothed_dual(&self, u: &[Row<M>], smoothing: Smoothing, q: &mut [Tangent<M>]) {
         let Problem { k, lambda, .. } = self;
-        with_set!(self.relaxation, Set => sweep(
+        with_set!(self.relaxation, set => sweep(
             q,
             #[inline(always)]
-            |j, q| *q = Set::smoothed_dual(k.at(u, j), smoothing.radius(k.area(j)), *lambda),
+            |j, q| *q = set.smoothed_dual(k.at(u, j), smoothing.radius(k.area(j)), *lambda),
         ));
     }
 
@@ -137,14 +137,14 @@ impl<K: Operator, const M: usize> Problem<K, M> {
         let exists: [bool; M] =
             std::array::from_fn(|p| center && self.f.iter().any(|f| f.0[p] != FORBIDDEN_COST));
         let count = exists.iter().filter(|exists| **exists).count() as f64;
-        with_set!(self.relaxation, Set => sweep(q, |_, q| {
-            if center && Set::gauge(*q) > lambda * (1.0 + 1e-12) {
+        with_set!(self.relaxation, set => sweep(q, |_, q| {
+            if center && set.gauge(*q) > lambda * (1.0 + 1e-12) {
                 for row in &mut q.0 {
                     let sum: f64 = (0..M).filter(|&p| exists[p]).map(|p| row.0[p]).sum();
                     *row = Row::from_fn(|p| if exists[p] { row.0[p] - sum / count } else { 0.0 });
                 }
             }
-            *q = Set::project(*q, lambda);
+            *q = set.project(*q, lambda);
         }));
     }
 
@@ -178,7 +178,8 @@ impl<K: Operator, const M: usize> Problem<K, M> {
 
     /// What rounding can change in sums of costs and cuts.
     fn rounding(&self, energy: f64) -> f64 {
-        64.0 * f64::EPSILON * (energy + self.lambda * self.total_column_length)
+        let weight = self.lambda * self.relaxation.label_metric().largest();
+        64.0 * f64::EPSILON * (energy + weight * self.total_column_length)
     }
 
     /// Whether sums of costs and cuts determine this energy to nine digits: cuts do not absorb the costs.

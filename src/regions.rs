@@ -9,10 +9,13 @@ use ndarray::{Array2, ArrayView2};
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::problem::FORBIDDEN_COST;
+use crate::relaxation::LabelMetric;
 use crate::sweep::{collect, sweep};
 
 /// The numbers of regions that users may request.
 pub const REGIONS: std::ops::RangeInclusive<usize> = 2..=64;
+
+const _: () = assert!(*REGIONS.end() <= LabelMetric::MAX_LABELS);
 
 /// Fails if the number of regions is not in [`REGIONS`].
 pub fn check(m: usize) -> Result<()> {

@@ -38,8 +38,8 @@ impl Request {
         self.keep_dual || self.label_gap.is_some()
     }
 
-    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method is out of range or does not apply
-    /// to the relaxation.
+    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method, or the label gap, is out of range or
+    /// does not apply to the relaxation.
     pub fn check(&self) -> Result<()> {
         check_lambda(self.lambda)?;
         if let Some(gap) = self.label_gap
@@ -48,6 +48,13 @@ impl Request {
             return Err(Error::unsuitable(format!(
                 "the label gap is {gap:?}: it must be a finite number, 0 or more"
             )));
+        }
+        if let Relaxation::Metric(_) = self.relaxation
+            && self.label_gap.is_some()
+        {
+            return Err(Error::unsuitable(
+                "labels are improved up to a gap only where all pairs of labels weigh the same: leave the label gap out",
+            ));
         }
         self.method.check()?;
         self.method.check_relaxation(self.relaxation)

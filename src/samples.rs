@@ -157,7 +157,7 @@ pub fn random_dual_in<const M: usize>(
     rng: &mut Pcg64,
 ) -> Vec<Tangent<M>> {
     let tangents = random_tangents(n, rng).into_iter();
-    with_set!(relaxation, Set => tangents.map(|q| Set::project(q * lambda, lambda)).collect())
+    with_set!(relaxation, set => tangents.map(|q| set.project(q * lambda, lambda)).collect())
 }
 
 /// Entries from 0 to 1.
@@ -269,7 +269,7 @@ pub fn known_optimum_in<const M: usize>(
                 Relaxation::Separate => {
                     let is_active = |p: usize| f64::hypot(ku.0[0].0[p], ku.0[1].0[p]) > 0.0;
                     // Far outside the set in the direction of (K u)_jp.
-                    let far = Separate::project(ku * (1e20 * lambda / norm.max(1e-300)), lambda);
+                    let far = Separate.project(ku * (1e20 * lambda / norm.max(1e-300)), lambda);
                     let choose = |axis: usize| {
                         move |p: usize| if is_active(p) { far } else { any }.0[axis].0[p]
                     };

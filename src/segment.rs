@@ -65,6 +65,7 @@ pub fn segment<D: DataModel>(
 ) -> Result<Segmentation<D::Parameters>> {
     request.check()?;
     regions::check(alternation.regions)?;
+    request.relaxation.check(alternation.regions)?;
     assert!(alternation.every > 0);
     check_rows("data", model.vertices(), mesh)?;
     let (usable, mut warnings) = model_mesh(mesh)?;

@@ -82,6 +82,7 @@ pub fn solve_weighted(
 ) -> Result<Solution> {
     request.check()?;
     regions::check(s.ncols())?;
+    request.relaxation.check(s.ncols())?;
     check_rows("costs", s.nrows(), mesh)?;
     check_factors(factors, mesh.faces.len())?;
     seeds.check(s.nrows(), s.ncols())?;
@@ -135,6 +136,7 @@ pub fn solve_on_faces(
         )));
     }
     regions::check(s.ncols())?;
+    request.relaxation.check(s.ncols())?;
     check_rows_of_faces("costs", s.nrows(), mesh)?;
     seeds.check(s.nrows(), s.ncols())?;
     start.check(s.dim())?;

@@ -74,7 +74,7 @@ pub fn prolong_dual<const M: usize>(
         },
     );
     let mut fine_q = vec![Tangent::ZERO; fine.faces.len()];
-    with_set!(relaxation, Set => sweep(
+    with_set!(relaxation, set => sweep(
         &mut fine_q[..],
         #[inline(always)]
         |j, q| {
@@ -82,7 +82,7 @@ pub fn prolong_dual<const M: usize>(
             let in_space = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) * (1.0 / 3.0));
             let along = frame(fine, j)
                 .map(|e| in_space[0] * e[0] + in_space[1] * e[1] + in_space[2] * e[2]);
-            *q = Set::project(Tangent(along), lambda);
+            *q = set.project(Tangent(along), lambda);
         },
     ));
     fine_q

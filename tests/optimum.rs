@@ -4,7 +4,8 @@
 //!     min sum_k <u_k, f_k> + sum_j t_j    u_k in the simplex,  lambda |(K U)_j| <= t_j
 //!
 //! In the relaxation `separate` there is a cone for each face and region. In `envelope` (K U)_j is divided into flows between
-//! regions, sqrt(2) lambda (K U)_jp = sum_b w_pb with w_pb = -w_bp, whose lengths are added up.
+//! regions, sqrt(2) lambda (K U)_jp = sum_b w_pb with w_pb = -w_bp, whose lengths are added up; with a metric on the labels, they
+//! count d(p, b) times.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::ControlFlow;
@@ -17,7 +18,7 @@ use clarabel::solver::{
 use meshseg::mesh::{Mesh, Shape};
 use meshseg::names::Named;
 use meshseg::operator::Mass;
-use meshseg::relaxation::Relaxation;
+use meshseg::relaxation::{LabelMetric, Relaxation};
 use meshseg::run::{Status, Stop};
 use meshseg::solve::{Request, Solution, solve};
 use meshseg::solver::{Method, Options};
@@ -40,11 +41,12 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxati
     let area: f64 = faces.iter().map(|face| face.area).sum();
     let cost = s.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let pairs: Vec<(usize, usize)> = (0..m).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
+    let has_flows = matches!(relaxation, Relaxation::Envelope | Relaxation::Metric(_));
     // Cones of a face, their dimension, and the factor of (K U)_j in them.
     let (cones_of_face, dimension, factor) = match relaxation {
         Relaxation::Frobenius => (1, 1 + 2 * m, 1.0),
         Relaxation::Separate => (m, 3, FRAC_1_SQRT_2),
-        Relaxation::Envelope => (pairs.len(), 3, SQRT_2),
+        Relaxation::Envelope | Relaxation::Metric(_) => (pairs.len(), 3, SQRT_2),
     };
     let cone_count = faces.len() * cones_of_face;
     let mut objective = vec![0.0; n * m + cone_count];
@@ -56,8 +58,14 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxati
         }
     }
     objective[n * m..].fill(1.0);
+    let d = |&(a, b): &(usize, usize)| relaxation.label_metric().distance(a, b);
+    if has_flows {
+        objective[n * m..]
+            .chunks_mut(pairs.len())
+            .for_each(|t| t.iter_mut().zip(&pairs).for_each(|(t, pair)| *t = d(pair)));
+    }
     let weight = factor * lambda / (cost * area.sqrt());
-    if relaxation == Relaxation::Envelope {
+    if has_flows {
         objective.resize(n * m + 3 * cone_count, 0.0);
     }
 
@@ -85,7 +93,7 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxati
                 for (k, column) in face.corners.into_iter().zip(face.columns) {
                     entry(row, k * m + p, -weight * column[axis] / area.sqrt());
                 }
-                if relaxation == Relaxation::Envelope {
+                if has_flows {
                     for (i, &(a, b)) in pairs.iter().enumerate() {
                         let flow = n * m + cone_count + 2 * (j * pairs.len() + i) + axis;
                         if a == p || b == p {
@@ -98,7 +106,7 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxati
         }
     }
     let mut cones: Vec<SupportedConeT<f64>> = vec![ZeroConeT(n), NonnegativeConeT(n * m)];
-    if relaxation == Relaxation::Envelope {
+    if has_flows {
         cones.push(ZeroConeT(2 * m * faces.len()));
         for i in 0..cone_count {
             entry(row, n * m + i, -1.0);
@@ -139,25 +147,28 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxati
     let rows_of_face = match relaxation {
         Relaxation::Frobenius => 1 + 2 * m,
         Relaxation::Separate => 3 * m,
-        Relaxation::Envelope => 2 * m,
+        Relaxation::Envelope | Relaxation::Metric(_) => 2 * m,
     };
     for (face, z) in faces.iter().zip(solution.z[n + n * m..].chunks(rows_of_face)) {
         // z_jp and the lengths of those that are together in a cone.
         let z: Vec<[f64; 2]> = match relaxation {
             Relaxation::Frobenius => z[1..].chunks(2).map(|z| [z[0], z[1]]).collect(),
             Relaxation::Separate => z.chunks(3).map(|z| [z[1], z[2]]).collect(),
-            Relaxation::Envelope => z.chunks(2).map(|z| [z[0], z[1]]).collect(),
+            Relaxation::Envelope | Relaxation::Metric(_) => {
+                z.chunks(2).map(|z| [z[0], z[1]]).collect()
+            }
         };
         let length = |[x, y]: [f64; 2]| x.hypot(y);
         let all = z.iter().map(|&z| length(z).powi(2)).sum::<f64>().sqrt();
-        let difference = |&(a, b): &(usize, usize)| length([0, 1].map(|i| z[a][i] - z[b][i]));
+        let difference =
+            |pair: &(usize, usize)| length([0, 1].map(|i| z[pair.0][i] - z[pair.1][i])) / d(pair);
         let diameter = pairs.iter().map(difference).fold(0.0, f64::max);
         let mut squares = vec![0.0; m];
         for (p, &z) in z.iter().enumerate() {
             let norm = match relaxation {
                 Relaxation::Frobenius => all,
                 Relaxation::Separate => length(z),
-                Relaxation::Envelope => diameter,
+                Relaxation::Envelope | Relaxation::Metric(_) => diameter,
             };
             let scale = weight / norm.max(1.0) / area.sqrt();
             for axis in 0..2 {
@@ -171,11 +182,11 @@ fn exact_optimum(mesh: &Mesh, s: &Array2<f64>, lambda: f64, relaxation: Relaxati
         let variation = match relaxation {
             Relaxation::Frobenius => squares.iter().sum::<f64>().sqrt(),
             Relaxation::Separate => squares.iter().map(|x| x.sqrt()).sum(),
-            Relaxation::Envelope => 0.0,
+            Relaxation::Envelope | Relaxation::Metric(_) => 0.0,
         };
         high += weight / area.sqrt() * variation;
     }
-    if relaxation == Relaxation::Envelope {
+    if has_flows {
         high = solution.obj_val * (1.0 + 1e-9 * solution.obj_val.signum());
     }
     let low: f64 = g.outer_iter().map(|g| g.fold(f64::INFINITY, |a, &b| a.min(b))).sum();
@@ -325,6 +336,34 @@ fn all_relaxations() {
     let [frobenius, separate, envelope] =
         [Relaxation::Frobenius, Relaxation::Separate, Relaxation::Envelope].map(optimum);
     assert!(separate > frobenius * (1.0 + 1e-4) && envelope > separate * (1.0 + 1e-5));
+}
+
+/// A metric on four labels that no labels in the plane have, one on a line, one with a label between all others, and that
+/// of Potts by its numbers.
+#[test]
+fn metrics_on_labels() {
+    let (sphere, grid) = (shape("sphere:1"), shape("grid:7x6"));
+    let metric = |m: usize, d: &dyn Fn(usize, usize) -> f64| {
+        let d = |(a, b): (usize, usize)| if a == b { 0.0 } else { d(a.min(b), a.max(b)) };
+        Relaxation::Metric(LabelMetric::new(&Array2::from_shape_fn((m, m), d)).unwrap())
+    };
+    let uneven =
+        metric(4, &|a, b| [[0.0, 1.0, 2.0, 0.7], [0.0, 0.0, 1.5, 1.2], [0.0, 0.0, 0.0, 2.3]][a][b]);
+    check_in(uneven, "four labels", &sphere, &noise(&sphere, 4, 0.0, 14), &[0.003, 0.03, 0.3]);
+    check_in(uneven, "four labels, smooth", &grid, &smooth(&grid, 4), &[0.01, 0.1]);
+    let line = metric(5, &|a, b| (b - a) as f64);
+    check_in(line, "a line", &grid, &noise(&grid, 5, 0.0, 15), &[0.003, 0.03, 0.1]);
+    let star = metric(5, &|a, _| if a == 0 { 0.5 } else { 1.0 });
+    check_in(star, "a star", &grid, &noise(&grid, 5, 0.0, 16), &[0.003, 0.03, 0.1]);
+    check_in(star, "a star, smooth", &sphere, &smooth(&sphere, 5), &[0.01, 0.1]);
+    let s = noise(&grid, 4, 0.0, 17);
+    let lambda = 0.03 * grid.area().sqrt();
+    let summaries = [metric(4, &|_, _| 1.0), Relaxation::Envelope]
+        .map(|relaxation| certified("chambolle-pock", &grid, &s, lambda, relaxation).summary);
+    assert!((summaries[0].energy - summaries[1].energy).abs() <= 1e-9 * summaries[1].energy);
+    assert!(
+        (summaries[0].dual_bound - summaries[1].dual_bound).abs() <= 1e-9 * summaries[1].energy
+    );
 }
 
 #[test]

@@ -18,7 +18,7 @@ from ._words import array_name, in_our_words, name_of, pythonic
 
 #: Options whose value may be an array, by what their arrays are.
 _ARRAYS: dict[str, Callable[[str, Any], Any]] = {
-    **dict.fromkeys(["costs", "probabilities", "scores", "mask", "edge_aware", "u", "q"], numbers),
+    **dict.fromkeys(["costs", "probabilities", "scores", "mask", "edge_aware", "pairs", "u", "q"], numbers),
     **dict.fromkeys(["seeds", "labels_in"], labels),
     **dict.fromkeys(["data", "means"], of_files),
 }

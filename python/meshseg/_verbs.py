@@ -60,6 +60,7 @@ def segment(
     normalize: Literal["area", "none"] | None = None,
     weld: bool | float | None = None,
     relaxation: _Relaxation | None = None,
+    pairs: ArrayLike | _Path | None = None,
     mass: _Mass | None = None,
     solver: str | None = None,
     solver_options: Mapping[str, Any] | None = None,
@@ -106,6 +107,8 @@ def segment(
         Where labels of class probabilities are; by default where the probabilities are.
     seeds : (V,) or (F,) integers
         Labels that are given; -1 where there is none.
+    pairs : (m, m) numbers or path
+        How much cuts between each two classes weigh; must be a metric.
     gap : float
         The run ends at this certified gap, by default 1e-4.
     out : path
@@ -162,6 +165,7 @@ def solve(
     seeds: ArrayLike | _Path | None = None,
     weld: bool | float | None = None,
     relaxation: _Relaxation | None = None,
+    pairs: ArrayLike | _Path | None = None,
     mass: _Mass | None = None,
     solver: str | None = None,
     solver_options: Mapping[str, Any] | None = None,
@@ -239,6 +243,7 @@ def evaluate(
     q: ArrayLike | _Path | None = None,
     dual_steps: int | None = None,
     relaxation: _Relaxation | None = None,
+    pairs: ArrayLike | _Path | None = None,
     mass: _Mass | None = None,
     epsilon: float | None = None,
     epsilon_mode: Literal["paper", "intrinsic"] | None = None,

@@ -18,7 +18,7 @@ use crate::{Error, Result};
 use super::inputs::mesh_with_costs;
 use super::memory::Memory;
 use super::progress::Progress;
-use super::{Outcome, named, note, print_json, warn, welding};
+use super::{Outcome, named, note, pairs, print_json, warn, welding};
 
 /// Print the energies, the lower bound and the rounding of any U as JSON.
 ///
@@ -51,6 +51,10 @@ pub struct Arguments {
     /// The relaxation, see `solve --help` [default: frobenius; separate on faces, for which it is exact]
     #[arg(long, value_parser = named::<Relaxation>())]
     relaxation: Option<Relaxation>,
+
+    /// How much cuts between each two labels weigh, see `solve --help`
+    #[arg(long, value_name = "FILE", conflicts_with = "relaxation")]
+    pairs: Option<PathBuf>,
 
     /// Relaxed labels, of the shape of the costs
     #[arg(long, value_name = "U.npy")]
@@ -99,9 +103,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .as_deref()
         .map(|path| dual_field(path, &mesh, costs.ncols(), memory))
         .transpose()?;
+    let labels = pairs::Labels { count: costs.ncols(), names: &[] };
+    let metric = pairs::relaxation(arguments.pairs.as_deref(), labels, memory)?;
     let question = Question {
         lambda: arguments.lambda,
-        relaxation: arguments.relaxation.unwrap_or(arguments.on.relaxation()),
+        relaxation: metric.or(arguments.relaxation).unwrap_or(arguments.on.relaxation()),
         mass: arguments.mass,
         smoothing,
         q: q.as_deref(),

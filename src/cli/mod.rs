@@ -18,6 +18,7 @@ mod memory;
 mod mesh;
 mod operators;
 mod output;
+mod pairs;
 mod paper;
 mod preview;
 mod problem;
@@ -69,7 +70,7 @@ torus:400x250, sphere:6, grid:100x100, ellipsoid:6, peanut:6, dent:6, jaw:700x12
 enum Verb {
     Segment(Box<segment::Arguments>),
     Batch(batch::Arguments),
-    Solve(solve::Arguments),
+    Solve(Box<solve::Arguments>),
     Evaluate(evaluate::Arguments),
     Compare(compare::Arguments),
     Render(render::Arguments),

@@ -25,7 +25,7 @@ use super::memory::Memory;
 use super::progress::Progress;
 use super::solve::Init;
 use super::solving::{exit, summary_lines};
-use super::{Outcome, named, preview, print, table, warn, welding};
+use super::{Outcome, named, pairs, preview, print, table, warn, welding};
 
 /// Export problems for external solvers, and import their iterates
 #[derive(Subcommand)]
@@ -62,6 +62,10 @@ pub struct Export {
     /// The relaxation, see `solve --help` [default: frobenius; separate on faces, for which it is exact]
     #[arg(long, value_parser = named::<Relaxation>())]
     relaxation: Option<Relaxation>,
+
+    /// How much cuts between each two labels weigh, see `solve --help`
+    #[arg(long, value_name = "FILE", conflicts_with = "relaxation")]
+    pairs: Option<PathBuf>,
 
     /// Quadrature of the data term; on faces all are the same [default: barycentric]
     #[arg(long, value_parser = named::<Mass>())]
@@ -166,7 +170,9 @@ impl Export {
         if on == Element::Vertices {
             warn(&model_mesh(&mesh)?.1);
         }
-        let relaxation = self.relaxation.unwrap_or(problem.relaxation);
+        let labels = pairs::Labels { count: s.ncols(), names: &[] };
+        let metric = pairs::relaxation(self.pairs.as_deref(), labels, &memory)?;
+        let relaxation = metric.or(self.relaxation).unwrap_or(problem.relaxation);
         Ok(problem.in_relaxation(relaxation))
     }
 
@@ -176,6 +182,7 @@ impl Export {
             ("--on", self.on.is_some()),
             ("--lambda", self.lambda.is_some()),
             ("--relaxation", self.relaxation.is_some()),
+            ("--pairs", self.pairs.is_some()),
             ("--mass", self.mass.is_some()),
             ("--init", self.init.is_some()),
             ("--seed", self.seed.is_some()),

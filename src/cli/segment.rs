@@ -45,6 +45,12 @@ fn run_here(arguments: &Arguments) -> Outcome {
     }
     arguments.classes.check_unused()?;
     let solving = &arguments.solving;
+    if solving.pairs.is_some() {
+        return Err(Error::unsuitable(
+            "--pairs weights classes that are known before: supply --probabilities, --property, --scores or --labels-in",
+        )
+        .into());
+    }
     let request = solving.request(&arguments.mesh, arguments.lambda.unwrap_or(0.0))?;
     request.check()?;
     let labeler = arguments.labeler()?;

@@ -17,9 +17,9 @@ use crate::start::Start;
 use super::inputs::mesh_with_costs;
 use super::listener::with_threads;
 use super::memory::Memory;
-use super::seeds;
 use super::solving::{Solving, exit, summary_lines};
 use super::{Outcome, named, note, print, table, warn, welding};
+use super::{pairs, seeds};
 use given::Given;
 
 /// Minimize the energy for given costs, on the mesh as it is (no scaling).
@@ -129,9 +129,11 @@ fn run_here(arguments: &Arguments) -> Outcome {
     let solving = &arguments.solving;
     let mut request = solving.request(&arguments.mesh, arguments.lambda)?;
     let on = arguments.on;
-    request.relaxation = solving.relaxation.unwrap_or(on.relaxation());
     let memory = &arguments.memory;
     let (mesh, costs) = mesh_with_costs(&arguments.mesh, &arguments.costs, on, memory)?;
+    let labels = pairs::Labels { count: costs.ncols(), names: &[] };
+    let metric = pairs::relaxation(solving.pairs.as_deref(), labels, memory)?;
+    request.relaxation = metric.or(solving.relaxation).unwrap_or(on.relaxation());
     let seeds = match &arguments.seeds {
         Some(path) => seeds::read(path, &mesh, costs.ncols(), on, memory)?,
         None => Seeds::default(),

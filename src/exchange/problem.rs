@@ -10,6 +10,7 @@
 //! mass                                 the quadrature of f
 //! f, lambda, m, u0                     V x m integrated costs, a number, the number of regions, V x m
 //! relaxation                           the set of the dual field and the energy of a face; frobenius if it is missing
+//! label_metric                         m x m: how much cuts between each two labels weigh, if the relaxation is metric
 //! on                                   vertices, or faces; vertices if it is missing
 //! ```
 //!
@@ -43,7 +44,7 @@ use crate::operator::npz::ByteString;
 use crate::operator::{Mass, Matrix, mass};
 use crate::problem::FORBIDDEN_COST;
 use crate::regions::{self, with_regions};
-use crate::relaxation::Relaxation;
+use crate::relaxation::{LabelMetric, Relaxation};
 use crate::request::check_lambda;
 use crate::solve::{self, check_mesh, dual_of, model_mesh};
 use crate::start::Start;
@@ -182,6 +183,9 @@ impl Exchanged {
         npz.add_array("f", f)?;
         npz.add_array("lambda", &arr0(*lambda))?;
         npz.add_array("relaxation", &arr0(padded::<9>(relaxation.name())))?;
+        if let Relaxation::Metric(metric) = relaxation {
+            npz.add_array("label_metric", &metric.matrix())?;
+        }
         npz.add_array("m", &arr0(f.ncols() as i64))?;
         npz.add_array("u0", u0)?;
         Ok(npz.finish()?.into_inner())
@@ -232,10 +236,17 @@ impl Exchanged {
             true => archive.entry("relaxation", npy::byte_string)?,
             false => Relaxation::Frobenius.name().to_owned(),
         };
-        let relaxation = Relaxation::named(&relaxation).ok_or_else(|| {
-            let names = must_be_one_of(Relaxation::names());
-            unsuitable(format!("relaxation {relaxation:?} is unknown: {names}"))
-        })?;
+        let relaxation = match &*relaxation {
+            "metric" => {
+                let d = archive.entry("label_metric", npy::numbers::<Ix2>)?;
+                let metric = LabelMetric::new(&d).map_err(|error| error.of_file(path))?;
+                Relaxation::Metric(metric)
+            }
+            name => Relaxation::named(name).ok_or_else(|| {
+                let names = must_be_one_of(Relaxation::names());
+                unsuitable(format!("relaxation {name:?} is unknown: {names}"))
+            })?,
+        };
         let on = match archive.has("on") {
             true => archive.entry("on", npy::byte_string)?,
             false => <&str>::from(Element::Vertices).to_owned(),
@@ -253,6 +264,7 @@ impl Exchanged {
         let of_file = |error: Error| error.of_file(path);
         check_lambda(lambda).map_err(of_file)?;
         regions::check(f.ncols()).map_err(of_file)?;
+        relaxation.check(f.ncols()).map_err(of_file)?;
         if points.iter().any(|x| !x.is_finite()) {
             return Err(unsuitable("points has an entry that is not finite".into()));
         }

@@ -17,7 +17,7 @@ use crate::names::Named;
 use crate::operator::{Mass, Matrix, Stencil};
 use crate::problem::{Problem, Smoothing, SmoothingMode};
 use crate::regions;
-use crate::relaxation::Relaxation;
+use crate::relaxation::{LabelMetric, Relaxation};
 use crate::run::{Certificate, Status, Stop};
 use crate::samples::{random_rows, rng, shape};
 use crate::seeds::Seeds;
@@ -231,7 +231,9 @@ fn the_relaxation_is_exchanged() {
     let u = random_rows::<3>(mesh.vertices.len(), &mut rng(884));
     let u: Vec<_> = u.into_iter().map(crate::prox::project_simplex).collect();
     let rows = array(folder.path(), "u.npy", &regions::array(&u, 3));
-    for relaxation in Relaxation::iter() {
+    let metric = ndarray::arr2(&[[0.0, 1.0, 2.0], [1.0, 0.0, 1.5], [2.0, 1.5, 0.0]]);
+    let metric = Relaxation::Metric(LabelMetric::new(&metric).unwrap());
+    for relaxation in [metric].into_iter().chain(Relaxation::iter()) {
         exchanged(&mesh).in_relaxation(relaxation).write(&path).unwrap();
         let read = Exchanged::read(&path).unwrap();
         assert_eq!(read.relaxation, relaxation);

@@ -69,9 +69,15 @@ pub trait Operator: Sync {
 
     /// |(K u)_j| of the faces from `first` on, in the norm of a relaxation, one for each entry of `norms`.
     #[inline(always)]
-    fn norms<Set: DualSet, const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
+    fn norms<const M: usize>(
+        &self,
+        set: impl DualSet,
+        u: &[Row<M>],
+        first: usize,
+        norms: &mut [f64],
+    ) {
         for (norm, j) in norms.iter_mut().zip(first..) {
-            *norm = Set::support(self.at(u, j));
+            *norm = set.support(self.at(u, j));
         }
     }
 }

@@ -74,7 +74,7 @@ impl<const SEPARATE: bool, const M: usize> WithSimd for Norms<'_, SEPARATE, M> {
         let last = faces.end - rest.len();
         for (norm, j) in rest.iter_mut().zip(last..) {
             let ku = product(all_corners[j], all_weights[j], u);
-            *norm = if SEPARATE { Separate::support(ku) } else { ku.norm() };
+            *norm = if SEPARATE { Separate.support(ku) } else { ku.norm() };
         }
     }
 }

@@ -156,18 +156,24 @@ impl Operator for Stencil {
         product(self.corners[j], self.weights[j], u)
     }
 
-    fn norms<Set: DualSet, const M: usize>(&self, u: &[Row<M>], first: usize, norms: &mut [f64]) {
+    fn norms<const M: usize>(
+        &self,
+        set: impl DualSet,
+        u: &[Row<M>],
+        first: usize,
+        norms: &mut [f64],
+    ) {
         let (corners, weights) = (&self.corners, &self.weights);
-        match Set::RELAXATION {
+        match set.relaxation() {
             Relaxation::Frobenius => {
                 Arch::new().dispatch(Norms::<false, M> { corners, weights, u, first, norms });
             }
             Relaxation::Separate => {
                 Arch::new().dispatch(Norms::<true, M> { corners, weights, u, first, norms });
             }
-            Relaxation::Envelope => {
+            Relaxation::Envelope | Relaxation::Metric(_) => {
                 for (norm, j) in norms.iter_mut().zip(first..) {
-                    *norm = Set::support(self.at(u, j));
+                    *norm = set.support(self.at(u, j));
                 }
             }
         }

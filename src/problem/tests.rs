@@ -100,7 +100,7 @@ fn the_dual_of_the_smoothing_gives_the_gradient_of_the_smoothed_energy() {
             let mut q = vec![Tangent::ZERO; k.faces()];
             problem.smoothed_dual(&u, smoothing, &mut q);
             let allowed = lambda * (1.0 + 1e-14);
-            with_set!(relaxation, Set => assert!(q.iter().all(|&q| Set::gauge(q) <= allowed)));
+            with_set!(relaxation, set => assert!(q.iter().all(|&q| set.gauge(q) <= allowed)));
             let slope: f64 = (0..n).map(|v| (problem.f[v] + k.adjoint().at(&q, v)).dot(w[v])).sum();
             let at = |h: f64| {
                 let moved: Vec<Row<3>> = u.iter().zip(&w).map(|(&u, &w)| u + w * h).collect();

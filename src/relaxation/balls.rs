@@ -7,51 +7,59 @@ use crate::field::{Row, Tangent};
 use crate::prox::project_ball;
 
 /// The set of [`Relaxation::Frobenius`]; smoothed: sqrt( |(K U)_j|^2 + eps_j^2 ).
+#[derive(Clone, Copy)]
 pub struct Frobenius;
 
 impl DualSet for Frobenius {
-    const RELAXATION: Relaxation = Relaxation::Frobenius;
+    #[inline(always)]
+    fn relaxation(self) -> Relaxation {
+        Relaxation::Frobenius
+    }
 
     #[inline(always)]
-    fn gauge<const M: usize>(q: Tangent<M>) -> f64 {
+    fn gauge<const M: usize>(self, q: Tangent<M>) -> f64 {
         q.norm()
     }
 
     #[inline(always)]
-    fn project<const M: usize>(q: Tangent<M>, lambda: f64) -> Tangent<M> {
+    fn project<const M: usize>(self, q: Tangent<M>, lambda: f64) -> Tangent<M> {
         project_ball(q, lambda)
     }
 
     #[inline(always)]
-    fn support<const M: usize>(ku: Tangent<M>) -> f64 {
+    fn support<const M: usize>(self, ku: Tangent<M>) -> f64 {
         ku.norm()
     }
 
     #[inline(always)]
-    fn smoothed<const M: usize>(ku: Tangent<M>, radius: f64) -> f64 {
+    fn smoothed<const M: usize>(self, ku: Tangent<M>, radius: f64) -> f64 {
         (ku.norm_squared() + radius.powi(2)).sqrt()
     }
 
     #[inline(always)]
-    fn smoothed_dual<const M: usize>(ku: Tangent<M>, radius: f64, lambda: f64) -> Tangent<M> {
-        ku * (lambda / Self::smoothed(ku, radius))
+    fn smoothed_dual<const M: usize>(self, ku: Tangent<M>, radius: f64, lambda: f64) -> Tangent<M> {
+        ku * (lambda / self.smoothed(ku, radius))
     }
 }
 
 /// The set of [`Relaxation::Separate`]; smoothed: eps_j + 1/2 sum_p ( sqrt( 2 |(K U)_jp|^2 + eps_j^2 ) - eps_j ), which is that
 /// of `Frobenius` where only two regions change. It has the same curvature at most, 1 / eps_j.
+#[derive(Clone, Copy)]
 pub struct Separate;
 
 impl DualSet for Separate {
-    const RELAXATION: Relaxation = Relaxation::Separate;
+    #[inline(always)]
+    fn relaxation(self) -> Relaxation {
+        Relaxation::Separate
+    }
 
     #[inline(always)]
-    fn gauge<const M: usize>(q: Tangent<M>) -> f64 {
+    fn gauge<const M: usize>(self, q: Tangent<M>) -> f64 {
         SQRT_2 * squares(q).max().sqrt()
     }
 
     #[inline(always)]
-    fn project<const M: usize>(q: Tangent<M>, lambda: f64) -> Tangent<M> {
+    fn project<const M: usize>(self, q: Tangent<M>, lambda: f64) -> Tangent<M> {
         let radius = FRAC_1_SQRT_2 * lambda;
         let scale = squares(q).0.map(
             #[inline(always)]
@@ -65,7 +73,7 @@ impl DualSet for Separate {
     }
 
     #[inline(always)]
-    fn support<const M: usize>(ku: Tangent<M>) -> f64 {
+    fn support<const M: usize>(self, ku: Tangent<M>) -> f64 {
         let mut sum = 0.0;
         for square in squares(ku).0 {
             sum += square.sqrt();
@@ -74,7 +82,7 @@ impl DualSet for Separate {
     }
 
     #[inline(always)]
-    fn smoothed<const M: usize>(ku: Tangent<M>, radius: f64) -> f64 {
+    fn smoothed<const M: usize>(self, ku: Tangent<M>, radius: f64) -> f64 {
         // sqrt(x + y) - sqrt(y) without cancellation.
         let square = radius.powi(2);
         let excess = |x: f64| 2.0 * x / ((2.0 * x + square).sqrt() + radius);
@@ -82,7 +90,7 @@ impl DualSet for Separate {
     }
 
     #[inline(always)]
-    fn smoothed_dual<const M: usize>(ku: Tangent<M>, radius: f64, lambda: f64) -> Tangent<M> {
+    fn smoothed_dual<const M: usize>(self, ku: Tangent<M>, radius: f64, lambda: f64) -> Tangent<M> {
         let square = radius.powi(2);
         scaled(ku, Row(squares(ku).0.map(|x| lambda / (2.0 * x + square).sqrt())))
     }

@@ -1,8 +1,8 @@
-//! Points of a given diameter that are nearest to given ones, by Newton's method, with a multiplier mu_ab for each pair that is
-//! as far apart as it may be:
+//! Points at most limit d(a, b) from each other that are nearest to given ones, by Newton's method, with a multiplier mu_ab for each
+//! pair that is as far apart as it may be:
 //!
 //! ```text
-//! ( I + sum mu_ab (e_a - e_b) (e_a - e_b)^T ) q = q_given        1 / |q_a - q_b| = 1 / limit
+//! ( I + sum mu_ab (e_a - e_b) (e_a - e_b)^T ) q = q_given        1 / |q_a - q_b| = 1 / (limit d(a, b))
 //! ```
 //!
 //! The second line is solved for mu; for a single pair it is linear in mu. Its derivative is that of a positive semidefinite
@@ -10,6 +10,7 @@
 //! for the radius of a trust region: J. J. Moré, D. C. Sorensen, *Computing a trust region step*, SIAM J. Sci. Stat. Comput. 4,
 //! 1983. It is not sure to converge; whoever calls it has another method.
 
+use super::label_metric::LabelMetric;
 use crate::field::{Row, Tangent};
 
 /// Distances are exact up to this, in units of the limit.
@@ -21,41 +22,29 @@ const MAX_PAIRS: usize = 32;
 /// The largest number of steps.
 const MAX_STEPS: usize = 30;
 
-/// The two points that are farthest from each other, and the square of their distance.
-pub fn farthest<const M: usize>(x: &[f64; M], y: &[f64; M]) -> ([usize; 2], f64) {
-    let mut found = ([0; 2], 0.0);
-    for a in 0..M {
-        for b in 0..a {
-            let (dx, dy) = (x[a] - x[b], y[a] - y[b]);
-            let square = dx * dx + dy * dy;
-            found = if square > found.1 { ([a, b], square) } else { found };
-        }
-    }
-    found
-}
-
-/// The nearest points, from pairs that are about `limit` apart and mu_ab (q_a - q_b) for each; `None` if there are too many
-/// pairs, or no convergence.
+/// The nearest points, from pairs that are about as far apart as they may be and mu_ab (q_a - q_b) for each; `None` if there are too
+/// many pairs, or no convergence.
 pub fn project<'a, const M: usize>(
     given: Tangent<M>,
-    limit: f64,
+    (limit, metric): (f64, LabelMetric),
     found: impl Iterator<Item = (&'a [u8; 2], &'a [f64; 2])>,
 ) -> Option<Tangent<M>> {
     let (mut pairs, mut multipliers) = ([[0_usize; 2]; MAX_PAIRS], [0.0; MAX_PAIRS]);
     let mut count = 0;
     for (&pair, &[x, y]) in found {
-        let multiplier = f64::hypot(x, y) / limit;
+        let pair = pair.map(usize::from);
+        let multiplier = f64::hypot(x, y) / (limit * metric.apart(pair[0], pair[1]));
         if multiplier > 0.0 {
             if count == MAX_PAIRS {
                 return None;
             }
-            (pairs[count], multipliers[count]) = (pair.map(usize::from), multiplier);
+            (pairs[count], multipliers[count]) = (pair, multiplier);
             count += 1;
         }
     }
     // Distances cannot be more exact than the given points.
     let size = given.0.map(Row::max_abs).into_iter().fold(0.0, f64::max);
-    let tolerance = TOLERANCE * limit + 8.0 * f64::EPSILON * size;
+    let tolerance = TOLERANCE * limit * metric.smallest() + 8.0 * f64::EPSILON * size;
     for _ in 0..MAX_STEPS {
         let mut inverse = [[0.0; M]; M];
         for (a, row) in inverse.iter_mut().enumerate() {
@@ -76,9 +65,10 @@ pub fn project<'a, const M: usize>(
         let (mut system, mut steps) = ([[0.0; MAX_PAIRS]; MAX_PAIRS], [0.0; MAX_PAIRS]);
         for i in 0..count {
             let [dx, dy] = apart(pairs[i]);
-            let distance = f64::hypot(dx, dy);
-            largest = f64::max(largest, (distance - limit).abs());
-            steps[i] = (distance - limit) * distance * distance / limit;
+            let (distance, most) =
+                (f64::hypot(dx, dy), limit * metric.apart(pairs[i][0], pairs[i][1]));
+            largest = f64::max(largest, (distance - most).abs());
+            steps[i] = (distance - most) * distance * distance / most;
             for k in 0..count {
                 let ([a, b], [c, d]) = (pairs[i], pairs[k]);
                 let coupling = inverse[a][c] - inverse[a][d] - inverse[b][c] + inverse[b][d];
@@ -93,8 +83,8 @@ pub fn project<'a, const M: usize>(
             return None;
         }
         if largest <= tolerance {
-            let ([a, b], square) = farthest(&x.0, &y.0);
-            if square <= (limit + 2.0 * tolerance).powi(2) {
+            let ([a, b], square) = metric.farthest(&x.0, &y.0);
+            if square <= (limit + 2.0 * tolerance / metric.smallest()).powi(2) {
                 return Some(Tangent([x, y]));
             }
             if count == MAX_PAIRS || pairs[..count].contains(&[a, b]) {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
+use ndarray::Array2;
 use rand::RngExt;
 use strum::IntoEnumIterator;
 
@@ -45,8 +46,33 @@ fn variations<const M: usize>(n: usize, seed: u64) -> Vec<Tangent<M>> {
     all
 }
 
+fn metric(m: usize, d: impl Fn(usize, usize) -> f64) -> LabelMetric {
+    let d = |(a, b)| if a == b { 0.0 } else { d(usize::min(a, b), usize::max(a, b)) };
+    LabelMetric::new(&Array2::from_shape_fn((m, m), d)).unwrap()
+}
+
+/// Of four labels, of no points in the plane.
+fn uneven() -> LabelMetric {
+    const D: [[f64; 4]; 3] = [[0.0, 1.0, 2.0, 0.7], [0.0, 0.0, 1.5, 1.2], [0.0, 0.0, 0.0, 2.3]];
+    metric(4, |a, b| D[a][b])
+}
+
+/// How far labels are from label 0, through which the ways between all others lead.
+const RADII: [f64; 4] = [0.0, 0.4, 1.0, 0.7];
+
+fn star() -> LabelMetric {
+    metric(4, |a, b| RADII[a] + RADII[b])
+}
+
+/// Labels on a line.
+const PLACES: [f64; 4] = [0.0, 0.5, 0.8, 2.0];
+
+fn line() -> LabelMetric {
+    metric(4, |a, b| PLACES[b] - PLACES[a])
+}
+
 fn support<const M: usize>(relaxation: Relaxation, ku: Tangent<M>) -> f64 {
-    with_set!(relaxation, Set => Set::support(ku))
+    with_set!(relaxation, set => set.support(ku))
 }
 
 fn all_supports<const M: usize>(ku: Tangent<M>) -> [f64; 3] {
@@ -80,9 +106,9 @@ fn two_regions_have_one_relaxation() {
         assert_within(envelope, frobenius, 1e-14, frobenius);
         for lambda in [0.1, 1.0, 10.0] {
             let [a, b, c] = [
-                Frobenius::project(ku, lambda),
-                Separate::project(ku, lambda),
-                Envelope::project(ku, lambda),
+                Frobenius.project(ku, lambda),
+                Separate.project(ku, lambda),
+                Envelope(LabelMetric::POTTS).project(ku, lambda),
             ];
             assert!((a - b).norm() <= 1e-14 * lambda && (a - c).norm() <= 1e-12 * lambda);
         }
@@ -137,16 +163,21 @@ fn three_regions_have_a_fermat_point() {
         } else {
             (0.5 * (a * a + b * b + c * c) + 12.0_f64.sqrt() * area).sqrt()
         };
-        assert_within(Envelope::support(ku), SQRT_2 * distances, 1e-12, distances);
+        assert_within(
+            Envelope(LabelMetric::POTTS).support(ku),
+            SQRT_2 * distances,
+            1e-12,
+            distances,
+        );
     }
 }
 
-fn assert_supports<Set: DualSet, const M: usize>() {
+fn assert_supports<const M: usize>(set: impl DualSet) {
     let mut rng = rng(404);
-    let feasible = random_dual_in::<M>(Set::RELAXATION, 300, 1.0, &mut rng);
-    assert!(feasible.iter().all(|&q| Set::gauge(q) <= 1.0 + 1e-14));
+    let feasible = random_dual_in::<M>(set.relaxation(), 300, 1.0, &mut rng);
+    assert!(feasible.iter().all(|&q| set.gauge(q) <= 1.0 + 1e-14));
     for ku in variations::<M>(30, 405) {
-        let energy = Set::support(ku);
+        let energy = set.support(ku);
         // No feasible q_j gives more...
         for q in &feasible {
             assert!(q.dot(ku) <= energy + 1e-13 * energy);
@@ -169,18 +200,18 @@ fn assert_supports<Set: DualSet, const M: usize>() {
                     let others = (0..M).filter(|&o| o != p && lengths[o] > 0.0);
                     let count = others.clone().count() as f64;
                     others.for_each(|o| moved.0[axis].0[o] -= h / count);
-                    Set::support(moved)
+                    set.support(moved)
                 };
                 // The derivative along e_p - (1 - e_p) / count, for q that sums to zero.
                 let count = lengths.iter().filter(|&&x| x > 0.0).count() as f64;
                 q.0[axis].0[p] = (at(h) - at(-h)) / (2.0 * h) * (count - 1.0) / count;
             }
         }
-        if Set::RELAXATION == Relaxation::Separate {
-            // Only a translate of it lies in the balls.
+        if matches!(set.relaxation(), Relaxation::Separate | Relaxation::Metric(_)) {
+            // Only a translate of it lies in the balls; and short flows bend the energy more than differences resolve.
             continue;
         }
-        assert!(Set::gauge(q) <= 1.0 + 1e-6, "{M}: {} {ku:?}", Set::gauge(q));
+        assert!(set.gauge(q) <= 1.0 + 1e-6, "{M}: {} {ku:?}", set.gauge(q));
         assert_within(q.dot(ku), energy, 1e-6, energy);
     }
 }
@@ -188,45 +219,128 @@ fn assert_supports<Set: DualSet, const M: usize>() {
 /// The energy of a face is max <q_j, (K U)_j> over the set.
 #[test]
 fn energies_are_support_functions() {
-    assert_supports::<Frobenius, 3>();
-    assert_supports::<Frobenius, 7>();
-    assert_supports::<Separate, 3>();
-    assert_supports::<Separate, 7>();
-    assert_supports::<Envelope, 3>();
-    assert_supports::<Envelope, 4>();
-    assert_supports::<Envelope, 7>();
+    assert_supports::<3>(Frobenius);
+    assert_supports::<7>(Frobenius);
+    assert_supports::<3>(Separate);
+    assert_supports::<7>(Separate);
+    assert_supports::<3>(Envelope(LabelMetric::POTTS));
+    assert_supports::<4>(Envelope(LabelMetric::POTTS));
+    assert_supports::<7>(Envelope(LabelMetric::POTTS));
+    for metric in [uneven(), star(), line()] {
+        assert_supports::<4>(Envelope(metric));
+    }
+}
+
+/// Of all transports from one region to another, those that pass through many others are the cheapest in trees: all that
+/// is on one side of an edge passes it.
+#[test]
+fn transports_in_trees_are_sums_over_edges() {
+    for g in variations::<4>(200, 412) {
+        let lengths = squares(g).0.map(f64::sqrt);
+        let around: f64 = RADII.iter().zip(lengths).map(|(radius, length)| radius * length).sum();
+        assert_within(transport::support(g, star()), around, 1e-11, around);
+        let mut along = 0.0;
+        for i in 1..4 {
+            let passing = g.0.map(|row| row.0[..i].iter().sum::<f64>());
+            along += (PLACES[i] - PLACES[i - 1]) * f64::hypot(passing[0], passing[1]);
+        }
+        // Ways from one end to the other cost the same with and without stops, which leaves fewer digits.
+        assert_within(transport::support(g, line()), along, 1e-10, along);
+    }
+}
+
+/// With the weights 1 the metric is that of Potts, whose transports another formula gives; weights scale them.
+#[test]
+fn transports_of_equal_weights_are_those_of_the_envelope() {
+    fn check<const M: usize>(accuracy: f64) {
+        let (one, twice) = (metric(M, |_, _| 1.0), metric(M, |_, _| 2.0));
+        for g in variations::<M>(100, 413) {
+            let expected = diameter::support(g);
+            assert_within(transport::support(g, one), expected, accuracy, expected);
+            assert_within(transport::support(g, twice), 2.0 * expected, accuracy, 2.0 * expected);
+        }
+    }
+    check::<2>(1e-14);
+    check::<3>(1e-12);
+    check::<5>(1e-12);
+    check::<12>(1e-12);
+}
+
+/// Regions to which a metric is larger take no part, but those that are near do.
+#[test]
+fn a_region_without_a_vector_is_passed_where_that_is_shorter() {
+    // Three vectors at 120 degrees: by way of the fourth label they cost its distance each, else one over sqrt(3).
+    let third = |p: usize| 2.0 * std::f64::consts::FRAC_PI_3 * p as f64;
+    let part = |of: fn(f64) -> f64| Row::<4>::from_fn(|p| if p < 3 { of(third(p)) } else { 0.0 });
+    let g = Tangent([part(f64::cos), part(f64::sin)]);
+    for (distance, per_vector) in
+        [(0.5, 0.5), (0.55, 0.55), (0.6, 3.0_f64.sqrt().recip()), (2.0, 3.0_f64.sqrt().recip())]
+    {
+        let hub = metric(4, |_, b| if b == 3 { distance } else { 1.0 });
+        assert_within(transport::support(g, hub), 3.0 * per_vector, 1e-12, 3.0);
+    }
+}
+
+#[test]
+fn weights_that_are_no_metric_are_refused() {
+    let refused = |d: &[[f64; 3]; 3]| {
+        let d = Array2::from_shape_fn((3, 3), |(a, b)| d[a][b]);
+        LabelMetric::new(&d).unwrap_err().to_string()
+    };
+    for (d, part) in [
+        ([[0.0, 1.0, 3.0], [1.0, 0.0, 1.5], [3.0, 1.5, 0.0]], "lower it to 2.5"),
+        ([[0.0, 1.0, 2.0], [1.0, 0.0, 1.5], [2.1, 1.5, 0.0]], "no direction"),
+        ([[0.0, 1.0, 1.0], [1.0, 0.5, 1.0], [1.0, 1.0, 0.0]], "to itself"),
+        ([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]], "positive"),
+        ([[0.0, -1.0, 1.0], [-1.0, 0.0, 1.0], [1.0, 1.0, 0.0]], "positive"),
+        ([[0.0, 1.0, f64::NAN], [1.0, 0.0, 1.0], [f64::NAN, 1.0, 0.0]], "finite"),
+        ([[0.0, 1e-7, 1.0], [1e-7, 0.0, 1.0], [1.0, 1.0, 0.0]], "millionth"),
+    ] {
+        let message = refused(&d);
+        assert!(message.contains(part), "{message}");
+    }
+    assert!(LabelMetric::new(&Array2::zeros((3, 4))).is_err());
+    assert!(LabelMetric::new(&Array2::zeros((1, 1))).is_err());
+    // Equal metrics are one.
+    assert!(uneven() == uneven() && uneven() != star() && !metric(3, |_, _| 1.0).is_potts());
+    assert_eq!(uneven().matrix()[[3, 1]], 1.2);
 }
 
 /// What a projection removes is normal to the set: <q - Pq, Pq> = max_r <q - Pq, r>. So Pq is the nearest feasible point, and
 /// <q - Pq, r - Pq> <= 0 for all feasible r. It is feasible in floating point, and keeps the sum and regions with q_p = 0.
 ///
 /// Far outside, with many regions, the projection onto the third set ends before: `accuracy` is in units of the vectors.
-fn assert_projects<Set: DualSet, const M: usize>(scales: &[f64], accuracy: f64) {
-    let mut feasible = random_dual_in::<M>(Set::RELAXATION, 100, 1.0, &mut rng(406));
+fn assert_projects<const M: usize>(set: impl DualSet, scales: &[f64], accuracy: f64) {
+    let mut feasible = random_dual_in::<M>(set.relaxation(), 100, 1.0, &mut rng(406));
     feasible.push(Tangent::ZERO);
     for q in variations::<M>(60, 407) {
         for &scale in scales {
             let q = q * scale;
-            let projected = Set::project(q, 1.0);
-            assert!(Set::gauge(projected) <= 1.0 + 4.0 * f64::EPSILON);
+            let projected = set.project(q, 1.0);
+            assert!(set.gauge(projected) <= 1.0 + 4.0 * f64::EPSILON);
             let removed = q - projected;
             for &r in &feasible {
                 assert!(removed.dot(r - projected) <= accuracy * (1.0 + scale), "{M} {scale}");
             }
-            let most = Set::support(removed);
+            let most = set.support(removed);
             assert_within(removed.dot(projected), most, accuracy, 1.0 + most);
-            if Set::RELAXATION != Relaxation::Separate {
+            if set.relaxation() != Relaxation::Separate {
                 for (a, b) in projected.0.iter().zip(&q.0) {
                     let sums = [a, b].map(|row| row.0.iter().sum::<f64>());
                     assert_within(sums[0], sums[1], 1e-12, scale);
                 }
-                for p in (0..M).filter(|&p| squares(q).0[p] == 0.0) {
+                let regions = match set.relaxation() {
+                    // Points of regions without a vector move with those that are near to them.
+                    Relaxation::Metric(_) => 0..0,
+                    _ => 0..M,
+                };
+                for p in regions.filter(|&p| squares(q).0[p] == 0.0) {
                     assert!(squares(projected).0[p].sqrt() <= accuracy, "{M} {scale} {p}");
                 }
             }
-            let again = Set::project(projected, 1.0);
+            let again = set.project(projected, 1.0);
             assert!((again - projected).norm() <= 1e-14);
-            if Set::gauge(q) <= 1.0 {
+            if set.gauge(q) <= 1.0 {
                 assert_eq!(projected, q);
             }
         }
@@ -236,31 +350,34 @@ fn assert_projects<Set: DualSet, const M: usize>(scales: &[f64], accuracy: f64) 
 #[test]
 fn projections_are_onto_the_sets() {
     let scales = [0.3, 1.0, 2.0, 10.0, 100.0];
-    assert_projects::<Frobenius, 4>(&scales, 1e-13);
-    assert_projects::<Separate, 4>(&scales, 1e-13);
-    assert_projects::<Separate, 9>(&scales, 1e-13);
-    assert_projects::<Envelope, 2>(&scales, 1e-10);
-    assert_projects::<Envelope, 3>(&scales, 1e-10);
-    assert_projects::<Envelope, 4>(&scales, 1e-10);
-    assert_projects::<Envelope, 9>(&scales[..3], 1e-10);
-    assert_projects::<Envelope, 16>(&scales[..2], 1e-10);
-    assert_projects::<Envelope, 16>(&scales[..4], 2e-3);
+    assert_projects::<4>(Frobenius, &scales, 1e-13);
+    assert_projects::<4>(Separate, &scales, 1e-13);
+    assert_projects::<9>(Separate, &scales, 1e-13);
+    assert_projects::<2>(Envelope(LabelMetric::POTTS), &scales, 1e-10);
+    assert_projects::<3>(Envelope(LabelMetric::POTTS), &scales, 1e-10);
+    assert_projects::<4>(Envelope(LabelMetric::POTTS), &scales, 1e-10);
+    assert_projects::<9>(Envelope(LabelMetric::POTTS), &scales[..3], 1e-10);
+    assert_projects::<16>(Envelope(LabelMetric::POTTS), &scales[..2], 1e-10);
+    assert_projects::<16>(Envelope(LabelMetric::POTTS), &scales[..4], 2e-3);
+    for metric in [uneven(), star(), line()] {
+        assert_projects::<4>(Envelope(metric), &scales, 1e-9);
+    }
 }
 
 /// The set of lambda is lambda times that of 1; NaN stays NaN; with lambda = 0 there is only the origin.
 #[test]
 fn sets_scale_with_lambda() {
     for relaxation in Relaxation::iter() {
-        with_set!(relaxation, Set => for q in variations::<5>(20, 408) {
+        with_set!(relaxation, set => for q in variations::<5>(20, 408) {
             for lambda in [1e-8, 0.25, 1e6] {
-                let scaled = Set::project(q * lambda, lambda);
-                assert!((scaled - Set::project(q, 1.0) * lambda).norm() <= 1e-10 * lambda);
-                assert!((Set::gauge(q * lambda) - lambda * Set::gauge(q)).abs() <= 1e-12 * lambda);
+                let scaled = set.project(q * lambda, lambda);
+                assert!((scaled - set.project(q, 1.0) * lambda).norm() <= 1e-10 * lambda);
+                assert!((set.gauge(q * lambda) - lambda * set.gauge(q)).abs() <= 1e-12 * lambda);
             }
-            assert_eq!(Set::project(q, 0.0).norm(), 0.0);
+            assert_eq!(set.project(q, 0.0).norm(), 0.0);
             let mut broken = q;
             broken.0[1].0[2] = f64::NAN;
-            assert!(Set::project(broken, 1.0).norm().is_nan() && Set::support(broken).is_nan());
+            assert!(set.project(broken, 1.0).norm().is_nan() && set.support(broken).is_nan());
         });
     }
 }
@@ -270,21 +387,21 @@ fn sets_scale_with_lambda() {
 fn the_smoothed_gradient_is_that_of_the_smoothed_energy() {
     let mut rng = rng(409);
     for relaxation in Relaxation::iter() {
-        with_set!(relaxation, Set => for ku in variations::<5>(10, 410) {
+        with_set!(relaxation, set => for ku in variations::<5>(10, 410) {
             for radius in [0.03, 0.3, 3.0] {
                 let direction = random_tangents::<5>(1, &mut rng)[0];
-                let q = Set::smoothed_dual(ku, radius, 1.0);
-                assert!(Set::gauge(q) <= 1.0 + 1e-14);
-                let at = |h: f64| Set::smoothed(ku + direction * h, radius);
+                let q = set.smoothed_dual(ku, radius, 1.0);
+                assert!(set.gauge(q) <= 1.0 + 1e-14);
+                let at = |h: f64| set.smoothed(ku + direction * h, radius);
                 let size = at(0.0).abs() + radius;
                 let h = 1e-5 * radius;
                 let slope = (at(h) - at(-h)) / (2.0 * h);
                 assert_within(slope, q.dot(direction), 1e-6, 1.0 + size);
                 // The curvature of a smoothed energy is at most 1 / eps_j.
-                let moved = Set::smoothed_dual(ku + direction, radius, 1.0) - q;
+                let moved = set.smoothed_dual(ku + direction, radius, 1.0) - q;
                 assert!(moved.norm() <= direction.norm() / radius * (1.0 + 1e-9));
             }
-            let tiny = Set::smoothed_dual(ku * 1e-6, 1.0, 1.0);
+            let tiny = set.smoothed_dual(ku * 1e-6, 1.0, 1.0);
             assert!((tiny - ku * 1e-6).norm() <= 1e-11);
         });
     }
@@ -297,7 +414,7 @@ fn two_regions_are_smoothed_alike() {
         let wide =
             Tangent(ku.0.map(|row| Row::<9>::from_fn(|p| if p < 2 { row.0[p] } else { 0.0 })));
         for radius in [1e-3, 0.3, 30.0] {
-            let [a, b] = [Frobenius::smoothed(ku, radius), Separate::smoothed(wide, radius)];
+            let [a, b] = [Frobenius.smoothed(ku, radius), Separate.smoothed(wide, radius)];
             assert_within(a, b, 1e-14, a);
         }
     }

@@ -170,8 +170,19 @@ impl Band {
             let [begin, end] = self.range[v as usize].map(|end| end as usize);
             &self.neighbors[begin..end]
         };
-        best_expansion(nodes, &labels.labels, p, costs, neighbors, &mut self.node)
+        let costs = Costs { of_label: costs, distance: |a, b| labels.distance(a, b), neighbors };
+        best_expansion(nodes, &labels.labels, p, costs, &mut self.node)
     }
+}
+
+/// What labels cost in a graph.
+pub struct Costs<F, D, N> {
+    /// f_vp.
+    pub of_label: F,
+    /// d(a, b), by which the weight of an edge between labels a and b is multiplied.
+    pub distance: D,
+    /// The neighbors of a vertex, and the weights of the edges to them.
+    pub neighbors: N,
 }
 
 /// The vertices among the given ones that change to label p in the best expansion of it. `node` has a place for each
@@ -180,10 +191,10 @@ pub fn best_expansion<'a>(
     nodes: Vec<u32>,
     labels: &[u8],
     p: u8,
-    cost: impl Fn(u32, u8) -> f64,
-    neighbors: impl Fn(u32) -> &'a [(u32, f64)],
+    costs: Costs<impl Fn(u32, u8) -> f64, impl Fn(u8, u8) -> f64, impl Fn(u32) -> &'a [(u32, f64)]>,
     node: &mut [u32],
 ) -> Vec<u32> {
+    let Costs { of_label: cost, distance, neighbors } = costs;
     if nodes.is_empty() {
         return nodes;
     }
@@ -197,16 +208,19 @@ pub fn best_expansion<'a>(
         let mut change = cost(v, p) - cost(v, own);
         for &(w, weight) in neighbors(v) {
             let other = labels[w as usize];
-            let apart = if own != other { weight } else { 0.0 };
-            // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), the weight if one of two nodes changes,
+            let apart = weight * distance(own, other);
+            // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), `first` for (1, 0), `second` for (0, 1),
             // and nothing for (1, 1).
             match node[w as usize] {
-                NONE => change += if other != p { weight } else { 0.0 } - apart,
+                NONE => change += weight * distance(p, other) - apart,
                 j if i < j => {
-                    change += weight - apart;
-                    edges.push(Edge { ends: [i, j], costs: [2.0 * weight - apart, 0.0] });
+                    let (first, second) = (weight * distance(p, other), weight * distance(own, p));
+                    change += first - apart;
+                    // Not negative by the triangle inequality, but for rounding.
+                    let together = (first + second - apart).max(0.0);
+                    edges.push(Edge { ends: [i, j], costs: [together, 0.0] });
                 }
-                _ => change -= weight,
+                _ => change -= weight * distance(p, own),
             }
         }
         costs.push(change);

@@ -6,12 +6,13 @@
 //!                                  sqrt(l_1^2 + l_2^2 + l_3^2) / 2     three different labels, in the relaxation of the paper
 //!                                  (l_1 + l_2 + l_3) / (2 sqrt(2))     the same, of regions taken separately
 //!                                  (d_1 + d_2 + d_3) / sqrt(2)         the same, of the envelope
+//!                                  see `relaxation/transport.rs`       the same, of a metric on the labels
 //! ```
 //!
 //! l_i is the length of the edge opposite to corner i, and d_i the distance of corner i from the Fermat point. The first
 //! case is a cut of a graph whose edge between the corners i and j of a face, opposite to corner k, weighs
 //! lambda (l_i + l_j - l_k) / (2 sqrt(2)) (`graph.rs`). So is the third; the second costs 1 to 1.2247 times less, and the
-//! last 1 to 1.1547 times more.
+//! last 1 to 1.1547 times more. With a metric, the first case and the edges of the graph cost d(a, b) times as much.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -19,7 +20,7 @@ use super::graph::{add_edges, exact};
 use crate::domain::Domain;
 use crate::mesh::incidence::Incidence;
 use crate::problem::FORBIDDEN_COST;
-use crate::relaxation::Relaxation;
+use crate::relaxation::{Relaxation, transport};
 
 /// One label per vertex, for given costs; on faces, "vertices" are faces and "faces" are edges, see `domain.rs`.
 pub struct Labels<'a> {
@@ -89,11 +90,11 @@ impl<'a> Labels<'a> {
         }
         let l = self.domain.lengths(j as usize);
         let n = if b == c {
-            l[0] * FRAC_1_SQRT_2
+            self.distance(a, b) * l[0] * FRAC_1_SQRT_2
         } else if a == c {
-            l[1] * FRAC_1_SQRT_2
+            self.distance(b, a) * l[1] * FRAC_1_SQRT_2
         } else if a == b {
-            l[2] * FRAC_1_SQRT_2
+            self.distance(c, a) * l[2] * FRAC_1_SQRT_2
         } else {
             match self.relaxation {
                 Relaxation::Frobenius => 0.5 * l.iter().map(|l| l * l).sum::<f64>().sqrt(),
@@ -101,9 +102,17 @@ impl<'a> Labels<'a> {
                 Relaxation::Envelope => {
                     FRAC_1_SQRT_2 * steiner_length(l, self.domain.triangle_area(j as usize))
                 }
+                Relaxation::Metric(metric) => {
+                    FRAC_1_SQRT_2 * transport::of_regions(&labels, &closed(l), metric)
+                }
             }
         };
         self.lambda * n
+    }
+
+    /// d(a, b).
+    pub fn distance(&self, a: u8, b: u8) -> f64 {
+        self.relaxation.label_metric().distance(a.into(), b.into())
     }
 
     pub fn face_labels(&self, j: u32) -> [u8; 3] {
@@ -157,6 +166,14 @@ impl<'a> Labels<'a> {
         }
         [sum, 8.0 * f64::EPSILON * size]
     }
+}
+
+/// Three vectors of these lengths that sum to zero.
+fn closed([a, b, c]: [f64; 3]) -> [[f64; 2]; 3] {
+    // <x, y> for the first two, by the law of cosines.
+    let along = 0.5 * (c * c - a * a - b * b) / a;
+    let across = (b * b - along * along).max(0.0).sqrt();
+    [[a, 0.0], [along, across], [-a - along, -across]]
 }
 
 /// The sum of the distances of the corners of a triangle from its Fermat point, which is the corner of an angle of 120 degrees

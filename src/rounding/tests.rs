@@ -1,5 +1,6 @@
 //! Energies of labels are those of the operator; cuts are minimal; moves only lower the energy.
 
+use ndarray::Array2;
 use rand::RngExt;
 use strum::IntoEnumIterator;
 
@@ -7,7 +8,7 @@ use super::min_cut::{Edge, MinCut};
 use super::*;
 use crate::mesh::Mesh;
 use crate::problem::FORBIDDEN_COST;
-use crate::relaxation::{DualSet, Relaxation, with_set};
+use crate::relaxation::{DualSet, LabelMetric, Relaxation, with_set};
 use crate::samples::{assert_within, rng, shape, zoo};
 
 fn problem<const M: usize>(mesh: &Mesh, m: usize, lambda: f64, seed: u64) -> Problem<Stencil, M> {
@@ -17,6 +18,13 @@ fn problem<const M: usize>(mesh: &Mesh, m: usize, lambda: f64, seed: u64) -> Pro
     };
     let f = (0..mesh.vertices.len()).map(row).collect();
     Problem::new(Stencil::new(mesh), f, lambda)
+}
+
+/// Cuts between the labels 0 and 2 weigh most, and cost as much as two by way of 1.
+fn uneven() -> Relaxation {
+    let d = [[0.0, 0.8, 1.7], [0.8, 0.0, 0.9], [1.7, 0.9, 0.0]];
+    let d = Array2::from_shape_fn((3, 3), |(a, b)| d[a][b]);
+    Relaxation::Metric(LabelMetric::new(&d).unwrap())
 }
 
 fn energy<const M: usize>(problem: &Problem<Stencil, M>, labels: &[u8]) -> f64 {
@@ -41,7 +49,8 @@ fn energies_are_those_of_the_operator() {
         }
         let mut problem = problem::<4>(&mesh, 3, 0.7, 3);
         let mut rng = rng(5);
-        for relaxation in Relaxation::iter().flat_map(|relaxation| [relaxation; 3]) {
+        let all = Relaxation::iter().chain([uneven()]);
+        for relaxation in all.flat_map(|relaxation| [relaxation; 3]) {
             problem.relaxation = relaxation;
             let costs = Row::peel_slice(&problem.f).as_flattened();
             let n = mesh.vertices.len();
@@ -63,6 +72,52 @@ fn energies_are_those_of_the_operator() {
             assert!((change - difference).abs() <= 1e-12 * whole, "{name}");
             assert!(error <= 1e-13 * (whole + energy(&problem, &after)), "{name}");
         }
+    }
+}
+
+/// Each expansion finds the best set of changes of a graph in which edges weigh d(a, b) times as much, as a comparison with all
+/// sets shows.
+#[test]
+fn expansions_are_the_best_for_any_metric() {
+    let mesh = shape("grid:2x2");
+    let n = mesh.vertices.len();
+    let mut rng = rng(19);
+    for trial in 0..60 {
+        let problem = problem::<4>(&mesh, 3, 0.4, trial).in_relaxation(uneven());
+        let costs = Row::peel_slice(&problem.f).as_flattened();
+        let labels: Vec<u8> = (0..n).map(|_| rng.random_range(0..3)).collect();
+        let mut state = Labels::new((&mesh).into(), costs, 3, cuts(&problem), labels.clone());
+        let graph = graph::Graph::new((&mesh).into(), graph::EdgeWeights::Exact, problem.lambda);
+        let cost = |labels: &[u8]| -> f64 {
+            let data: f64 = labels.iter().enumerate().map(|(v, &p)| state.cost(v, p)).sum();
+            let edges = (0..n as u32).flat_map(|v| {
+                graph.neighbors(v).iter().map(move |&(w, weight)| (v as usize, w as usize, weight))
+            });
+            let cut = edges.map(|(v, w, weight)| weight * state.distance(labels[v], labels[w]));
+            data + 0.5 * cut.sum::<f64>()
+        };
+        for p in 0..3 {
+            let of_label = |v: u32, p: u8| state.cost(v as usize, p);
+            let distance = |a, b| state.distance(a, b);
+            let neighbors = |v| graph.neighbors(v);
+            let costs = expansion::Costs { of_label, distance, neighbors };
+            let nodes = (0..n as u32).filter(|&v| labels[v as usize] != p).collect();
+            let mut node = vec![expansion::NONE; n];
+            let mut found = labels.clone();
+            for v in expansion::best_expansion(nodes, &labels, p, costs, &mut node) {
+                found[v as usize] = p;
+            }
+            let after = |set: usize| -> Vec<u8> {
+                (0..n).map(|v| if set >> v & 1 == 1 { p } else { labels[v] }).collect()
+            };
+            let least = (0..1 << n).map(|set| cost(&after(set))).fold(f64::INFINITY, f64::min);
+            assert_within(cost(&found), least, 1e-12, least);
+        }
+        // All together only lower the energy.
+        let before = energy(&problem, &labels);
+        expansion::expand(&mut state, |_| true, &mut || true);
+        moves::improve(&mut state);
+        assert!(energy(&problem, &state.labels) <= before + 1e-12);
     }
 }
 
@@ -191,7 +246,7 @@ fn the_bound_is_below_all_labelings_and_never_falls() {
                     let mut row =
                         || Row::from_fn(|p| if p < m { rng.random_range(-1.0..1.0) } else { 0.0 });
                     let q = Tangent([row(), row()]);
-                    with_set!(relaxation, Set => q * (problem.lambda / Set::gauge(q)))
+                    with_set!(relaxation, set => q * (problem.lambda / set.gauge(q)))
                 })
                 .collect();
             let q = if seed % 2 == 0 { q } else { vec![Tangent::ZERO; mesh.faces.len()] };

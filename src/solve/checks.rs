@@ -116,7 +116,7 @@ pub(crate) fn check_range<const M: usize>(problem: &Problem<Stencil, M>) -> Resu
              the costs or the mesh up"
         )));
     }
-    if costs && in_range(problem.lambda * length) {
+    if costs && in_range(problem.lambda * problem.relaxation.label_metric().largest() * length) {
         Ok(())
     } else {
         Err(Error::unsuitable(

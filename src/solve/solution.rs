@@ -78,10 +78,13 @@ pub struct Summary {
     pub cut: Option<CutRecord>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
-    /// The relaxation: `frobenius`, `separate` or `envelope`. Energies and bounds are those of this relaxation, also
+    /// The relaxation: `frobenius`, `separate`, `envelope` or `metric`. Energies and bounds are those of this relaxation, also
     /// those of labels. `None` in results from before there were others than `frobenius`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation: Option<Cow<'static, str>>,
+    /// The weights of the pairs of labels, m x m, if cuts between them weigh differently.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label_metric: Option<Vec<Vec<f64>>>,
     /// The quadrature of the data term: `barycentric`, `voronoi` or `consistent`.
     pub mass: Cow<'static, str>,
     /// Sum of A_j over the faces with an area, in squared units of the mesh.
@@ -283,13 +286,15 @@ pub(crate) fn conclude<const M: usize>(
         cut_threshold: match domain {
             Domain::Vertices(mesh) if m == 2 => {
                 let f = |k: usize| [problem.f[k].0[0], problem.f[k].0[1]];
-                Some(threshold(mesh, f, problem.lambda, |k| u[k].0[0], energy))
+                let lambda = problem.lambda * problem.relaxation.label_metric().distance(0, 1);
+                Some(threshold(mesh, f, lambda, |k| u[k].0[0], energy))
             }
             _ => None,
         },
         cut: None,
         lambda: problem.lambda,
         relaxation: Some(problem.relaxation.name().into()),
+        label_metric: problem.relaxation.weights(),
         mass: request.mass.name().into(),
         area: domain.area(),
         coarse_to_fine: None,

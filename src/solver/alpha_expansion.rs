@@ -18,7 +18,7 @@ use crate::domain::Domain;
 use crate::field::{Row, Tangent};
 use crate::operator::Operator;
 use crate::problem::{FORBIDDEN_COST, Problem};
-use crate::rounding::expansion::{NONE, best_expansion};
+use crate::rounding::expansion::{Costs, NONE, best_expansion};
 use crate::rounding::graph::{EdgeWeights, Graph};
 use crate::sweep::collect;
 
@@ -136,7 +136,13 @@ impl<const M: usize> AlphaExpansion<M> {
     }
 
     /// G after vertices change to label p, minus G, and a bound of its rounding error.
-    fn change(&self, f: &[Row<M>], changed: &[u32], p: u8) -> [f64; 2] {
+    fn change(
+        &self,
+        f: &[Row<M>],
+        distance: impl Fn(u8, u8) -> f64,
+        changed: &[u32],
+        p: u8,
+    ) -> [f64; 2] {
         let after =
             |v: u32| if self.node[v as usize] == NONE { self.labels[v as usize] } else { p };
         let (mut sum, mut size) = (0.0, 0.0);
@@ -148,10 +154,11 @@ impl<const M: usize> AlphaExpansion<M> {
             let (f, own) = (f[v as usize].0, self.labels[v as usize]);
             add(f[usize::from(p)], f[usize::from(own)]);
             for &(w, weight) in self.graph.neighbors(v) {
-                let cut = |differ: bool| if differ { weight } else { 0.0 };
                 // Edges between two changed vertices are visited twice.
                 let share = if self.node[w as usize] == NONE { 1.0 } else { 0.5 };
-                add(share * cut(after(w) != p), share * cut(own != self.labels[w as usize]));
+                let share = share * weight;
+                let before = self.labels[w as usize];
+                add(share * distance(after(w), p), share * distance(own, before));
             }
         }
         [sum, 8.0 * f64::EPSILON * size]
@@ -159,7 +166,7 @@ impl<const M: usize> AlphaExpansion<M> {
 }
 
 impl<K: Operator, const M: usize> Step<K, M> for AlphaExpansion<M> {
-    fn step(&mut self, Problem { f, .. }: &Problem<K, M>) {
+    fn step(&mut self, Problem { f, relaxation, .. }: &Problem<K, M>) {
         let Some(&p) = self.allowed.get(self.next) else { return };
         if self.refused == self.allowed.len() {
             return;
@@ -170,9 +177,11 @@ impl<K: Operator, const M: usize> Step<K, M> for AlphaExpansion<M> {
         let may_change = |v: &u32| self.labels[*v as usize] != p && cost(*v, p) != FORBIDDEN_COST;
         let nodes = (0..self.labels.len() as u32).filter(may_change).collect();
         let neighbors = |v: u32| self.graph.neighbors(v);
-        let changed = best_expansion(nodes, &self.labels, p, cost, neighbors, &mut self.node);
+        let distance = |a: u8, b: u8| relaxation.label_metric().distance(a.into(), b.into());
+        let costs = Costs { of_label: cost, distance, neighbors };
+        let changed = best_expansion(nodes, &self.labels, p, costs, &mut self.node);
         changed.iter().for_each(|&v| self.node[v as usize] = 0);
-        let [change, error] = self.change(f, &changed, p);
+        let [change, error] = self.change(f, distance, &changed, p);
         changed.iter().for_each(|&v| self.node[v as usize] = NONE);
         if change < -error {
             self.refused = 0;

@@ -75,8 +75,8 @@ impl<K: Operator, const M: usize> Step<K, M> for ArrowHurwicz<M> {
         let Self { u, q, sigma, tau } = self;
         let (kt, sigma, tau) = (k.adjoint(), *sigma, *tau);
         // q <- Proj_{|.|<=lambda}( q + sigma K u )
-        with_set!(*relaxation, Set => sweep(&mut q[..], |j, q| {
-            *q = Set::project(*q + sigma * k.at(u, j), *lambda);
+        with_set!(*relaxation, set => sweep(&mut q[..], |j, q| {
+            *q = set.project(*q + sigma * k.at(u, j), *lambda);
         }));
         // u <- Proj_simplex( u - tau (f + K^T q) )
         sweep((&mut u[..], &f[..]), |v, (u, &f)| {

@@ -136,8 +136,8 @@ impl<const M: usize> Balance<M> {
         let dual = sum(now.q.len(), |j| moved(j) * inverse_sigma(j));
         self.keep(now);
         (self.steps, self.window, self.changes) = (0, 2 * self.window, self.changes + 1);
-        let reaching = with_set!(problem.relaxation, Set => {
-            let at_lambda = |j: usize| Set::gauge(now.q[j]) >= AT_LAMBDA * problem.lambda;
+        let reaching = with_set!(problem.relaxation, set => {
+            let at_lambda = |j: usize| set.gauge(now.q[j]) >= AT_LAMBDA * problem.lambda;
             sum(now.q.len(), |j| f64::from(at_lambda(j)))
         });
         if reaching > 0.0 {

@@ -255,13 +255,13 @@ impl<const M: usize> DouglasRachford<M> {
             },
         );
         // y = q + Sigma K delta,   z = Proj_{|.|<=lambda}( y + Sigma K u ),   q <- y + rho (z - y)
-        with_set!(*relaxation, Set => sweep(
+        with_set!(*relaxation, set => sweep(
             (&mut q[..], &mut z[..], &s[..]),
             #[inline(always)]
             |j, (q, stored, &s)| {
                 let sigma = omega * s;
                 let y = *q + sigma * k.at(delta, j);
-                let z = Set::project(y + sigma * k.at(u, j), *lambda);
+                let z = set.project(y + sigma * k.at(u, j), *lambda);
                 *q = y + rho * (z - y);
                 if store {
                     *stored = z;

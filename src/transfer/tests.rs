@@ -115,7 +115,7 @@ fn prolonged_pairs_are_feasible() {
                 assert!(row.0[9..] == [0.0; 3], "{name}");
             }
             let allowed = lambda * (1.0 + 1e-14);
-            with_set!(relaxation, Set => assert!(q.iter().all(|&q| Set::gauge(q) <= allowed)));
+            with_set!(relaxation, set => assert!(q.iter().all(|&q| set.gauge(q) <= allowed)));
             let slack = 1e-12 * known.problem.spread();
             assert!(known.problem.dual_bound(&q) <= known.energy + slack, "{name}");
             assert!(known.problem.energy(&u) >= known.energy - slack, "{name}");

@@ -14,6 +14,7 @@ mod labeling;
 mod mesh;
 mod mixture;
 mod operators;
+mod pairs;
 mod paper;
 mod photographs;
 mod properties;

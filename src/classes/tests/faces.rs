@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::mesh::dual::Dual;
 use crate::operator::{Adjoint, Operator, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
-use crate::relaxation::Relaxation;
+use crate::relaxation::{LabelMetric, Relaxation};
 use crate::request::Request;
 use crate::rounding::{Rounding, round};
 use crate::run::{Status, Stop};
@@ -127,6 +127,71 @@ fn bounds_are_below_the_best_labeling() {
             }
         }
     }
+}
+
+/// The same for a metric on the labels, in which cuts weigh differently; where labels are on a line, there is no gap.
+#[test]
+fn bounds_of_metrics_are_below_the_best_labeling() {
+    const UNEVEN: [[f64; 3]; 3] = [[0.0, 0.4, 1.5], [0.4, 0.0, 1.2], [1.5, 1.2, 0.0]];
+    const LINE: [[f64; 3]; 3] = [[0.0, 0.4, 1.5], [0.4, 0.0, 1.1], [1.5, 1.1, 0.0]];
+    let of = |d: [[f64; 3]; 3]| {
+        LabelMetric::new(&Array2::from_shape_fn((3, 3), |(a, b)| d[a][b])).unwrap()
+    };
+    let metric = of(UNEVEN);
+    for (mesh, seed, d) in [
+        (bumpy(2), 1, UNEVEN),
+        (non_manifold(), 2, UNEVEN),
+        (bumpy(2), 3, LINE),
+        (non_manifold(), 4, LINE),
+    ] {
+        let dual = Dual::new(&mesh);
+        for lambda in [0.0, 0.05, 0.2] {
+            let (n, s) = (mesh.faces.len(), random_costs(mesh.faces.len(), 3, 920 + seed));
+            let energy = |labels: &[usize]| -> f64 {
+                let data: f64 = (0..n).map(|j| mesh.face_area(j) * s[[j, labels[j]]]).sum();
+                let pairs = dual.pairs.iter().zip(&dual.weights);
+                let cut = pairs.map(|([j, k], w)| w * d[labels[*j as usize]][labels[*k as usize]]);
+                data + SQRT_2 * lambda * cut.sum::<f64>()
+            };
+            let labeling = |code: usize| -> Vec<usize> {
+                (0..n as u32).map(|j| code / 3_usize.pow(j) % 3).collect()
+            };
+            let all = (0..3_usize.pow(n as u32)).map(|code| energy(&labeling(code)));
+            let best = all.fold(f64::INFINITY, f64::min);
+            let request =
+                Request { relaxation: Relaxation::Metric(of(d)), ..request(lambda, 1e-8) };
+            for method in Method::all() {
+                let stop = Stop { iterations: Some(400), ..request.stop };
+                let solution =
+                    solved(&mesh, &s, &Request { method: method.clone(), stop, ..request.clone() });
+                let summary = &solution.summary;
+                assert!(summary.dual_bound <= best + 1e-12, "{}", method.name());
+                assert!(summary.rounded_energy >= best - 1e-12, "{}", method.name());
+                let labels: Vec<usize> = solution.labels.iter().map(|&p| p as usize).collect();
+                assert_within(energy(&labels), summary.rounded_energy, 1e-12, best);
+                assert_ne!(summary.status, Status::Contradicted, "{}", method.name());
+            }
+            let summary = solved(&mesh, &s, &request).summary;
+            assert_eq!(summary.status, Status::Converged);
+            if summary.rounded_relative_gap <= 1e-7 {
+                assert_within(summary.rounded_energy, best, 1e-9, best);
+            }
+            if d == LINE {
+                assert_within(summary.energy, best, 1e-7, best);
+            }
+            assert_eq!(summary.label_metric.unwrap()[2], d[2]);
+        }
+    }
+    let s = random_costs(bumpy(2).faces.len(), 4, 1);
+    let request = Request { relaxation: Relaxation::Metric(metric), ..request(0.1, 1e-3) };
+    let refused = |s: &Array2<f64>, request: &Request| {
+        let (seeds, mesh) = (Seeds::default(), bumpy(2));
+        let found = solve_on_faces(&mesh, None, s, &seeds, &Start::Argmin, request, &mut go);
+        found.err().unwrap().to_string()
+    };
+    assert!(refused(&s, &request).contains("3 labels, but there are 4"));
+    let with_gap = Request { label_gap: Some(1e-3), ..request };
+    assert!(refused(&s, &with_gap).contains("leave the label gap out"));
 }
 
 /// Every method has energies above, and bounds below, those of the default one, and those that converge reach its gap.

@@ -11,7 +11,6 @@ use crate::error::Error;
 use crate::field::{Row, Tangent};
 use crate::operator::{Matrix, Operator, Stencil};
 use crate::problem::Problem;
-use crate::relaxation::Relaxation;
 use crate::solver::balance::Balance;
 use crate::solver::{Built, OneByOne, Setup};
 use crate::sweep::join;
@@ -88,7 +87,7 @@ pub fn build<'a, K: Engines + 'a, const M: usize>(
     };
     let start = (u, q);
     settings.check_relaxation(problem.relaxation)?;
-    let is_fused = K::IS_FUSED && problem.relaxation != Relaxation::Envelope;
+    let is_fused = K::IS_FUSED && problem.relaxation.has_balls();
     let fused = engine == Engine::Fused || engine == Engine::Auto && is_fused;
     match (fused, precision) {
         (true, _) => K::fused(problem, start, precision, stepping),

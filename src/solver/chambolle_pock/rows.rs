@@ -36,11 +36,11 @@ impl<const M: usize> Rows<M> {
             },
         );
         // y = Proj_{|.|<=lambda}( q + sigma K u_bar ),   q <- q + rho (y - q)
-        with_set!(*relaxation, Set => sweep(
+        with_set!(*relaxation, set => sweep(
             (&mut q[..], &sigma[..]),
             #[inline(always)]
             |j, (q, &sigma)| {
-                let y = Set::project(*q + sigma * k.at(u_bar, j), *lambda);
+                let y = set.project(*q + sigma * k.at(u_bar, j), *lambda);
                 *q = if let Some(rho) = rho { *q + rho * (y - *q) } else { y };
             },
         ));

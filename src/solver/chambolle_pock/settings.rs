@@ -70,14 +70,22 @@ const STEP_RATIO: f64 = 1.5;
 const STEP_RATIO_OF_ESTIMATES: f64 = 0.5;
 
 impl Settings {
-    /// Fails if the settings do not apply to a relaxation: the fused engine, and with it single precision, lacks `envelope`.
+    /// Fails if the settings do not apply to a relaxation: the fused engine, and with it single precision, lacks those whose
+    /// sets do not consist of balls.
     pub fn check_relaxation(&self, relaxation: Relaxation) -> Result<()> {
-        let unsuitable = match (relaxation, self.engine, self.precision) {
-            (Relaxation::Envelope, Engine::Fused, _) => {
-                "engine=fused: the fused engine has no relaxation envelope; use engine=auto"
+        let lacking = match relaxation {
+            Relaxation::Frobenius | Relaxation::Separate => return Ok(()),
+            Relaxation::Envelope => "no relaxation envelope",
+            Relaxation::Metric(_) => "no weights of pairs of labels",
+        };
+        let unsuitable = match (self.engine, self.precision) {
+            (Engine::Fused, _) => {
+                format!("engine=fused: the fused engine has {lacking}; use engine=auto")
             }
-            (Relaxation::Envelope, _, Precision::Single) => {
-                "precision=f32 needs the fused engine, which has no relaxation envelope; use precision=f64"
+            (_, Precision::Single) => {
+                format!(
+                    "precision=f32 needs the fused engine, which has {lacking}; use precision=f64"
+                )
             }
             _ => return Ok(()),
         };

@@ -41,8 +41,8 @@ fn iterates_are_feasible() {
                     assert!((u.0.iter().sum::<f64>() - 1.0).abs() <= 1e-12, "{variant:?}");
                 }
                 let bound = problem.lambda * (1.0 + 1e-14);
-                let largest = with_set!(relaxation, Set => {
-                    iterate.q.iter().map(|&q| Set::gauge(q)).fold(0.0, f64::max)
+                let largest = with_set!(relaxation, set => {
+                    iterate.q.iter().map(|&q| set.gauge(q)).fold(0.0, f64::max)
                 });
                 assert!(largest <= bound, "{variant:?}, {relaxation:?}: {largest}");
             }

@@ -68,8 +68,8 @@ fn request(arguments: &Arguments) -> Result<Request> {
 
 /// Labels of the welded and scaled mesh of what counts; chooses lambda for the costs if none is given.
 fn labeled(prepared: &Prepared, arguments: &Arguments, request: Request) -> Result<ClassLabels> {
-    let Prepared { surface, costs, s, on, seeds, contrast, .. } = prepared;
-    let relaxation = arguments.solving.relaxation;
+    let Prepared { surface, costs, s, on, metric, seeds, contrast, .. } = prepared;
+    let relaxation = metric.or(arguments.solving.relaxation);
     let relaxation = relaxation.unwrap_or_else(|| Relaxation::for_labels(s.ncols()));
     let request = Request { relaxation, ..request };
     request.check()?;

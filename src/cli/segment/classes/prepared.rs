@@ -8,6 +8,7 @@ use crate::domain::Element;
 use crate::mesh::Source;
 use crate::mesh::contrast::Contrast;
 use crate::operator::Mass;
+use crate::relaxation::Relaxation;
 use crate::seeds::Seeds;
 
 use super::arguments::{ClassArguments, Given};
@@ -17,7 +18,7 @@ use super::list::{self, Class};
 use super::mask::Mask;
 use crate::cli::segment::arguments::Arguments;
 use crate::cli::segment::surface::Surface;
-use crate::cli::{seeds, welding};
+use crate::cli::{pairs, seeds, welding};
 
 /// A problem of classes.
 pub struct Prepared {
@@ -30,6 +31,8 @@ pub struct Prepared {
     pub list: Vec<Class>,
     /// Where the labels are.
     pub on: Element,
+    /// The relaxation of weighted pairs, if there are such weights.
+    pub metric: Option<Relaxation>,
     /// On the vertices or faces of the welded mesh, as the labels.
     pub seeds: Seeds,
     pub contrast: Option<Contrast>,
@@ -54,6 +57,9 @@ impl Prepared {
         let input = Input::read(&mask.whole, given, options, memory)?;
         let m = input.costs.s.ncols();
         let list = list::read(options.list(), m)?;
+        let names: Vec<&str> = list.iter().filter_map(|class| class.name.as_deref()).collect();
+        let labels = pairs::Labels { count: m, names: &names };
+        let metric = pairs::relaxation(arguments.solving.pairs.as_deref(), labels, memory)?;
         let on = options.on().unwrap_or(input.costs.of);
         let seeds = match &arguments.seeds {
             None => Seeds::default(),
@@ -80,7 +86,7 @@ impl Prepared {
             let outside = inside.iter().enumerate().filter(|(_, inside)| !**inside);
             outside.for_each(|(v, _)| s.row_mut(v).fill(0.0));
         }
-        Ok(Prepared { mask, surface, input, list, on, seeds, contrast, costs, s })
+        Ok(Prepared { mask, surface, input, list, on, metric, seeds, contrast, costs, s })
     }
 
     /// The costs on the mesh that is drawn, as given.

@@ -118,7 +118,10 @@ pub fn report(
         lambda.expect("it has a line").1 += ", chosen for these probabilities";
     }
     let m = classes.all.len();
-    if arguments.solving.relaxation.is_none() {
+    if let Some(pairs) = &arguments.solving.pairs {
+        let reason = format!("cuts weigh as {} says", pairs.display());
+        lines.push(("relaxation", format!("metric, {reason}")));
+    } else if arguments.solving.relaxation.is_none() {
         let reason = match (m, on) {
             (2, _) => "all relaxations are the same for two classes",
             (_, Element::Faces) => "which is exact across edges",

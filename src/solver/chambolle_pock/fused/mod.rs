@@ -336,12 +336,12 @@ impl<T: Real, const M: usize> Fused<T, M> {
             let block = layout.lanes.block(i as usize).0;
             &parts[parts.partition_point(|part| part.window.own_faces.end <= block)]
         };
-        with_set!(*relaxation, Set => sweep(
+        with_set!(*relaxation, set => sweep(
             (&mut q[..], &face_positions[..]),
             #[inline(always)]
             |_, (q, &i)| {
                 let tangent = owner(i).q_at(i as usize, *units);
-                *q = if T::DOUBLE { tangent } else { Set::project(tangent, *lambda) };
+                *q = if T::DOUBLE { tangent } else { set.project(tangent, *lambda) };
             },
         ));
     }

@@ -49,7 +49,9 @@ impl Ball {
         match relaxation {
             Relaxation::Frobenius => Ball { radius: lambda, is_separate: false },
             Relaxation::Separate => Ball { radius: FRAC_1_SQRT_2 * lambda, is_separate: true },
-            Relaxation::Envelope => unreachable!("`engine.rs` builds other solvers for it"),
+            Relaxation::Envelope | Relaxation::Metric(_) => {
+                unreachable!("`engine.rs` builds other solvers for it")
+            }
         }
     }
 }
