@@ -1,6 +1,8 @@
 """Files that other packages write are read, and those that we write are opened by them, with the same values."""
 
 import json
+import subprocess
+import sys
 
 import igl
 import meshio
@@ -10,6 +12,7 @@ import potpourri3d
 import pytest
 import pyvista
 import trimesh
+from PIL import Image
 
 import meshseg
 
@@ -175,3 +178,31 @@ def test_files_of_freesurfer(sphere, tmp_path):
     nibabel.freesurfer.write_annot(annotation, labels, colors, ["a", "b"], fill_ctab=True)
     found = meshseg.segment(file, labels_in=annotation, lambda_=1e-6)
     assert np.array_equal(found.labels, labels)
+
+
+def test_textures_inside_glb(tmp_path):
+    """A mesh of trimesh with its image in one .glb: its colors are those of the image, and OBJ has them too."""
+    x, y = np.meshgrid(np.arange(9), np.arange(9), indexing="ij")
+    vertices = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]).astype(float)
+    corner = (9 * np.arange(8)[:, None] + np.arange(8)).ravel()
+    faces = np.concatenate(
+        [np.column_stack(c) for c in ((corner, corner + 9, corner + 10), (corner, corner + 10, corner + 1))]
+    )
+    pixels = np.zeros((64, 64, 3), dtype=np.uint8)
+    pixels[:, :32] = [200, 30, 10]
+    pixels[:, 32:] = [20, 60, 220]
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.fromarray(pixels))
+    visual = trimesh.visual.TextureVisuals(uv=vertices[:, :2] / 8, material=material)
+    mesh = trimesh.Trimesh(vertices, faces, visual=visual, process=False)
+    file = tmp_path / "scan.glb"
+    file.write_bytes(trimesh.exchange.gltf.export_glb(trimesh.Scene(mesh)))
+    for name in ("scan.glb", "converted.obj"):
+        if name == "converted.obj":
+            command = ["mesh", "convert", str(file), "--out", str(tmp_path / name)]
+            subprocess.run([sys.executable, "-m", "meshseg", *command], check=True)
+        result = meshseg.segment(tmp_path / name, "texture", regions=2, lambda_=1e-4)
+        left = result.labels[vertices[:, 0] < 3.5]
+        right = result.labels[vertices[:, 0] > 4.5]
+        assert len(set(left)) == len(set(right)) == 1 and left[0] != right[0]
+        means = [region["mean"] for region in result.summary["region_parameters"]]
+        assert np.allclose(sorted(np.rint(255 * np.array(means[left[0]]))), [10, 30, 200], atol=1)

@@ -1,7 +1,9 @@
 //! The materials of faces: named, each with a color or an image.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Beyond this, a texture coordinate has no digits left for a position in an image.
 const LARGEST_COORDINATE: f64 = 1e9;
@@ -27,10 +29,39 @@ pub struct Material {
     pub name: String,
     /// The diffuse color (`Kd` of an MTL file), RGB in [0, 1].
     pub color: Option<[f64; 3]>,
-    /// The image of its texture, relative to the working directory.
-    pub image: Option<PathBuf>,
+    /// The image of its texture.
+    pub image: Option<Image>,
     /// How the image is placed; without meaning if there is no image.
     pub placement: Placement,
+}
+
+/// The image of a texture.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub enum Image {
+    /// A file, relative to the working directory.
+    File(PathBuf),
+    /// The name, and the content of a PNG or JPEG file, inside the file of the mesh.
+    Inside(PathBuf, Arc<[u8]>),
+}
+
+impl Image {
+    /// The file, or the name of an image that is in none.
+    pub fn path(&self) -> &Path {
+        match self {
+            Image::File(path) | Image::Inside(path, _) => path,
+        }
+    }
+}
+
+impl fmt::Debug for Image {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Image::File(path) => formatter.debug_tuple("File").field(path).finish(),
+            Image::Inside(name, bytes) => {
+                formatter.debug_tuple("Inside").field(name).field(&bytes.len()).finish()
+            }
+        }
+    }
 }
 
 /// The placement of an image in the plane of texture coordinates, which are scaled, then translated.
@@ -84,7 +115,7 @@ impl Materials {
         let mut images: Vec<&Path> = Vec::new();
         let mut index_of = HashMap::new();
         let indices = self.all.iter().map(|material| {
-            let image = material.image.as_deref()?;
+            let image = material.image.as_ref()?.path();
             Some(*index_of.entry(image).or_insert_with(|| {
                 images.push(image);
                 images.len() - 1

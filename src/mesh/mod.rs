@@ -38,7 +38,7 @@ use crate::sweep;
 
 pub use extent::BoundingBox;
 pub(crate) use incidence::Incidence;
-pub use materials::{Material, Materials, Placement, is_position};
+pub use materials::{Image, Material, Materials, Placement, is_position};
 pub use normalize::Normalize;
 pub use resolution::resolution;
 pub use shapes::Shape;

@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::decode::Turn;
 use super::pyramid::Texture;
@@ -18,7 +19,7 @@ use super::udim::{Tiled, number_of};
 use super::vertices::{Sums, is_placed, texels_per_face};
 use crate::counted::counted;
 use crate::error::{Error, Result};
-use crate::mesh::{Material, Materials, Mesh, Placement};
+use crate::mesh::{Image, Material, Materials, Mesh, Placement};
 use crate::unreached::INHERIT;
 
 /// An image and the faces that have it.
@@ -38,6 +39,8 @@ pub enum Content {
     File(PathBuf, Turn),
     /// The content of a PNG or JPEG file, embedded in the program.
     Embedded(&'static [u8]),
+    /// The name of an image inside the file of the mesh, and its content.
+    Inside(PathBuf, Arc<[u8]>),
 }
 
 /// Images and colors of all faces.
@@ -75,9 +78,9 @@ pub fn color_of_face(mesh: &Mesh, j: usize) -> Option<[f64; 3]> {
 /// The images of the materials of a mesh, each once.
 pub fn images(materials: &Materials) -> Vec<&Path> {
     let mut images: Vec<&Path> = Vec::new();
-    for image in materials.all.iter().filter_map(|material| material.image.as_deref()) {
-        if !images.contains(&image) {
-            images.push(image);
+    for image in materials.all.iter().filter_map(|material| material.image.as_ref()) {
+        if !images.contains(&image.path()) {
+            images.push(image.path());
         }
     }
     images
@@ -132,10 +135,10 @@ impl<'a> Paints<'a> {
     ) -> Self {
         let mut paints = Paints::new(uv, Vec::new());
         let mut known = HashMap::new();
-        let mut index_of = |image: &PathBuf, placement: Placement, material: &str| {
+        let mut index_of = |image: &Image, placement: Placement, material: &str| {
             *known.entry((image.clone(), placement.bits())).or_insert_with(|| {
                 paints.pictures.push(Picture {
-                    content: Content::File(whereabouts(image, given), Turn::AsStored),
+                    content: content(image, given),
                     material: Some(material.to_owned()),
                     placement,
                     faces: Vec::new(),
@@ -209,7 +212,7 @@ impl<'a> Paints<'a> {
                     let uv = picture.faces.iter().map(|&j| &uv[j as usize]);
                     Tiled::in_use(path, picture.placement.clamp, uv).map(|tiled| (tiled, *turn))
                 }
-                Content::Embedded(_) => None,
+                Content::Embedded(_) | Content::Inside(..) => None,
             };
             let Some((tiled, turn)) = tiled else {
                 self.pictures.push(picture);
@@ -313,6 +316,7 @@ impl Picture {
             Content::Embedded(bytes) => {
                 ("the embedded image".into(), Texture::decode(bytes, Path::new("image")))
             }
+            Content::Inside(name, bytes) => (name_of(name), Texture::decode(bytes, name)),
         };
         let mut texture = texture.map_err(|error| match &self.material {
             Some(name) => {
@@ -374,6 +378,15 @@ impl Painting {
         }
         let face = |i: usize| faces[i] as usize;
         self.sums.add_texture(mesh, uv, &mut texture, texel, faces.len(), face);
+    }
+}
+
+/// The content of an image; the given file takes its place if it has the same name.
+fn content(image: &Image, given: Option<&Path>) -> Content {
+    let given_instead = given.filter(|given| is_same_image(image.path(), given));
+    match (image, given_instead) {
+        (Image::Inside(name, bytes), None) => Content::Inside(name.clone(), bytes.clone()),
+        (image, _) => Content::File(whereabouts(image.path(), given), Turn::AsStored),
     }
 }
 

@@ -11,7 +11,7 @@ use nalgebra::Point3;
 use super::sample::Footprint;
 use super::*;
 use crate::error::{Error, Result};
-use crate::mesh::{Material, Materials, Mesh, Placement};
+use crate::mesh::{Image, Material, Materials, Mesh, Placement};
 
 const FACE: [[f64; 2]; 3] = [[0.1, 0.2], [0.3, 0.2], [0.1, 0.4]];
 
@@ -312,7 +312,7 @@ fn materials(folder: &Path, of_faces: [Option<u32>; 2]) -> Materials {
     let material = |name: &str, color, image: Option<&str>| Material {
         name: name.into(),
         color,
-        image: image.map(|image| folder.join(image)),
+        image: image.map(|image| Image::File(folder.join(image))),
         placement: Placement::default(),
     };
     Materials {
@@ -345,6 +345,29 @@ fn each_face_takes_the_image_or_the_color_of_its_material() {
     assert_near(of_door, [0.2, 0.4, 0.6], 1e-15);
     assert!(colors([Some(0), None], None).unwrap().1[0].is_nan());
     assert!(colors([None, None], None).is_err());
+}
+
+/// Images inside the file of the mesh give the colors that files give; a given file of their name takes their place.
+#[test]
+fn images_inside_the_mesh_are_painted_as_files_are() {
+    let mut mesh = pair();
+    let folder = folder(&[("roof.png", [255, 0, 0]), ("wall.png", [0, 0, 255])]);
+    let mut all = materials(folder.path(), [Some(0), Some(1)]);
+    let of_files = paint(&mesh, Paints::of_materials(&mesh, &all, &[FACE; 2], None)).unwrap();
+    for material in &mut all.all {
+        if let Some(Image::File(path)) = &material.image {
+            let bytes = std::fs::read(path).unwrap().into();
+            material.image = Some(Image::Inside(path.file_name().unwrap().into(), bytes));
+        }
+    }
+    mesh.materials = Some(all.clone());
+    let inside = paint(&mesh, Paints::of_materials(&mesh, &all, &[FACE; 2], None)).unwrap();
+    assert_eq!(format!("{:?}", inside.colors), format!("{:?}", of_files.colors));
+    assert_eq!(inside.images, ["roof.png", "wall.png"]);
+    std::fs::copy(folder.path().join("wall.png"), folder.path().join("ROOF.png")).unwrap();
+    let given = folder.path().join("ROOF.png");
+    let paints = Paints::of_materials(&mesh, &all, &[FACE; 2], Some(&given));
+    assert_eq!(paint(&mesh, paints).unwrap().colors[2], [0.0, 0.0, 1.0]);
 }
 
 /// A requested image must be readable; otherwise the remaining images are used.
@@ -409,7 +432,7 @@ fn placements_scale_and_move_coordinates_and_clamp() {
     let colors = |name: &str, placements: [Placement; 2], uv: [[[f64; 2]; 3]; 2]| {
         let mut materials = materials(folder.path(), [Some(0), Some(1)]);
         for (material, placement) in materials.all.iter_mut().zip(placements) {
-            material.image = Some(folder.path().join(name));
+            material.image = Some(Image::File(folder.path().join(name)));
             material.placement = placement;
         }
         let painted = paint(&mesh, Paints::of_materials(&mesh, &materials, &uv, None)).unwrap();

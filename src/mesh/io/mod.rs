@@ -37,6 +37,7 @@ mod scalar;
 mod scalars;
 mod stl;
 mod text;
+mod unpack;
 mod values;
 pub mod vtk;
 mod xml;
@@ -59,6 +60,7 @@ use self::rules::{
     INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
     uv_of_vertices, valid_uv, warn_untextured,
 };
+use self::unpack::unpacked;
 
 pub use freesurfer::{Annotation, read_annotation, read_curvature, write_annotation};
 pub use gifti::{GiftiArrays, GiftiLabel, read_arrays, write_labels};
@@ -223,7 +225,8 @@ pub fn holds_texture(path: &Path) -> bool {
     matches!(Format::of_extension(path), Some(Format::Obj | Format::Ply))
 }
 
-/// Writes a mesh in the format of the extension. A warning names what the format cannot hold and is left out.
+/// Writes a mesh in the format of the extension. A warning names what the format cannot hold and is left out. Images inside
+/// the file of the mesh become files next to this one.
 ///
 /// # Errors
 /// The extension is unknown or that of a format that is only read, the coordinates do not fit into the format, or the
@@ -233,10 +236,12 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     warn_of_losses(path, format, mesh);
     match format {
         Format::Obj => {
+            let mesh = &*unpacked(path, mesh)?;
             let library = write_materials(path, mesh)?;
             file::write(path, |out: &mut dyn Write| obj::write(out, mesh, library.as_deref()))
         }
         Format::Ply => {
+            let mesh = &*unpacked(path, mesh)?;
             file::write(path, |out: &mut dyn Write| ply::write(out, mesh, folder_of(path)))
         }
         Format::Off => file::write(path, |out: &mut dyn Write| off::write(out, mesh)),

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use meshseg::Mesh;
-use meshseg::mesh::io;
+use meshseg::mesh::{Image, io};
 
 use crate::support::{Folder, stderr};
 
@@ -145,9 +145,9 @@ fn each_face_has_its_material() {
         let materials = mesh.materials.as_ref().unwrap();
         let folder = case(name).parent().unwrap().to_owned();
         let found: Vec<_> = materials.all.iter().map(|m| m.image.clone()).collect();
-        let expected = images.map(|names| names.map(|name| folder.join(name)));
+        let expected = images.map(|names| names.map(|name| Image::File(folder.join(name))));
         assert_eq!(found, expected.map_or(vec![None; 2], |paths| paths.map(Some).to_vec()));
-        assert!(found.iter().flatten().all(|image| image.is_file()));
+        assert!(found.iter().flatten().all(|image| image.path().is_file()));
         for j in 0..mesh.faces.len() {
             let middle = mesh.corners(j).iter().map(|x| x.x).sum::<f64>() / 3.0;
             assert_eq!(materials.of_faces[j], Some(u32::from(middle > 0.5)), "{name}");
@@ -191,7 +191,7 @@ fn materials_survive_a_conversion_or_their_loss_is_reported() {
         let materials = mesh.materials.unwrap();
         assert_eq!(mesh.faces.len(), 4 * 288);
         for (place, image) in ["in/roof.png", "in/wall.png"].into_iter().enumerate() {
-            assert_eq!(materials.all[place].image, Some(folder.path(image)), "{name}");
+            assert_eq!(materials.all[place].image, Some(Image::File(folder.path(image))), "{name}");
             let faces = materials.of_faces.iter().filter(|m| **m == Some(place as u32));
             assert_eq!(faces.count(), 4 * 144);
         }

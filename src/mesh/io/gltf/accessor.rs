@@ -182,7 +182,8 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn view(&self, index: usize) -> Result<&'a [u8], String> {
+    /// The bytes of a bufferView.
+    pub fn view(&self, index: usize) -> Result<&'a [u8], String> {
         let views = &self.document.buffer_views;
         let view = views.get(index).ok_or_else(|| format!("bufferView {index} does not exist"))?;
         let buffer = self.buffers.get(view.buffer);

@@ -172,7 +172,7 @@ impl<'a> Assembly<'a> {
         self.posed
             .warn(self.path, "skins and morph targets are left out: the mesh is in its rest pose");
         let mesh = Mesh { vertices: self.vertices, faces: self.faces, ..Mesh::default() };
-        Ok(self.paint.finish(self.path, folder, self.reader.document, mesh))
+        Ok(self.paint.finish(self.path, folder, &self.reader, mesh))
     }
 }
 

@@ -194,6 +194,7 @@ pub struct Texture {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Image {
+    pub name: Option<String>,
     pub uri: Option<String>,
     pub buffer_view: Option<usize>,
 }

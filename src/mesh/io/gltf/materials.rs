@@ -8,18 +8,20 @@
 //! ```
 //!
 //! A material without a color is white if another one has a color, since programs leave out white, unless it has an
-//! image. Images inside the file have no path and are left out with a warning, as are other values that are not valid.
+//! image. Images inside the file keep their names, or have a number. What is not valid is left out with a warning.
 //!
 //! Reference: Khronos Group, *glTF 2.0 Specification*, section 3.9, "Materials", and *KHR_texture_transform*.
 
-use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
 
+use super::accessor::Reader;
 use super::document::{self, Document, TextureUse, entry};
-use super::uri::Target;
+use super::uri::{self, Target};
 use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::text::quote;
-use crate::mesh::{Material, Materials, Placement};
+use crate::mesh::{Image, Material, Materials, Placement};
 
 const CLAMPED: u32 = 33071;
 const REPEATED: u32 = 10497;
@@ -38,14 +40,21 @@ pub fn texture_set(document: &Document, material: Option<usize>) -> usize {
 pub fn of_faces(
     path: &Path,
     folder: Option<&Path>,
-    document: &Document,
+    reader: &Reader<'_>,
     mut of_faces: Vec<Option<u32>>,
     uv: Option<&[[[f64; 2]; 3]]>,
 ) -> Option<Materials> {
+    let document = reader.document;
     let mut used = vec![false; document.materials.len()];
     of_faces.iter().flatten().for_each(|&index| used[index as usize] = true);
-    let mut painter =
-        Painter { document, folder, names: HashSet::new(), left_out: LeftOut::default() };
+    let mut painter = Painter {
+        document,
+        reader,
+        folder,
+        names: HashSet::new(),
+        inside: HashMap::new(),
+        left_out: LeftOut::default(),
+    };
     let mut all = Vec::new();
     let mut odd = Vec::new();
     let mut number = vec![None; used.len()];
@@ -97,7 +106,6 @@ fn whiten(all: &mut [Material], document: &Document, used: &[bool]) {
 struct LeftOut {
     invalid: Occurrences,
     colors: Occurrences,
-    embedded: Occurrences,
     missing: Occurrences,
     transforms: Occurrences,
     wrapping: Occurrences,
@@ -108,13 +116,9 @@ impl LeftOut {
         self.invalid.warn(path, "materials with values of a wrong type have no color and no image");
         self.colors
             .warn(path, "base colors of materials that are not numbers in [0, 1] are left out");
-        self.embedded.warn(
-            path,
-            "images of materials are inside the file; extract one and give it with --data texture:IMAGE",
-        );
         self.missing.warn(
             path,
-            "images of materials that are neither files nor inside the file are left out",
+            "images of materials that are neither files nor inside the file, or are no PNG or JPEG images there, are left out",
         );
         self.transforms
             .warn(path, "texture transforms that rotate, or are not finite, are ignored");
@@ -127,8 +131,11 @@ impl LeftOut {
 
 struct Painter<'a> {
     document: &'a Document,
+    reader: &'a Reader<'a>,
     folder: Option<&'a Path>,
     names: HashSet<String>,
+    /// Images inside the file, by their index.
+    inside: HashMap<usize, Image>,
     left_out: LeftOut,
 }
 
@@ -182,24 +189,61 @@ impl Painter<'_> {
         name
     }
 
-    fn image(&mut self, texture: &TextureUse, name: &str) -> Option<PathBuf> {
+    fn image(&mut self, texture: &TextureUse, name: &str) -> Option<Image> {
         let Document { textures, images, .. } = self.document;
         let source = entry(textures, texture.index).and_then(|texture| texture.source);
-        let image = source.and_then(|source| entry(images, source));
-        let target = image.and_then(|image| image.uri.as_deref()).map(Target::of);
-        match target {
-            Some(Target::File(file)) => {
-                return Some(self.folder.unwrap_or(Path::new("")).join(file));
+        let found = source.and_then(|index| Some((index, entry(images, index)?)));
+        let image = found.and_then(|(index, image)| {
+            match (image.uri.as_deref().map(Target::of), image.buffer_view) {
+                (Some(Target::File(file)), _) => {
+                    Some(Image::File(self.folder.unwrap_or(Path::new("")).join(file)))
+                }
+                (Some(Target::Inside(data)), _) => {
+                    self.inside(index, image, || uri::bytes(data).map(Cow::Owned))
+                }
+                (Some(Target::Elsewhere), _) | (None, None) => None,
+                (None, Some(view)) => {
+                    let reader = self.reader;
+                    self.inside(index, image, || reader.view(view).ok().map(Cow::Borrowed))
+                }
             }
-            Some(Target::Inside(_)) => self.left_out.embedded.add(|| quote(name.as_bytes())),
-            None if image.is_some_and(|image| image.buffer_view.is_some()) => {
-                self.left_out.embedded.add(|| quote(name.as_bytes()));
-            }
-            Some(Target::Elsewhere) | None => {
-                self.left_out.missing.add(|| quote(name.as_bytes()));
-            }
+        });
+        if image.is_none() {
+            self.left_out.missing.add(|| quote(name.as_bytes()));
         }
-        None
+        image
+    }
+
+    /// An image inside the file. Its name is that in the file, as far as it can be the name of a file, and no other
+    /// image has it.
+    fn inside<'b>(
+        &mut self,
+        index: usize,
+        image: &document::Image,
+        content: impl FnOnce() -> Option<Cow<'b, [u8]>>,
+    ) -> Option<Image> {
+        if let Some(known) = self.inside.get(&index) {
+            return Some(known.clone());
+        }
+        let content = content()?;
+        let extension = match &content[..] {
+            [0x89, b'P', b'N', b'G', ..] => "png",
+            [0xff, 0xd8, 0xff, ..] => "jpg",
+            _ => return None,
+        };
+        let is_plain = |c: &char| c.is_alphanumeric() || "-_ ".contains(*c);
+        let given: String =
+            image.name.iter().flat_map(|name| name.chars()).filter(is_plain).collect();
+        let mut name = match given.trim() {
+            "" => format!("image-{index}"),
+            name => name.to_owned(),
+        };
+        while !self.names.insert(format!("{name}.{extension}")) {
+            name = format!("{name}-{index}");
+        }
+        let image = Image::Inside(format!("{name}.{extension}").into(), content.into());
+        self.inside.insert(index, image.clone());
+        Some(image)
     }
 
     /// How the image is continued in the directions of u and v.

@@ -149,7 +149,7 @@ impl Paint {
         mut self,
         path: &Path,
         folder: Option<&Path>,
-        document: &Document,
+        reader: &Reader<'_>,
         mut mesh: Mesh,
     ) -> Mesh {
         self.unreadable
@@ -170,7 +170,7 @@ impl Paint {
             mesh.uv = warn_untextured(path, self.uv);
         }
         let uv = mesh.uv.as_deref();
-        mesh.materials = materials::of_faces(path, folder, document, self.materials, uv);
+        mesh.materials = materials::of_faces(path, folder, reader, self.materials, uv);
         mesh
     }
 }

@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 use crate::mesh::io::occurrences::Occurrences;
 use crate::mesh::io::paths::relative;
 use crate::mesh::io::text::{Text, decode, file_name, parse_float, without_comment};
-use crate::mesh::{Material, Materials, Placement};
+use crate::mesh::{Image, Material, Materials, Placement};
 
 /// The materials of a library by name. The paths of images are resolved against the folder of the library.
 pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
@@ -53,7 +53,8 @@ pub fn parse(path: &Path, bytes: &[u8]) -> HashMap<String, Material> {
                 if !complete {
                     skipped.add(|| format!("line {}", text.line()));
                 }
-                material.image = (!name.is_empty()).then(|| folder.join(file_name(name)));
+                material.image =
+                    (!name.is_empty()).then(|| Image::File(folder.join(file_name(name))));
                 material.placement = placement;
             }
             _ => {}
@@ -162,7 +163,7 @@ pub fn write(out: &mut dyn Write, materials: &Materials, folder: &Path) -> io::R
             if *clamp {
                 write!(out, "-clamp on ")?;
             }
-            writeln!(out, "{}", relative(image, folder))?;
+            writeln!(out, "{}", relative(image.path(), folder))?;
         }
     }
     if materials.of_faces.contains(&None) {
@@ -237,7 +238,7 @@ mod tests {
         let placement = Placement { scale: [2.0, 0.5], offset: [0.1, -3.0], clamp: true };
         let material = |name: &str, placement| Material {
             name: name.into(),
-            image: Some("f/1 2.png".into()),
+            image: Some(Image::File("f/1 2.png".into())),
             placement,
             ..Material::default()
         };
@@ -257,7 +258,7 @@ mod tests {
         let all = parse(Path::new("some/where.mtl"), text.as_bytes());
         assert_eq!(all.len(), 4);
         assert_eq!(all["wall paper"].color, Some([0.5, 0.25, 1.0]));
-        assert_eq!(all["wall paper"].image, Some(PathBuf::from("some/tex/wall #2.png")));
+        assert_eq!(all["wall paper"].image, Some(Image::File("some/tex/wall #2.png".into())));
         assert_eq!(all["b"].color, Some([0.5; 3]));
         assert_eq!(all["c"].color, Some([1.0, 0.0, 0.2]));
         assert_eq!((all["d"].color, &all["d"].image), (None, &None));

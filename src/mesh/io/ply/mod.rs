@@ -44,7 +44,7 @@ use super::{
     INVALID_TEXTURE, check_coordinate, check_faces, uv_of_vertices, valid_uv, warn_untextured,
 };
 use crate::error::{Error, Result};
-use crate::mesh::{Material, Materials, Mesh, Placement};
+use crate::mesh::{Image, Material, Materials, Mesh, Placement};
 use crate::sweep::join;
 
 pub use self::header::recognizes;
@@ -63,7 +63,7 @@ pub fn parse(path: &Path, folder: Option<&Path>, bytes: &[u8]) -> Result<Mesh> {
         let image = |name: &String| Material {
             name: name.clone(),
             color: None,
-            image: Some(folder.unwrap_or(Path::new("")).join(name)),
+            image: Some(Image::File(folder.unwrap_or(Path::new("")).join(name))),
             placement: Placement::default(),
         };
         materials.all = header.textures.iter().map(image).collect();

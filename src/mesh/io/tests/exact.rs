@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::{FORMATS, decorated, read, written};
 use crate::mesh::io::{self, Format, Properties, write_labeled};
-use crate::mesh::{Mesh, Shape};
+use crate::mesh::{Image, Mesh, Shape};
 
 /// Coordinates of every size, an unreferenced vertex, a degenerate and a duplicate face.
 fn awkward() -> Mesh {
@@ -205,15 +205,15 @@ fn materials_survive() {
     assert_eq!(materials.of_faces, [None, Some(0), Some(0), Some(1)]);
     assert_eq!(materials.all[0].name, "roof tiles");
     assert_eq!(materials.all[0].color, Some([0.5, 0.25, 0.125]));
-    assert_eq!(materials.all[0].image, Some(path("in/img/roof 1.png")));
+    assert_eq!(materials.all[0].image, Some(Image::File(path("in/img/roof 1.png"))));
     assert_eq!((materials.all[1].color, &materials.all[1].image), (Some([1.0; 3]), &None));
 
     io::write(&path("out/b.obj"), &first).unwrap();
     let library = fs::read_to_string(path("out/b.mtl")).unwrap();
     assert!(library.contains("map_Kd -clamp on ../in/img/roof 1.png"), "{library}");
     let second = io::read(&path("out/b.obj")).unwrap().materials.unwrap();
-    let canonical = |image: &Option<std::path::PathBuf>| {
-        image.as_ref().map(|image| image.to_string_lossy().replace("out/../", ""))
+    let canonical = |image: &Option<Image>| {
+        image.as_ref().map(|image| image.path().to_string_lossy().replace("out/../", ""))
     };
     assert_eq!(second.of_faces, materials.of_faces);
     for (a, b) in second.all.iter().zip(&materials.all) {

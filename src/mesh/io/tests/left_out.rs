@@ -1,10 +1,8 @@
 //! Files with valid positions and faces whose other parts are invalid: these are left out.
 
-use std::path::Path;
-
 use super::{PLY, read};
-use crate::mesh::Mesh;
 use crate::mesh::io::Format::{self, Obj, Off, Ply};
+use crate::mesh::{Image, Mesh};
 
 /// A file with two concave polygons of areas 3 and 2.
 fn concave(format: Format) -> String {
@@ -252,7 +250,7 @@ fn ply_images() {
     assert_eq!(materials.of_faces, [Some(1), Some(0)]);
     let names: Vec<_> = materials.all.iter().map(|material| material.name.as_str()).collect();
     assert_eq!(names, ["a b.png", "sub/c.png"]);
-    assert_eq!(materials.all[0].image.as_deref(), Some(Path::new("a b.png")));
+    assert_eq!(materials.all[0].image, Some(Image::File("a b.png".into())));
     let odd = ply("", [""; 3], number, ["2", "-1"], two).materials.unwrap();
     assert_eq!(odd.of_faces, [None, None]);
     let one = ply("", [""; 3], "", [""; 2], "comment TextureFile a.png\n").materials.unwrap();

@@ -1,13 +1,12 @@
 //! Primitives, accessors, colors, texture coordinates and materials.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::{Value, json};
 
 use super::{BYTE, FLOAT, File, SHORT, SQUARE, floats, points, square, with};
 use crate::mesh::io;
-use crate::mesh::{Materials, Mesh, Placement};
+use crate::mesh::{Image, Materials, Mesh, Placement};
 
 /// A zigzag in the plane; the odd vertices are above the even ones.
 fn zigzag() -> (File, usize) {
@@ -231,13 +230,54 @@ fn images_are_files_next_to_it() {
     let path = folder.path().join("a.glb");
     fs::write(&path, file.glb(rest)).unwrap();
     let read = io::read(&path).unwrap().materials.unwrap();
-    assert_eq!(read.all[0].image.as_deref(), Some(&*folder.path().join("a b.png")));
+    assert_eq!(read.all[0].image, Some(Image::File(folder.path().join("a b.png"))));
     let image =
         |index: usize| materials(json!([texture(json!({"index": index}))]), images.clone()).0;
-    assert_eq!(image(0).all[0].image.as_deref(), Some(Path::new("a b.png")));
+    assert_eq!(image(0).all[0].image, Some(Image::File("a b.png".into())));
     for other in 1..7 {
         assert_eq!(image(other).all[0].image, None);
     }
+}
+
+/// A PNG image and a JPEG image by their first bytes, in a view and in a URI: one image of two materials is the same. Written to
+/// OBJ or PLY, they become files, which replace no other ones.
+#[test]
+fn images_inside_become_files() {
+    let png = [b"\x89PNG\r\n\x1a\n".as_slice(), &[7; 30]].concat();
+    let jpeg = [b"\xff\xd8\xff".as_slice(), &[9; 20]].concat();
+    let uri = "data:image/jpeg;base64,/9j/CQkJCQkJCQkJCQkJCQkJCQkJCQk=";
+    let used = [0, 1, 2, 1].map(|index| texture(json!({"index": index})));
+    let (mut file, rest) = painted(json!(used), json!({}));
+    let view = file.view(&png);
+    let images = json!([
+        {"bufferView": view, "name": "../my atlas:1"}, {"uri": uri}, {"bufferView": view, "name": "my atlas1"},
+    ]);
+    let textures = json!([{"source": 0}, {"source": 1}, {"source": 2}]);
+    let rest = with(rest, json!({"textures": textures, "images": images}));
+    // The faces have the first and the last material.
+    let mesh = file.read(rest.clone());
+    let inside = |name: &str, bytes: &[u8]| Some(Image::Inside(name.into(), bytes.into()));
+    let all = &mesh.materials.as_ref().unwrap().all;
+    assert_eq!(all[0].image, inside("my atlas1.png", &png));
+    assert_eq!(all[1].image, inside("image-1.jpg", &jpeg));
+
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.obj", "a.ply", "a.obj"] {
+        let path = folder.path().join(name);
+        io::write(&path, &mesh).unwrap();
+        let read = io::read(&path).unwrap().materials.unwrap();
+        for (material, (name, bytes)) in
+            read.all.iter().zip([("a-my atlas1.png", &png), ("a-image-1.jpg", &jpeg)])
+        {
+            let image = material.image.as_ref().unwrap();
+            assert_eq!(image.path().file_name().unwrap(), name);
+            assert_eq!(&fs::read(image.path()).unwrap(), bytes);
+        }
+    }
+    fs::write(folder.path().join("a-image-1.jpg"), "mine").unwrap();
+    let message = io::write(&folder.path().join("a.ply"), &mesh).unwrap_err().to_string();
+    assert!(message.contains("a-image-1.jpg: exists and would be replaced"), "{message}");
+    assert_eq!(fs::read(folder.path().join("a-image-1.jpg")).unwrap(), b"mine");
 }
 
 #[test]
