@@ -21,6 +21,7 @@ use crate::relaxation::Relaxation;
 use crate::run::Certificate;
 use crate::solve::{Observer, check_range, dual_of, integrate, model_mesh};
 use crate::start::Start;
+use crate::units::Unit;
 
 /// Entries that are farther outside the simplex are not rounding errors.
 const LARGEST_ROUNDING: f64 = 1e-9;
@@ -118,10 +119,8 @@ pub fn evaluate(
     let (model, left_out) = model_mesh(mesh)?;
     warnings.extend(left_out);
     let q = question.q.map(|q| of_model(mesh, &model, q, s.ncols())).transpose()?;
-    let mut evaluation = with_regions!(
-        s.ncols(),
-        evaluate_compiled(mesh, (&*model).into(), &s, u, q.as_deref(), question, observe)
-    )?;
+    let question = Question { q: q.as_deref(), ..question };
+    let mut evaluation = evaluate_given(mesh, (&*model).into(), &s, u, question, observe)?;
     evaluation.warnings = warnings;
     Ok(evaluation)
 }
@@ -149,10 +148,7 @@ pub fn evaluate_on_faces(
     crate::solve::check_rows_of_faces("costs", s.nrows(), mesh)?;
     let (s, warnings) = costs::checked(s, question.mass)?;
     let dual = dual_of(mesh, contrast)?;
-    let mut evaluation = with_regions!(
-        s.ncols(),
-        evaluate_compiled(mesh, (&dual).into(), &s, u, None, question, observe)
-    )?;
+    let mut evaluation = evaluate_given(mesh, (&dual).into(), &s, u, question, observe)?;
     evaluation.warnings = warnings;
     Ok(evaluation)
 }
@@ -200,16 +196,52 @@ fn of_model<'a>(
     Ok(Cow::Owned(q.select(Axis(0), &rows)))
 }
 
+/// The scores on a domain, computed in a unit of cost that suits it; q is that of the domain.
+fn evaluate_given(
+    mesh: &Mesh,
+    domain: Domain<'_>,
+    s: &Array2<f64>,
+    u: &Array2<f64>,
+    question: Question<'_>,
+    observe: Observer<'_>,
+) -> Result<Evaluation> {
+    let m = s.ncols();
+    let Some(unit) = Unit::of(s, question.lambda, domain.area().sqrt()) else {
+        return with_regions!(m, evaluate_compiled(mesh, domain, s, u, question, observe));
+    };
+    let q = question.q.map(|q| unit.of_array(q));
+    let lambda = unit.of_number(question.lambda);
+    let question = Question { lambda, q: q.as_ref(), ..question };
+    let s = &unit.of_array(s);
+    let mut evaluation =
+        with_regions!(m, evaluate_compiled(mesh, domain, s, u, question, observe))?;
+    let optional = [&mut evaluation.smoothed_energy, &mut evaluation.gap].into_iter().flatten();
+    for number in [
+        &mut evaluation.lambda,
+        &mut evaluation.energy,
+        &mut evaluation.data_term,
+        &mut evaluation.dual_bound,
+        &mut evaluation.baseline,
+        &mut evaluation.rounded_energy,
+    ]
+    .into_iter()
+    .chain(optional)
+    {
+        *number = unit.given(*number);
+    }
+    unit.check(&[evaluation.energy, evaluation.dual_bound, evaluation.rounded_energy])?;
+    Ok(evaluation)
+}
+
 fn evaluate_compiled<const M: usize>(
     mesh: &Mesh,
     domain: Domain<'_>,
     s: &Array2<f64>,
     u: &Array2<f64>,
-    q: Option<&Array2<f64>>,
     question: Question<'_>,
     observe: Observer<'_>,
 ) -> Result<Evaluation> {
-    let Question { lambda, relaxation, mass, smoothing, dual_steps, .. } = question;
+    let Question { lambda, relaxation, mass, smoothing, q, dual_steps } = question;
     let m = s.ncols();
     let f = integrate(&domain.quadrature(mass), m, &regions::rows::<M>(s.view()));
     let minima: Vec<f64> = f.iter().map(|f| f.min()).collect();

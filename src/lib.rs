@@ -89,6 +89,7 @@ pub mod start;
 pub mod sweep;
 mod transfer;
 pub mod triple;
+mod units;
 mod unreached;
 
 pub use error::{Error, Result};

@@ -30,11 +30,12 @@ use crate::operator::{Mass, Quadrature, Stencil};
 use crate::problem::{FORBIDDEN_COST, Problem};
 use crate::regions::{self, with_regions};
 pub use crate::request::{Observer, Request};
-use crate::run::{Run, Status};
+use crate::run::{Run, Sample, Status};
 use crate::seeds::Seeds;
 use crate::solver::Setup;
 use crate::start::Start;
 use crate::sweep;
+use crate::units::Unit;
 use crate::unreached;
 
 /// Minimizes E for pointwise costs s (V x m, see [`costs`]) on a mesh as it is, without scaling. For `observe` see
@@ -187,7 +188,7 @@ struct Given<'a> {
     start: &'a Start,
 }
 
-/// The solution in the order of the domain. Not generic, so that it is compiled once.
+/// The solution in the order of the domain, found in a unit of cost that suits it. Not generic, so that it is compiled once.
 fn solve_given(
     domain: Domain<'_>,
     order: &Order,
@@ -196,7 +197,16 @@ fn solve_given(
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Solution> {
-    with_regions!(given.s.ncols(), solve_compiled(domain, order, warnings, given, request, observe))
+    let m = given.s.ncols();
+    let Some(unit) = Unit::of(given.s, request.lambda, domain.area().sqrt()) else {
+        return with_regions!(m, solve_compiled(domain, order, warnings, given, request, observe));
+    };
+    let request = &Request { lambda: unit.of_number(request.lambda), ..request.clone() };
+    let given = Given { s: &unit.of_array(given.s), ..given };
+    let mut observe =
+        |sample: Option<&Sample>| observe(sample.map(|sample| sample.given(unit)).as_ref());
+    let observe = &mut observe;
+    with_regions!(m, solve_compiled(domain, order, warnings, given, request, observe))?.given(unit)
 }
 
 fn solve_compiled<const M: usize>(

@@ -56,6 +56,45 @@ fn arrays(areas: &[f64], Known { problem, u, q, .. }: &Known<3>) -> [Array2<f64>
     [s, regions::array(u, 3), q]
 }
 
+/// Powers of two far from 1 change the exponents of the scores, and no bit else, with a given q and without one.
+#[test]
+fn costs_of_any_size_have_the_same_scores() {
+    let (mesh, areas, known) = exact(827);
+    let [s, u, q] = arrays(&areas, &known);
+    let smoothing = Smoothing { mode: SmoothingMode::Intrinsic, epsilon: 0.01 };
+    for with_q in [true, false] {
+        let scores = |factor: f64| {
+            let q = q.mapv(|x| factor * x);
+            let question = Question {
+                lambda: factor * LAMBDA,
+                smoothing: Some(smoothing),
+                q: with_q.then_some(&q),
+                ..question()
+            };
+            found(&mesh, &s.mapv(|x| factor * x), &u, question)
+        };
+        let expected = scores(1.0);
+        for exponent in [-990, -540, 540, 990] {
+            let (factor, found) = (f64::from(exponent).exp2(), scores(f64::from(exponent).exp2()));
+            for (a, b) in [
+                (found.energy, expected.energy),
+                (found.data_term, expected.data_term),
+                (found.dual_bound, expected.dual_bound),
+                (found.baseline, expected.baseline),
+                (found.rounded_energy, expected.rounded_energy),
+                (found.gap.unwrap(), expected.gap.unwrap()),
+                (found.smoothed_energy.unwrap(), expected.smoothed_energy.unwrap()),
+                (found.lambda, expected.lambda),
+            ] {
+                assert_eq!(a, factor * b, "2^{exponent}");
+            }
+            assert_eq!(found.total_variation, expected.total_variation);
+            assert_eq!(found.relative_gap, expected.relative_gap);
+            assert_eq!(found.certificate, expected.certificate);
+        }
+    }
+}
+
 /// Where D = E* = E, rounding decides which of the two is larger. Neither the gap of the labels nor that of a U
 /// slightly above them becomes negative.
 #[test]

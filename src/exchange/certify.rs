@@ -17,10 +17,11 @@ use crate::npy;
 use crate::operator::{Operator, Stencil};
 use crate::problem::Problem;
 use crate::regions::{self, with_regions};
-use crate::run::{Certificate, Reached, Run, Status};
+use crate::run::{Certificate, Reached, Run, Sample, Status};
 use crate::solve::{Ended, Observer, Request, Solution, check_range, conclude};
 use crate::start::Start;
 use crate::sweep::max;
+use crate::units::Unit;
 
 /// A warning reports entries that the projection onto the simplex moves farther.
 const LARGEST_ROUNDING: f64 = 1e-6;
@@ -55,21 +56,36 @@ pub fn certify(
     end: End,
     observe: Observer<'_>,
 ) -> Result<Solution> {
+    let m = problem.f.ncols();
+    let size = problem.domain().area();
+    let Some(unit) = Unit::of(&problem.f, problem.lambda * size.sqrt(), 1.0) else {
+        return with_regions!(
+            m,
+            certify_compiled(problem, iterates, dual_steps, None, request, end, observe)
+        );
+    };
+    let (f, lambda) = (unit.of_array(&problem.f), unit.of_number(problem.lambda));
+    let problem = &Exchanged { f, lambda, ..problem.clone() };
+    let mut observe =
+        |sample: Option<&Sample>| observe(sample.map(|sample| sample.given(unit)).as_ref());
+    let observe = &mut observe;
     with_regions!(
-        problem.f.ncols(),
-        certify_compiled(problem, iterates, dual_steps, request, end, observe)
-    )
+        m,
+        certify_compiled(problem, iterates, dual_steps, Some(unit), request, end, observe)
+    )?
+    .given(unit)
 }
 
 fn certify_compiled<const M: usize>(
     exchanged: &Exchanged,
     iterates: &Iterates,
     dual_steps: u64,
+    unit: Option<Unit>,
     request: &Request,
     end: End,
     observe: Observer<'_>,
 ) -> Result<Solution> {
-    let certifier = Certifier::<M>::new(exchanged, dual_steps)?;
+    let certifier = Certifier::<M>::new(exchanged, dual_steps, unit)?;
     let start = certifier.on_simplex(&exchanged.u0);
     let mut run = Run::new(&start);
     let End { solver, options, mut status, mut warnings } = end;
@@ -153,6 +169,8 @@ struct Certifier<'a, const M: usize> {
     exchanged: &'a Exchanged,
     problem: Problem<Stencil, M>,
     dual_steps: u64,
+    /// That of the problem, if it is not 1; files of q have none.
+    unit: Option<Unit>,
 }
 
 /// An iterate with its certified bound.
@@ -180,7 +198,7 @@ impl<const M: usize> Scored<M> {
 }
 
 impl<'a, const M: usize> Certifier<'a, M> {
-    fn new(exchanged: &'a Exchanged, dual_steps: u64) -> Result<Self> {
+    fn new(exchanged: &'a Exchanged, dual_steps: u64, unit: Option<Unit>) -> Result<Self> {
         let Exchanged { f, lambda, relaxation, .. } = exchanged;
         let m = f.ncols();
         let mut f = regions::rows::<M>(f.view());
@@ -188,7 +206,7 @@ impl<'a, const M: usize> Certifier<'a, M> {
         let k = exchanged.domain().stencil();
         let problem = Problem::new(k, f, *lambda).in_relaxation(*relaxation);
         check_range(&problem)?;
-        Ok(Certifier { exchanged, problem, dual_steps })
+        Ok(Certifier { exchanged, problem, dual_steps, unit })
     }
 
     fn on_simplex(&self, u: &Array2<f64>) -> Vec<Row<M>> {
@@ -237,7 +255,10 @@ impl<'a, const M: usize> Certifier<'a, M> {
             let array = read(path, (2 * terms, m))?;
             // A field that is not finite gives no bound.
             if array.iter().all(|x| x.is_finite()) {
-                let q = regions::tangents(array.view());
+                let q = match self.unit {
+                    None => regions::tangents(array.view()),
+                    Some(unit) => regions::tangents(unit.of_array(&array).view()),
+                };
                 return Ok((certificate::offered(&self.problem, q), Certificate::Offered));
             }
         }

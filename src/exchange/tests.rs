@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use ndarray::Array2;
+use rand::RngExt;
 use strum::IntoEnumIterator;
 
 use super::*;
@@ -153,6 +154,45 @@ fn the_default_mode_of_epsilon_is_that_of_the_paper() {
     let found: Vec<_> = iterates.all.iter().map(|iterate| iterate.smoothing).collect();
     let of = |mode| Some(Smoothing { mode, epsilon: 0.25 });
     assert_eq!(found, [of(SmoothingMode::Paper), of(SmoothingMode::Intrinsic), None, None]);
+}
+
+/// Powers of two far from 1 change the exponents of what is certified, and no bit else; a dual field is that of the problem.
+#[test]
+fn problems_of_any_size_have_the_same_certificates() {
+    let mesh = shape("torus:12x8");
+    let problem = exchanged(&mesh);
+    let folder = tempfile::tempdir().unwrap();
+    let mut rng = rng(885);
+    let u = random_rows::<3>(mesh.vertices.len(), &mut rng);
+    let u: Vec<_> = u.into_iter().map(crate::prox::project_simplex).collect();
+    let q = Array2::from_shape_fn((2 * mesh.faces.len(), 3), |_| rng.random_range(-1.0..1.0));
+    let u = array(folder.path(), "u.npy", &regions::array(&u, 3));
+    let certified = |factor: f64| {
+        let scaled = Exchanged {
+            f: problem.f.mapv(|f| factor * f),
+            lambda: factor * problem.lambda,
+            ..problem.clone()
+        };
+        let field = q.mapv(|q| 3.0 * factor * problem.lambda * q);
+        let field = array(folder.path(), "q.npy", &field);
+        let of = |iteration, q| Iterate { q, ..iterate(iteration, &u) };
+        let iterates = Iterates { all: vec![of(0, None), of(1, Some(field))], broken: None };
+        let mut go = |_: Option<&_>| ControlFlow::Continue(());
+        certify(&scaled, &iterates, 10, &request(1e-9), ended(Status::Ended), &mut go).unwrap()
+    };
+    let expected = certified(1.0);
+    assert!(expected.trace[1].dual_bound > expected.summary.baseline);
+    for exponent in [-990, -540, 540, 900] {
+        let factor = f64::from(exponent).exp2();
+        let found = certified(factor);
+        assert_eq!(found.u, expected.u);
+        for (a, b) in found.trace.iter().zip(&expected.trace) {
+            assert_eq!((a.energy, a.dual_bound), (factor * b.energy, factor * b.dual_bound));
+        }
+        let (a, b) = (found.summary, &expected.summary);
+        assert_eq!((a.energy, a.lambda), (factor * b.energy, factor * b.lambda));
+        assert_eq!((a.relative_gap, a.status), (b.relative_gap, b.status));
+    }
 }
 
 /// A warning reports how far the worst iterate was off the simplex; there is none for rounding errors.

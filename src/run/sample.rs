@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
+use crate::units::Unit;
+
 /// One row of a trace.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Sample {
@@ -24,6 +26,19 @@ pub struct Sample {
     pub smoothed_energy: Option<f64>,
     /// The origin of the bound of this iterate, for an external solver; `dual_bound` may be an earlier one.
     pub certificate: Option<Certificate>,
+}
+
+impl Sample {
+    /// A sample of a run in a unit of cost, as it was given.
+    pub(crate) fn given(self, unit: Unit) -> Self {
+        Sample {
+            energy: unit.given(self.energy),
+            dual_bound: unit.given(self.dual_bound),
+            gap: unit.given(self.gap),
+            smoothed_energy: self.smoothed_energy.map(|energy| unit.given(energy)),
+            ..self
+        }
+    }
 }
 
 /// The dual field that certifies an iterate of an external solver or a given U.

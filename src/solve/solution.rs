@@ -12,6 +12,7 @@ use crate::contour::{CutRecord, threshold};
 use crate::counted::rounded_up;
 use crate::domain::{Domain, Element};
 use crate::empty_regions;
+use crate::error;
 use crate::field::Tangent;
 use crate::mesh::order::Order;
 use crate::mesh::{Mesh, Weld};
@@ -22,6 +23,7 @@ use crate::regions;
 use crate::request::{Observer, Request};
 use crate::rounding::{Rounded, Rounding, Tightened, round, tighten};
 use crate::run::{Run, Sample, Status};
+use crate::units::Unit;
 
 /// The numbers of a result, as in `summary.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -156,6 +158,37 @@ impl Solution {
         self.summary.vertices = mesh.vertices.len();
         self.summary.faces = mesh.faces.len();
         self.unordered(order)
+    }
+
+    /// The solution of a problem in a unit of cost, as that was given.
+    ///
+    /// # Errors
+    /// An energy leaves the range of double precision.
+    pub(crate) fn given(mut self, unit: Unit) -> error::Result<Self> {
+        self.trace.iter_mut().for_each(|sample| *sample = sample.given(unit));
+        let summary = &mut self.summary;
+        let rounding = summary.rounding.iter_mut();
+        let of_rounding =
+            rounding.flat_map(|record| [&mut record.argmax_energy, &mut record.label_bound]);
+        for number in [
+            &mut summary.energy,
+            &mut summary.dual_bound,
+            &mut summary.baseline,
+            &mut summary.gap,
+            &mut summary.rounded_energy,
+            &mut summary.lambda,
+        ]
+        .into_iter()
+        .chain(of_rounding)
+        {
+            *number = unit.given(*number);
+        }
+        if let Some(q) = &mut self.q {
+            q.mapv_inplace(|x| unit.given(x));
+        }
+        let Summary { energy, dual_bound, baseline, rounded_energy, .. } = self.summary;
+        unit.check(&[energy, dual_bound, baseline, rounded_energy])?;
+        Ok(self)
     }
 
     fn unordered(self, order: &Order) -> Self {

@@ -7,6 +7,7 @@ use ndarray::Axis;
 use super::*;
 use crate::operator::Mass;
 use crate::problem::{Smoothing, SmoothingMode};
+use crate::relaxation::Relaxation;
 use crate::run::{Sample, Stop};
 use crate::samples::{random_rows, rng, shape, shuffled, with_isolated_vertices};
 use crate::solver::Method;
@@ -29,6 +30,71 @@ fn solved(mesh: &Mesh, s: &Array2<f64>, start: &Start) -> Solution {
 
 fn as_it_is() -> Order {
     Order::of(&shape("grid:1x1"))
+}
+
+/// Powers of two from 1e-301 to 1e301 change the exponents of energies, bounds and q, and no bit else, in every method and relaxation:
+/// no square under- or overflows on the way.
+#[test]
+fn costs_of_any_size_have_the_same_solution() {
+    let mesh = shape("torus:12x8");
+    let s = regions::array(&random_rows::<3>(mesh.vertices.len(), &mut rng(157)), 3);
+    let relaxations = [Relaxation::Frobenius, Relaxation::Separate, Relaxation::Envelope];
+    for (method, relaxation) in
+        Method::all().into_iter().flat_map(|method| relaxations.map(|it| (method.clone(), it)))
+    {
+        let name = method.name();
+        let request = Request {
+            lambda: 0.02,
+            relaxation,
+            mass: Mass::Barycentric,
+            method,
+            coarse_to_fine: false,
+            keep_dual: true,
+            rounding: Default::default(),
+            label_gap: None,
+            stop: Stop { iterations: Some(30), ..Stop::default() },
+        };
+        let mut seen = Vec::new();
+        let mut solved = |factor: f64| {
+            let request = Request { lambda: factor * request.lambda, ..request.clone() };
+            let mut observe = |sample: Option<&Sample>| {
+                seen.extend(sample.map(|sample| sample.energy / factor));
+                ControlFlow::Continue(())
+            };
+            let s = s.mapv(|x| factor * x);
+            let found = solve(&mesh, &s, &Start::Argmin, &request, &mut observe).unwrap();
+            (found, std::mem::take(&mut seen))
+        };
+        let (expected, energies) = solved(1.0);
+        for exponent in [-1000, -997, -540, -300, 301, 540, 1000] {
+            let factor = f64::from(exponent).exp2();
+            let (found, found_energies) = solved(factor);
+            assert_eq!(found.u, expected.u, "{name}, 2^{exponent}");
+            assert_eq!(found.labels, expected.labels, "{name}, 2^{exponent}");
+            assert_eq!(found.q.unwrap(), expected.q.as_ref().unwrap() * factor, "{name}");
+            assert_eq!(found_energies, energies, "{name}, 2^{exponent}");
+            let (a, b) = (found.summary, &expected.summary);
+            assert_eq!(a.status, b.status, "{name}, 2^{exponent}");
+            assert_eq!(a.lambda, factor * b.lambda);
+            for (a, b) in [
+                (a.energy, b.energy),
+                (a.dual_bound, b.dual_bound),
+                (a.baseline, b.baseline),
+                (a.gap, b.gap),
+                (a.rounded_energy, b.rounded_energy),
+            ] {
+                assert_eq!(a, factor * b, "{name}, 2^{exponent}");
+            }
+            assert_eq!(a.relative_gap, b.relative_gap);
+            assert_eq!(
+                a.rounding.unwrap().label_bound,
+                factor * b.rounding.as_ref().unwrap().label_bound
+            );
+            let (a, b) = (found.trace.last().unwrap(), expected.trace.last().unwrap());
+            assert_eq!(a.dual_bound, factor * b.dual_bound);
+            assert_eq!(a.smoothed_energy, b.smoothed_energy.map(|energy| factor * energy));
+        }
+    }
 }
 
 /// The rows in the order of another numbering of the vertices.
