@@ -25,15 +25,16 @@ use rand_pcg::Pcg64;
 
 use crate::coarse::{Pair, is_certified};
 use crate::counted::counted;
-use crate::data::{DataModel, Weights};
+use crate::data::{DataModel, Scale, Weights};
 use crate::empty_regions;
 use crate::error::{Error, Result};
 use crate::field::{Row, Tangent};
 use crate::mesh::Mesh;
 use crate::mesh::order::Order;
 use crate::regions::{self, with_regions};
-use crate::run::Status;
+use crate::run::{Sample, Status};
 use crate::solve::{Ended, Observer, Request, Solution, check_rows, conclude, model_mesh};
+use crate::units::Unit;
 use crate::unreached;
 
 pub use alternation::Alternation;
@@ -120,7 +121,8 @@ fn fit_labels<D: DataModel>(
     model.fit(Weights::new(&numbers, m), mu).map(drop)
 }
 
-/// The solution, and the number of re-estimations. Not generic, so that it is compiled here and not where it is called.
+/// The solution, found in a unit of cost that suits it, and the number of re-estimations. Not generic, so that it is compiled here and
+/// not where it is called.
 fn segment_estimate(
     mesh: &Mesh,
     warnings: Vec<String>,
@@ -129,23 +131,54 @@ fn segment_estimate(
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<(Solution, usize)> {
-    with_regions!(
-        alternation.regions,
-        segment_compiled(mesh, warnings, estimate, alternation, request, observe)
-    )
+    let m = alternation.regions;
+    let scale = estimate.scale(&request.mass.weights(mesh));
+    let size = f64::max(scale.cost, request.lambda / mesh.area().sqrt());
+    let Some(unit) = Unit::of_size(size) else {
+        return with_regions!(
+            m,
+            segment_compiled(
+                mesh,
+                warnings,
+                (estimate, scale),
+                alternation,
+                None,
+                request,
+                observe
+            )
+        );
+    };
+    estimate.set_unit(unit);
+    let request = &Request { lambda: unit.of_number(request.lambda), ..request.clone() };
+    let mut observe =
+        |sample: Option<&Sample>| observe(sample.map(|sample| sample.given(unit)).as_ref());
+    let (observe, unit_of_costs) = (&mut observe, Some(unit));
+    let (solution, estimates) = with_regions!(
+        m,
+        segment_compiled(
+            mesh,
+            warnings,
+            (estimate, scale),
+            alternation,
+            unit_of_costs,
+            request,
+            observe
+        )
+    )?;
+    Ok((solution.given(unit)?, estimates))
 }
 
 fn segment_compiled<const M: usize>(
     mesh: &Mesh,
     mut warnings: Vec<String>,
-    estimate: &mut dyn Estimate,
+    (estimate, scale): (&mut dyn Estimate, Scale),
     alternation: &Alternation,
+    unit: Option<Unit>,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<(Solution, usize)> {
     let m = alternation.regions;
     let mass = request.mass.on(mesh);
-    let scale = estimate.scale(&request.mass.weights(mesh));
     let joint = JointProblem {
         mesh,
         mass: &mass,
@@ -201,7 +234,7 @@ fn segment_compiled<const M: usize>(
             "{} so far: the run ended before the gap was reached; raise its limit",
             empty_regions::sentence(empty)
         )),
-        _ => empty_warning(&joint, estimate, empty, &active, observe)?,
+        _ => empty_warning(&joint, estimate, unit, empty, &active, observe)?,
     };
     solution.summary.warnings.extend(warning);
     Ok((solution, estimates))
@@ -212,6 +245,7 @@ fn segment_compiled<const M: usize>(
 fn empty_warning(
     joint: &JointProblem<'_>,
     estimate: &dyn Estimate,
+    unit: Option<Unit>,
     empty: &[usize],
     active: &[bool],
     observe: Observer<'_>,
@@ -241,7 +275,7 @@ fn empty_warning(
     let advice = match found {
         // The coarse mesh may keep a region up to a slightly larger lambda than the fine one.
         Some(lambda) => {
-            let lambda = 0.5 * lambda;
+            let lambda = unit.map_or(0.5 * lambda, |unit| unit.given(0.5 * lambda));
             format!("lambda is too large for these data; try --lambda {lambda:.1e}")
         }
         None if fewer > 1 => format!(

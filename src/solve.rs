@@ -105,7 +105,7 @@ pub fn solve_weighted(
         None => Domain::Vertices(&model),
         Some(factors) => Domain::Weighted(&model, factors),
     };
-    let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
+    let given = Given { s: &known, seeds: &seeds.in_order(&order), start, unit: None };
     let solution = solve_given(domain, &order, warnings, given, request, observe)?;
     Ok(solution.in_file_order(mesh, &order))
 }
@@ -147,7 +147,7 @@ pub fn solve_on_faces(
         !s[[j, 0]].is_nan() || seeds.region(j).is_some()
     }));
     let (order, dual) = dual.ordered();
-    let given = Given { s: &known, seeds: &seeds.in_order(&order), start };
+    let given = Given { s: &known, seeds: &seeds.in_order(&order), start, unit: None };
     let solution = solve_given((&dual).into(), &order, warnings, given, request, observe)?;
     Ok(solution.of_faces(mesh, &order))
 }
@@ -186,6 +186,8 @@ struct Given<'a> {
     s: &'a Array2<f64>,
     seeds: &'a Seeds,
     start: &'a Start,
+    /// The unit of the costs and of lambda, if it is not 1.
+    unit: Option<Unit>,
 }
 
 /// The solution in the order of the domain, found in a unit of cost that suits it. Not generic, so that it is compiled once.
@@ -202,7 +204,7 @@ fn solve_given(
         return with_regions!(m, solve_compiled(domain, order, warnings, given, request, observe));
     };
     let request = &Request { lambda: unit.of_number(request.lambda), ..request.clone() };
-    let given = Given { s: &unit.of_array(given.s), ..given };
+    let given = Given { s: &unit.of_array(given.s), unit: Some(unit), ..given };
     let mut observe =
         |sample: Option<&Sample>| observe(sample.map(|sample| sample.given(unit)).as_ref());
     let observe = &mut observe;
@@ -217,7 +219,7 @@ fn solve_compiled<const M: usize>(
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Solution> {
-    let Given { s, seeds, start } = given;
+    let Given { s, seeds, start, unit } = given;
     let m = s.ncols();
     let s = order.applied(regions::rows(s.view()));
     let problem = seeded_problem::<M>(domain, m, s, seeds, request)?;
@@ -255,8 +257,8 @@ fn solve_compiled<const M: usize>(
             domain,
             &problem,
             m,
-            &solution.summary.empty_regions,
-            done,
+            (&solution.summary.empty_regions, done),
+            unit,
             request,
             observe,
         )?;
@@ -271,8 +273,8 @@ fn empty_warning<const M: usize>(
     domain: Domain<'_>,
     problem: &Problem<Stencil, M>,
     m: usize,
-    empty: &[usize],
-    done: bool,
+    (empty, done): (&[usize], bool),
+    unit: Option<Unit>,
     request: &Request,
     observe: Observer<'_>,
 ) -> Result<Option<String>> {
@@ -305,7 +307,10 @@ fn empty_warning<const M: usize>(
         };
         let advice = match found {
             // The coarse mesh may keep a region up to a slightly larger lambda than the fine one.
-            Some(lambda) => format!("try --lambda {:.1e}", 0.5 * lambda),
+            Some(lambda) => {
+                let lambda = unit.map_or(0.5 * lambda, |unit| unit.given(0.5 * lambda));
+                format!("try --lambda {lambda:.1e}")
+            }
             None => "try a much smaller --lambda".into(),
         };
         sentences.push(format!(

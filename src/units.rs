@@ -24,7 +24,11 @@ impl Unit {
     /// it is 1.
     pub fn of(costs: &Array2<f64>, lambda: f64, length: f64) -> Option<Self> {
         let finite = costs.iter().map(|cost| cost.abs()).filter(|&cost| cost < FORBIDDEN_COST);
-        let largest = finite.fold(lambda / length, f64::max);
+        Self::of_size(finite.fold(lambda / length, f64::max))
+    }
+
+    /// That of costs up to this one.
+    pub fn of_size(largest: f64) -> Option<Self> {
         let is_ordinary = largest == 0.0 || ORDINARY.contains(&largest) || !largest.is_finite();
         // Half of the exponent at a time, since the smallest numbers have inverses that are infinite.
         (!is_ordinary).then(|| Unit(largest.log2().floor().clamp(-1000.0, 1000.0).exp2()))

@@ -11,6 +11,7 @@ use crate::data::{Cost, DataModel, Initial, Scale, Weights, rows};
 use crate::error::Result;
 use crate::field::Row;
 use crate::mesh::coarsen::Coarsening;
+use crate::units::Unit;
 
 /// A [`DataModel`] on the current mesh, the given one or a coarser one, and mu.
 pub trait Estimate: Sync {
@@ -42,8 +43,11 @@ pub trait Estimate: Sync {
     /// Sets mu to the initial parameters.
     fn reset(&mut self);
 
-    /// [`DataModel::cost`].
+    /// [`DataModel::cost`], in the unit of cost.
     fn cost(&self) -> Cost<'_>;
+
+    /// Sets the unit of cost, which is 1 at first.
+    fn set_unit(&mut self, unit: Unit);
 
     /// [`DataModel::fit`].
     ///
@@ -90,12 +94,14 @@ pub struct ModelEstimate<'a, D: DataModel> {
     models: Vec<Cow<'a, D>>,
     initial: Vec<D::Parameters>,
     mu: Vec<D::Parameters>,
+    /// `None` if it is 1.
+    unit: Option<Unit>,
 }
 
 impl<'a, D: DataModel> ModelEstimate<'a, D> {
     /// With these initial parameters; there are none before the start.
     pub fn new(model: Cow<'a, D>, initial: Vec<D::Parameters>) -> Self {
-        ModelEstimate { models: vec![model], mu: initial.clone(), initial }
+        ModelEstimate { models: vec![model], mu: initial.clone(), initial, unit: None }
     }
 
     /// mu.
@@ -150,7 +156,16 @@ impl<D: DataModel> Estimate for ModelEstimate<'_, D> {
     }
 
     fn cost(&self) -> Cost<'_> {
-        self.model().cost(&self.mu)
+        let cost = self.model().cost(&self.mu);
+        let Some(unit) = self.unit else { return cost };
+        Box::new(move |k, row| {
+            cost(k, row);
+            row.iter_mut().for_each(|s| *s = unit.of_number(*s));
+        })
+    }
+
+    fn set_unit(&mut self, unit: Unit) {
+        self.unit = Some(unit);
     }
 
     fn fit(&mut self, weights: Weights<'_>) -> Result<f64> {
@@ -177,6 +192,10 @@ impl<D: DataModel> Estimate for ModelEstimate<'_, D> {
     }
 
     fn without_parameters(&self) -> Box<dyn Estimate + '_> {
-        Box::new(ModelEstimate::new(Cow::Borrowed(self.model()), Vec::new()))
+        let unit = self.unit;
+        Box::new(ModelEstimate {
+            unit,
+            ..ModelEstimate::new(Cow::Borrowed(self.model()), Vec::new())
+        })
     }
 }

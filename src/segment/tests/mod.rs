@@ -117,6 +117,43 @@ fn three_colors_are_recovered() {
     }
 }
 
+/// Data of any size have the same labels, and means of their size: powers of two change nothing else. Lambda has the size of the costs,
+/// which is the square of that of the data.
+#[test]
+fn data_of_any_size_have_the_same_regions() {
+    let mesh = shape("sphere:3");
+    let (data, _) = painted(&mesh, 0.25);
+    let segmented = |exponent: i32| {
+        let (factor, of_costs) = (f64::from(exponent).exp2(), f64::from(2 * exponent).exp2());
+        let values = data.values.iter().map(|x| factor * x).collect();
+        let data = Data::new(3, values).unwrap();
+        let request = request(of_costs * 0.03, Mass::Barycentric);
+        let alternation = alternation(Initial::KMeans, 5);
+        let mut last = 0.0;
+        let mut observe = |sample: Option<&Sample>| {
+            last = sample.map_or(last, |sample| sample.energy);
+            ControlFlow::Continue(())
+        };
+        let model = PiecewiseConstant::new(&data);
+        let found = segment(&mesh, &model, &alternation, &request, &mut observe).unwrap();
+        (found, last, factor, of_costs)
+    };
+    let (expected, last_expected, ..) = segmented(0);
+    for exponent in [-480, -250, -130, 130, 250, 460] {
+        let (found, last, factor, of_costs) = segmented(exponent);
+        assert_eq!(found.solution.labels, expected.solution.labels, "2^{exponent}");
+        assert_eq!(found.estimates, expected.estimates, "2^{exponent}");
+        let (a, b) = (&found.solution.summary, &expected.solution.summary);
+        assert_eq!((a.status, a.relative_gap), (b.status, b.relative_gap), "2^{exponent}");
+        assert_eq!(a.energy, of_costs * b.energy, "2^{exponent}");
+        assert_eq!(last, of_costs * last_expected, "2^{exponent}");
+        for (a, b) in found.parameters.iter().zip(&expected.parameters) {
+            let (a, b) = (PiecewiseConstant::value(a), PiecewiseConstant::value(b));
+            assert!(a.iter().zip(b).all(|(a, b)| *a == factor * b), "2^{exponent}");
+        }
+    }
+}
+
 /// A step ratio that is not chosen is that of re-estimated costs, and one that is chosen is kept.
 #[test]
 fn the_step_ratio_is_that_of_estimates() {
