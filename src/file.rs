@@ -182,9 +182,20 @@ fn check_writable(path: &Path, existing: &Path) -> Result<()> {
 /// The temporary folder is created inside an existing `path`: the folder above may be on another file system or not
 /// writable.
 ///
+/// Of several programs that write to `path`, one after the other replaces files, so that those of the last one are together.
+///
 /// Fails if `fill` fails, if the folder cannot be created, read or renamed, or if a subfolder of `path` has the name of
 /// a new file; in that case no file of `path` was replaced.
 pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    write_folder_over(path, fill, || Ok(()))
+}
+
+/// The same; `clear` removes from an existing folder what must not stay, before the new files come.
+pub fn write_folder_over(
+    path: &Path,
+    fill: impl FnOnce(&Path) -> Result<()>,
+    clear: impl FnOnce() -> Result<()>,
+) -> Result<()> {
     let io = |source| Error::io(path, source);
     let exists = path.is_dir();
     let parent = match path.parent() {
@@ -203,7 +214,10 @@ pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Resu
     let make = || builder.tempdir_in(parent);
     let (folder, _unfinished) = Unfinished::make(make, |folder| folder.path()).map_err(io)?;
     fill(folder.path())?;
-    if exists {
+    // Another program may have made it meanwhile.
+    let renamed = if exists { Ok(false) } else { renamed(folder.path(), path) };
+    if !renamed.map_err(io)? {
+        let _lock = locked(path);
         let names = || -> io::Result<Vec<_>> {
             fs::read_dir(folder.path())?.map(|entry| Ok(entry?.file_name())).collect()
         };
@@ -215,13 +229,29 @@ pub fn write_folder(path: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Resu
                 "is a folder, but a file of this name must be written; move it away",
             ));
         }
+        clear()?;
         for name in names {
             fs::rename(folder.path().join(&name), path.join(&name)).map_err(io)?;
         }
     } else {
-        fs::rename(folder.path(), path).map_err(io)?;
-        // It was renamed, so there is nothing to remove.
+        // There is nothing to remove.
         let _ = folder.keep();
     }
     Ok(())
+}
+
+/// Renames a folder, unless there is one of that name.
+fn renamed(folder: &Path, path: &Path) -> io::Result<bool> {
+    match fs::rename(folder, path) {
+        Ok(()) => Ok(true),
+        Err(_) if path.is_dir() => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Waits until no other program replaces files of a folder, and keeps others waiting while the result lives. Where the system has no
+/// such locks, files are replaced without.
+fn locked(path: &Path) -> Option<File> {
+    let folder = File::open(path).ok()?;
+    folder.lock().ok().map(|()| folder)
 }

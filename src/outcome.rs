@@ -94,7 +94,6 @@ pub fn write(
     exports: &[Export],
 ) -> Result<()> {
     let Labeled { solution, vertices, faces, drawn, source } = labeled;
-    let had_a_result = ["summary.json", "trace.csv"].iter().all(|name| folder.join(name).is_file());
     // A result is not lost for what cannot be read again.
     let others = source.map_or_else(Properties::default, |source| {
         io::read_properties(source, mesh).unwrap_or_else(|error| {
@@ -102,7 +101,37 @@ pub fn write(
             Properties::default()
         })
     });
-    file::write_folder(folder, |folder| {
+    let clear = || {
+        let had_a_result =
+            ["summary.json", "trace.csv"].iter().all(|name| folder.join(name).is_file());
+        if !had_a_result {
+            return Ok(());
+        }
+        // A picture or a field of an earlier run does not belong to this one.
+        let written = [
+            ("preview.png", looks.data.is_some()),
+            ("views.png", looks.views.is_some()),
+            ("q.npy", solution.q.is_some()),
+            ("face_labels.npy", faces.is_some()),
+            ("contours.obj", contours.is_some()),
+        ];
+        let exported = Export::iter().map(|export| (export.file(), exports.contains(&export)));
+        for (name, _) in written.into_iter().chain(exported).filter(|(_, written)| !written) {
+            let path = folder.join(name);
+            let is_source = source.is_some_and(|source| is_same(source, &path));
+            if is_source {
+                continue;
+            }
+            match std::fs::remove_file(&path) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(Error::io(&path, error));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    };
+    let fill = |folder: &Path| {
         let arrays = || {
             npy::write(&folder.join("u.npy"), &solution.u)?;
             if let Some(q) = &solution.q {
@@ -156,33 +185,8 @@ pub fn write(
             serde_json::to_writer_pretty(&mut *out, summary)?;
             out.write_all(b"\n")
         })
-    })?;
-    if !had_a_result {
-        return Ok(());
-    }
-    // A picture or a field of an earlier run does not belong to this one.
-    let written = [
-        ("preview.png", looks.data.is_some()),
-        ("views.png", looks.views.is_some()),
-        ("q.npy", solution.q.is_some()),
-        ("face_labels.npy", faces.is_some()),
-        ("contours.obj", contours.is_some()),
-    ];
-    let exported = Export::iter().map(|export| (export.file(), exports.contains(&export)));
-    for (name, _) in written.into_iter().chain(exported).filter(|(_, written)| !written) {
-        let path = folder.join(name);
-        let is_source = source.is_some_and(|source| is_same(source, &path));
-        if is_source {
-            continue;
-        }
-        match std::fs::remove_file(&path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(Error::io(&path, error));
-            }
-            _ => {}
-        }
-    }
-    Ok(())
+    };
+    file::write_folder_over(folder, fill, clear)
 }
 
 /// Whether two paths name the same existing file.

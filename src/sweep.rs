@@ -318,6 +318,20 @@ pub fn join<A: Send, B: Send>(
     rayon::join(a, b)
 }
 
+/// The largest number of threads.
+pub const MAX_THREADS: u16 = 1024;
+
+/// Fails if the environment asks for more threads than can be started in a moment.
+pub fn check_environment() -> Result<()> {
+    let Ok(asked) = std::env::var("RAYON_NUM_THREADS") else { return Ok(()) };
+    match asked.parse::<usize>() {
+        Ok(threads) if threads > usize::from(MAX_THREADS) => Err(Error::unsuitable(format!(
+            "RAYON_NUM_THREADS={asked}: must be at most {MAX_THREADS}; unset it, or use --threads"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 /// Runs `work` with the given number of threads, `None` for as many as the machine has. Fails if they cannot be
 /// started.
 pub fn with_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> T + Send) -> Result<T> {

@@ -40,8 +40,8 @@ use std::iter::once;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use crate::Error;
 use crate::run::Status;
+use crate::{Error, sweep};
 
 pub use call::{Refused, call};
 pub use listener::{Found, Listener};
@@ -108,7 +108,8 @@ pub fn main(program: &[OsString], arguments: impl IntoIterator<Item = OsString>)
         .with_ansi(io::IsTerminal::is_terminal(&io::stderr()))
         .init();
     interrupt::listen();
-    match cli.verb.run(program) {
+    let checked = sweep::check_environment().map_err(Failure::from);
+    match checked.and_then(|()| cli.verb.run(program)) {
         Ok(()) => 0,
         Err(Failure::Input(error)) => {
             note(&format!("error: {}", one_line(&error.to_string())));

@@ -246,6 +246,10 @@ fn import(arguments: &ImportTrace) -> Outcome {
     if let Some(error) = iterates.broken.take() {
         return Err(error.into());
     }
+    if iterates.all.is_empty() {
+        let message = "has no samples; below the line `iteration,seconds`, write a line for each u_<iteration>.npy";
+        return Err(Error::malformed(&folder.join("trace.csv"), message).into());
+    }
     let request = Request {
         lambda: problem.lambda,
         relaxation: problem.relaxation,

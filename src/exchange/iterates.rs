@@ -6,7 +6,7 @@
 //! q_<iteration>.npy     2F x m, rows as in K, if the solver has one
 //! ```
 //!
-//! Only complete lines count, so that a solver that is killed keeps what it wrote before. The last line needs no line
+//! Two files of one number are refused. Only complete lines count, so that a solver that is killed keeps what it wrote before. The last line needs no line
 //! break if its fields are valid and its iterate exists.
 
 use std::collections::BTreeMap;
@@ -185,7 +185,14 @@ fn numbered(folder: &Path, prefix: &str) -> Result<BTreeMap<u64, PathBuf>> {
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
         let number = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(".npy"));
         if let Some(number) = number.and_then(|digits| digits.parse().ok()) {
-            all.insert(number, path);
+            let name = name.to_owned();
+            if let Some(other) = all.insert(number, path) {
+                let other = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let [first, second] = if other < name { [other, name] } else { [name, other] };
+                let message =
+                    format!("{first} and {second} are both of iteration {number}; remove one");
+                return Err(Error::malformed(folder, message));
+            }
         }
     }
     Ok(all)

@@ -11,6 +11,7 @@ mod experiment;
 mod faces;
 mod inputs;
 mod labeling;
+mod load;
 mod mesh;
 mod mixture;
 mod operators;

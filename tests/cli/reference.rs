@@ -626,6 +626,9 @@ fn damaged_iterates_are_refused_in_one_line() {
     };
     refused(None, "trace.csv");
     refused(Some(""), "is empty");
+    for nothing in ["1,2", "iteration,seconds", "iteration,seconds\n", "iteration,seconds\n4"] {
+        refused(Some(nothing), "has no samples; below the line `iteration,seconds`");
+    }
     refused(Some("time,seconds\n1,2\n"), "line 1: has no column iteration");
     refused(Some("iteration;seconds\n1;2\n"), "line 1: has no column iteration");
     refused(Some("iteration\tseconds\n1\t2\n"), "separated by commas");
@@ -645,4 +648,10 @@ fn damaged_iterates_are_refused_in_one_line() {
     refused(Some("iteration,seconds\n3,1\n"), "u_3.npy");
     refused(Some("iteration,seconds,epsilon\n1,1,-3\n"), "epsilon");
     refused(Some("iteration,seconds,epsilon,epsilon_mode\n1,1,3,loose\n"), "loose");
+    folder.write("out/trace.csv", "iteration,seconds\n1,1\n");
+    fs::copy(folder.path("u.npy"), folder.path("out/u_01.npy")).unwrap();
+    let output = folder.run("problem import-trace problem.npz out --out x");
+    assert_eq!(output.status.code(), Some(1));
+    let message = stderr(&output);
+    assert!(message.contains("u_01.npy and u_1.npy are both of iteration 1"), "{message}");
 }
