@@ -157,12 +157,13 @@ impl Table<'_> {
         let bytes = file::read(path)?;
         let malformed = |error: csv::Error| Error::malformed(path, error.to_string());
         let mut csv = csv::Reader::from_reader(&bytes[..]);
-        self.columns = csv.headers().map_err(malformed)?.iter().map(String::from).collect();
+        let names = csv.headers().map_err(malformed)?;
+        self.columns = names.iter().map(|name| of_cell(name).to_owned()).collect();
         let entry = |(column, text): (usize, &str)| match text.parse() {
             _ if text.is_empty() => TableEntry::Nothing,
             Ok(x) if column >= 2 => TableEntry::Number(x),
             _ if text.starts_with("> ") => TableEntry::Censored(text.into()),
-            _ => TableEntry::Text(text.into()),
+            _ => TableEntry::Text(of_cell(text).into()),
         };
         let row = |row: csv::Result<csv::StringRecord>| {
             Ok(row.map_err(malformed)?.iter().enumerate().map(entry).collect())
@@ -177,11 +178,11 @@ impl Table<'_> {
     /// The table as CSV, with numbers in full precision.
     fn csv(&self) -> std::io::Result<String> {
         let mut csv = csv::Writer::from_writer(Vec::new());
-        csv.write_record(&self.columns)?;
+        csv.write_record(self.columns.iter().map(|name| cell(name)))?;
         for row in &self.rows {
             csv.write_record(row.iter().map(|entry| match entry {
                 TableEntry::Number(x) => x.to_string(),
-                entry => entry.text(),
+                entry => cell(&entry.text()),
             }))?;
         }
         let bytes = csv.into_inner().map_err(csv::IntoInnerError::into_error)?;
@@ -246,6 +247,25 @@ impl Table<'_> {
         })
     }
 }
+
+/// A text as a cell of CSV. A spreadsheet computes what begins as a formula, unless an apostrophe comes first.
+fn cell(text: &str) -> String {
+    match text.trim_start_matches('\'').starts_with(FORMULAS) {
+        true => format!("'{text}"),
+        false => text.to_owned(),
+    }
+}
+
+/// The text of such a cell.
+fn of_cell(cell: &str) -> &str {
+    match cell.strip_prefix('\'') {
+        Some(text) if text.trim_start_matches('\'').starts_with(FORMULAS) => text,
+        _ => cell,
+    }
+}
+
+/// How formulas of spreadsheets begin.
+const FORMULAS: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 /// Escapes a text for Markdown: markup, tags and cell borders.
 fn markdown(text: &str) -> String {

@@ -89,6 +89,38 @@ fn tables_are_written_as_markdown_csv_and_latex() {
     assert_eq!(numbers, [("t/a|b/s_1/x".to_owned(), 0.5), ("t/c/s_2/x".to_owned(), 1.0 / 3.0)]);
 }
 
+/// A spreadsheet computes no label, and what is read again is what was written.
+#[test]
+fn labels_are_no_formulas() {
+    let mut table = table();
+    let labels = ["=1+1", "'=1", "-x", "@a", "+1", "'quoted'", "\tx", "plain"];
+    table.rows = (labels.iter())
+        .map(|label| {
+            vec![
+                TableEntry::Text((*label).into()),
+                TableEntry::Text("=s".into()),
+                TableEntry::Number(-1.5),
+                TableEntry::Nothing,
+            ]
+        })
+        .collect();
+    table.columns[3] = "=y".into();
+    let folder = tempfile::tempdir().unwrap();
+    table.write(folder.path()).unwrap();
+    let path = folder.path().join("t.csv");
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("'=1+1,'=s,-1.5,\n") && text.contains("plain,'=s"), "{text}");
+    let cells = text.lines().flat_map(|line| line.split(','));
+    assert!(
+        cells
+            .filter(|cell| *cell != "-1.5")
+            .all(|cell| !cell.starts_with(['=', '+', '-', '@', '\t']))
+    );
+    let (columns, first) = (table.columns.clone(), table.markdown());
+    table.read(&path).unwrap();
+    assert_eq!((table.columns.clone(), table.markdown()), (columns, first));
+}
+
 #[test]
 fn latex_has_powers_of_ten() {
     for (x, text) in [
