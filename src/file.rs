@@ -2,6 +2,7 @@
 //! next to their destination, then renamed. A program that is interrupted calls [`abandon`], so that no partial file
 //! stays.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -84,10 +85,11 @@ pub fn abandon() {
     std::mem::forget(all);
 }
 
-/// Writes one file. An existing file at `path` stays until the new content is complete. Fails if `content` fails, or if
+/// Writes one file. An existing file at `path` stays until the new content is complete; of a link, the file that it leads to. Fails if `content` fails, or if
 /// the file cannot be written, flushed or renamed.
 pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let write = || {
+        let path = &*followed(path)?;
         let folder = match path.parent() {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
@@ -106,6 +108,22 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
         Ok(())
     };
     write().map_err(|source| Error::io(path, source))
+}
+
+/// What a path leads to, by way of links; a link may lead to a file that does not exist yet.
+fn followed(path: &Path) -> io::Result<Cow<'_, Path>> {
+    /// As many as Linux follows.
+    const MAX_LINKS: usize = 40;
+    let mut path = Cow::Borrowed(path);
+    for _ in 0..MAX_LINKS {
+        if !path.is_symlink() {
+            return Ok(path);
+        }
+        let target = fs::read_link(&path)?;
+        // A path from the root replaces what it is joined to.
+        path = Cow::Owned(path.parent().unwrap_or(Path::new("")).join(target));
+    }
+    Err(io::Error::other("too many links"))
 }
 
 /// The permissions of an ordinary new file, before the umask applies.

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::{VERBS, folder, refuse};
-use crate::support::stderr;
+use crate::support::{Folder, stderr};
 
 /// The verbs that write a folder fail before they compute anything.
 #[test]
@@ -62,4 +62,29 @@ fn files_that_cannot_be_written_are_refused() {
     // Binary STL holds 32-bit coordinates.
     folder.write("large.obj", "v 0 0 0\nv 1e45 0 0\nv 0 1e45 0\nf 1 2 3\n");
     refuse(&folder, "mesh convert large.obj --out out.stl", &["out.stl"]);
+}
+
+/// A link stays a link: what it leads to is replaced, or made.
+#[cfg(unix)]
+#[test]
+fn links_to_files_are_followed() {
+    use std::os::unix::fs::symlink;
+
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("there")).unwrap();
+    folder.write("there/old.ply", "old");
+    symlink("there/old.ply", folder.path("link.ply")).unwrap();
+    symlink(folder.path("link.ply"), folder.path("twice.ply")).unwrap();
+    symlink("there/new.ply", folder.path("dangling.ply")).unwrap();
+    symlink("round.ply", folder.path("round.ply")).unwrap();
+    for (name, target) in [("link", "old"), ("twice", "old"), ("dangling", "new")] {
+        folder.write("there/old.ply", "old");
+        folder.done(&format!("mesh generate grid:3x2 --out {name}.ply"));
+        assert!(folder.path(&format!("{name}.ply")).is_symlink());
+        let written = std::fs::read(folder.path(&format!("there/{target}.ply"))).unwrap();
+        assert!(written.starts_with(b"ply"), "{name}");
+    }
+    let output = folder.run("mesh generate grid:3x2 --out round.ply");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("too many links"), "{}", stderr(&output));
 }
