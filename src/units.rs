@@ -15,22 +15,30 @@ use crate::problem::FORBIDDEN_COST;
 /// Costs and lambda of this size, up or down, leave room for any power that is computed.
 const ORDINARY: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
+/// Beyond this ratio, the smaller one leaves the range of double precision where the larger one is ordinary.
+const LARGEST_RATIO: f64 = 1e200;
+
 /// A unit of cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Unit(f64);
 
 impl Unit {
     /// That of finite costs and a lambda per length, which weigh as much as costs on an area if length^2 is the area. `None` if
-    /// it is 1.
+    /// it is 1, and if one of the two is so much larger that no unit suits both.
     pub fn of(costs: &Array2<f64>, lambda: f64, length: f64) -> Option<Self> {
         let finite = costs.iter().map(|cost| cost.abs()).filter(|&cost| cost < FORBIDDEN_COST);
-        Self::of_size(finite.fold(lambda / length, f64::max))
+        let (costs, lambda) = (finite.fold(0.0, f64::max), lambda / length);
+        let fits = |small: f64, large: f64| small == 0.0 || small >= LARGEST_RATIO.recip() * large;
+        match fits(costs, lambda) && fits(lambda, costs) {
+            true => Self::of_size(f64::max(costs, lambda)),
+            false => None,
+        }
     }
 
     /// That of costs up to this one.
     pub fn of_size(largest: f64) -> Option<Self> {
         let is_ordinary = largest == 0.0 || ORDINARY.contains(&largest) || !largest.is_finite();
-        // Half of the exponent at a time, since the smallest numbers have inverses that are infinite.
+        // A normal number, whose inverse is one, too.
         (!is_ordinary).then(|| Unit(largest.log2().floor().clamp(-1000.0, 1000.0).exp2()))
     }
 
