@@ -1,6 +1,8 @@
 //! Files are read whole (images row by row), and appear whole or not at all: they are written under a temporary name
 //! next to their destination, then renamed. A program that is interrupted calls [`abandon`], so that no partial file
-//! stays.
+//! stays; what a killed one leaves is removed by the next one that writes to the folder (`file/leftovers.rs`).
+
+mod leftovers;
 
 use std::borrow::Cow;
 use std::fs::{self, File};
@@ -97,9 +99,12 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
         fs::metadata(folder.join("."))?;
         // The original message would name the temporary file.
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".meshseg-").permissions(permissions());
+        builder.prefix(leftovers::PREFIX).rand_bytes(leftovers::RANDOM).permissions(permissions());
+        leftovers::sweep(folder);
         let make = || builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()));
         let (mut file, _unfinished) = Unfinished::make(make, |file| file.path())?;
+        // Without locks on this system, leftovers stay.
+        let _ = file.as_file().lock();
         let mut writer = BufWriter::new(&mut file);
         content(&mut writer)?;
         writer.flush()?;
@@ -223,7 +228,8 @@ pub fn write_folder_over(
     };
     fs::create_dir_all(parent).map_err(io)?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".meshseg-");
+    builder.prefix(leftovers::PREFIX).rand_bytes(leftovers::RANDOM);
+    leftovers::sweep(parent);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -231,6 +237,7 @@ pub fn write_folder_over(
     }
     let make = || builder.tempdir_in(parent);
     let (folder, _unfinished) = Unfinished::make(make, |folder| folder.path()).map_err(io)?;
+    let _in_use = locked(folder.path());
     fill(folder.path())?;
     // Another program may have made it meanwhile.
     let renamed = if exists { Ok(false) } else { renamed(folder.path(), path) };
@@ -267,8 +274,8 @@ fn renamed(folder: &Path, path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Waits until no other program replaces files of a folder, and keeps others waiting while the result lives. Where the system has no
-/// such locks, files are replaced without.
+/// Waits until no other program has locked a folder, and keeps others waiting while the result lives; `None` where the system has no
+/// such locks.
 fn locked(path: &Path) -> Option<File> {
     let folder = File::open(path).ok()?;
     folder.lock().ok().map(|()| folder)

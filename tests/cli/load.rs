@@ -77,3 +77,34 @@ fn an_environment_that_asks_for_too_many_threads_is_refused() {
         program(&folder, "mesh info torus:20x12").env("RAYON_NUM_THREADS", "3").output().unwrap();
     assert!(output.status.success());
 }
+
+/// What a killed program has left is removed by the next one that writes there; what is in use, young, or somebody else's stays.
+#[test]
+fn leftovers_of_killed_programs_are_removed() {
+    let folder = Folder::new();
+    let age = |name: &str, seconds: u64| {
+        let file = std::fs::File::open(folder.path(name)).unwrap();
+        file.set_modified(std::time::SystemTime::now() - std::time::Duration::from_secs(seconds))
+            .unwrap();
+        file
+    };
+    for name in
+        [".meshseg-AbCd12", ".meshseg-used99", ".meshseg-young1", ".meshseg-ofauser", "mine"]
+    {
+        std::fs::create_dir(folder.path(name)).unwrap();
+        folder.write(&format!("{name}/u.npy"), "part");
+        age(name, if name.ends_with("young1") { 5 } else { 3600 });
+    }
+    folder.write(".meshseg-file00", "part");
+    age(".meshseg-file00", 3600);
+    let in_use = age(".meshseg-used99", 3600);
+    in_use.lock().unwrap();
+    folder.done("mesh generate grid:3x2 --out grid.ply");
+    let left = crate::support::names(&folder.path(""));
+    let expected = [".meshseg-ofauser", ".meshseg-used99", ".meshseg-young1", "grid.ply", "mine"];
+    assert!(left.iter().eq(expected), "{left:?}");
+    drop(in_use);
+    folder.array("S.npy", &costs(12, 2));
+    folder.done("solve grid:3x2 --costs S.npy --lambda 0.1 --no-preview --out results");
+    assert!(!folder.path(".meshseg-used99").exists() && folder.path("mine/u.npy").exists());
+}
