@@ -66,7 +66,9 @@ fn table(path: &Path, labels: Labels<'_>) -> Result<Array2<f64>> {
     }
     match records.split_first() {
         None => Err(Error::malformed(path, "has no weights")),
-        Some(((_, header), rows)) if header.iter().eq(["a", "b", "weight"]) => {
+        Some(((_, header), rows))
+            if header.iter().map(str::to_ascii_lowercase).eq(["a", "b", "weight"]) =>
+        {
             listed(path, rows, labels)
         }
         Some(_) => matrix(path, &records),
@@ -75,9 +77,13 @@ fn table(path: &Path, labels: Labels<'_>) -> Result<Array2<f64>> {
 
 fn number(path: &Path, line: usize, cell: &str) -> Result<f64> {
     cell.parse().map_err(|_| {
-        let message = format!(
-            "`{cell}` is not a number; write a row of weights for each label, or the line `a,b,weight` and pairs below it"
-        );
+        let what_to_do = match cell.contains([';', '\t']) {
+            true => "separate cells by commas",
+            false => {
+                "write a row of weights for each label, or the line `a,b,weight` and pairs below it"
+            }
+        };
+        let message = format!("`{}` is not a number; {what_to_do}", cell.escape_debug());
         Error::malformed_line(path, line, message)
     })
 }

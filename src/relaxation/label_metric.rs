@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 /// Enough for the largest number of regions, see `regions.rs`.
 const LENGTH: usize = 64;
 
-/// Sums of two distances may miss the third by this share of it: numbers in files are rounded.
+/// Sums of two distances may miss the third, and two that must be equal may differ, by this share: numbers in files are rounded.
 const ROUNDING: f64 = 1e-12;
 
 /// Distances smaller than this share of the largest one would be lost in rounding errors of the others.
@@ -77,6 +77,7 @@ impl LabelMetric {
             )));
         }
         check(d)?;
+        let d = &(0.5 * (d + &d.t()));
         let different = || d.indexed_iter().filter(|((a, b), _)| a != b).map(|(_, &d)| d);
         let range = [different().fold(f64::INFINITY, f64::min), different().fold(0.0, f64::max)];
         let mut table = Table {
@@ -186,7 +187,9 @@ fn check(d: &Array2<f64>) -> Result<()> {
             "label {a} has the weight {d:?} to itself, where there is no cut: it must be 0"
         ));
     }
-    if let Some((a, b, there)) = entries().find(|&(a, b, there)| there != d[[b, a]]) {
+    if let Some((a, b, there)) =
+        entries().find(|&(a, b, there)| (there - d[[b, a]]).abs() > ROUNDING * there)
+    {
         return unsuitable(format!(
             "labels {a} and {b} have the weights {there:?} and {:?}: a cut has no direction, so both must be equal",
             d[[b, a]]

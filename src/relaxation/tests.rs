@@ -301,6 +301,11 @@ fn weights_that_are_no_metric_are_refused() {
     }
     assert!(LabelMetric::new(&Array2::zeros((3, 4))).is_err());
     assert!(LabelMetric::new(&Array2::zeros((1, 1))).is_err());
+    // Rounding is no direction.
+    let mut d = uneven().matrix();
+    d[[1, 2]] *= 1.0 + f64::EPSILON;
+    let rounded = LabelMetric::new(&d).unwrap();
+    assert_eq!(rounded.distance(1, 2), rounded.distance(2, 1));
     // Equal metrics are one.
     assert!(uneven() == uneven() && uneven() != star() && !metric(3, |_, _| 1.0).is_potts());
     assert_eq!(uneven().matrix()[[3, 1]], 1.2);

@@ -20,7 +20,7 @@ fn prepared() -> Folder {
     folder.write("classes.csv", "name\nwall\nroof\n\"tree, tall\"\nground\n");
     folder.write(
         "names.csv",
-        "a, b, weight\n0,roof,0.5\nroof, ground, 3\n\"tree, tall\",ground,2.5\n0,3,2.75\n1,2,1.25\n",
+        "A, b, Weight\n0,roof,0.5\nroof, ground, 3\n\"tree, tall\",ground,2.5\n0,3,2.75\n1,2,1.25\n",
     );
     folder.write("matrix.csv", "0,0.5,1,2.75\n0.5,0,1.25,3\n1,1.25,0,2.5\n2.75,3,2.5,0\n");
     folder.array(
@@ -115,6 +115,7 @@ fn weighted_energies_are_confirmed() {
 fn weights_that_do_not_fit_are_refused() {
     let folder = prepared();
     folder.write("empty.csv", "");
+    folder.write("semicolons.csv", "a;b;weight\n0;1;2\n");
     folder.write("blank.csv", "\n\n");
     folder.write("header.csv", "x,y,z\n0,1,2\n");
     folder.write("unknown.csv", "a,b,weight\nwall,rof,2\n");
@@ -134,6 +135,7 @@ fn weights_that_do_not_fit_are_refused() {
     for (line, part) in [
         ("--pairs none.csv", "none.csv"),
         ("--pairs empty.csv", "is empty"),
+        ("--pairs semicolons.csv", "`a;b;weight` is not a number; separate cells by commas"),
         ("--pairs blank.csv", "has no weights"),
         ("--pairs header.csv", "`x` is not a number; write a row of weights for each label"),
         ("--pairs unknown.csv", "line 2: no class is called `rof`; did you mean \"roof\"?"),

@@ -63,7 +63,9 @@ impl Floor {
             largest * mean_of(&|c| ((c[i] - center[i]) / largest).powi(2)).sqrt()
         };
         let deviations: Vec<f64> = (0..d).map(deviation).collect();
-        if deviations.iter().any(|&s| s != 0.0 && !(FLOOR * s * s).is_normal()) {
+        // With room for sums and products of a few variances.
+        let is_in_range = |s: f64| (FLOOR * s * s).is_normal() && (s * s / FLOOR).is_finite();
+        if deviations.iter().any(|&s| s != 0.0 && !is_in_range(s)) {
             return Err(Error::unsuitable(
                 "the variances of the data leave the range of double precision; scale the data",
             ));

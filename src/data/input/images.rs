@@ -8,7 +8,7 @@ use super::reader::{InputData, Reader, colored};
 use super::source::{DataSource, Mapping};
 use crate::data::projection::Projection;
 use crate::data::texture::{
-    Content, Painted, Paints, Sums, Texel, Texture, Turn, images, is_same_image, texels_per_face,
+    Content, Painted, Paints, Sums, Texel, Texture, Turn, images, replaced, texels_per_face,
 };
 use crate::error::{Error, Result};
 use crate::mesh::shapes::MAX_FACES;
@@ -111,10 +111,15 @@ impl Reader<'_> {
                 Paints::of_materials(self.mesh, materials, uv, None)
             }
             (None, ..) => return Err(self.lacks("has no material with an image")),
-            (Some(image), _, Some(materials))
-                if named.iter().any(|named| is_same_image(named, image)) =>
-            {
-                if named.len() > 1 {
+            (Some(image), _, Some(materials)) if !replaced(&named, image).is_empty() => {
+                let several = replaced(&named, image).len();
+                if several > 1 {
+                    notes.push(format!(
+                        "{} takes the place of {several} of the {} images of the materials, which have its name",
+                        image.display(),
+                        named.len()
+                    ));
+                } else if named.len() > 1 {
                     notes.push(format!(
                         "{} is one of {} images of the materials; each face takes the image of its own material",
                         image.display(),

@@ -18,7 +18,7 @@ mod vertices;
 
 pub use decode::Turn;
 pub(in crate::data) use decode::{Decoded, Texels};
-pub use paint::{Content, Painted, Paints, color_of_face, images, is_same_image};
+pub use paint::{Content, Painted, Paints, color_of_face, images, replaced};
 pub use pyramid::Texture;
 pub(in crate::data) use pyramid::decode_file;
 pub use sample::Texel;

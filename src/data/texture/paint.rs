@@ -86,8 +86,25 @@ pub fn images(materials: &Materials) -> Vec<&Path> {
     images
 }
 
-/// Whether two names denote the same image, including its tiles.
-pub fn is_same_image(a: &Path, b: &Path) -> bool {
+/// The images that a given one takes the place of: those of its name, or, if there are none, of its name in another case.
+pub fn replaced<'a>(images: &[&'a Path], given: &Path) -> Vec<&'a Path> {
+    let of_name = |same: fn(&Path, &Path) -> bool| -> Vec<&'a Path> {
+        images.iter().copied().filter(|image| same(image, given)).collect()
+    };
+    let exactly = of_name(is_exactly);
+    if exactly.is_empty() { of_name(is_same_image) } else { exactly }
+}
+
+/// Whether two names are the same, including tiles.
+fn is_exactly(a: &Path, b: &Path) -> bool {
+    match (Tiled::of(a), Tiled::of(b)) {
+        (Some(a), Some(b)) => a.before == b.before && a.behind == b.behind,
+        _ => a.file_name() == b.file_name(),
+    }
+}
+
+/// Whether two names denote the same image in any case, including its tiles.
+fn is_same_image(a: &Path, b: &Path) -> bool {
     let names = |a: Option<&OsStr>, b: Option<&OsStr>| match (a, b) {
         (Some(a), Some(b)) => a.eq_ignore_ascii_case(b),
         _ => false,
@@ -134,11 +151,13 @@ impl<'a> Paints<'a> {
         given: Option<&Path>,
     ) -> Self {
         let mut paints = Paints::new(uv, Vec::new());
+        let named = images(materials);
+        let replaced = given.map_or(Vec::new(), |given| replaced(&named, given));
         let mut known = HashMap::new();
         let mut index_of = |image: &Image, placement: Placement, material: &str| {
             *known.entry((image.clone(), placement.bits())).or_insert_with(|| {
                 paints.pictures.push(Picture {
-                    content: content(image, given),
+                    content: content(image, given, &replaced),
                     material: Some(material.to_owned()),
                     placement,
                     faces: Vec::new(),
@@ -381,19 +400,20 @@ impl Painting {
     }
 }
 
-/// The content of an image; the given file takes its place if it has the same name.
-fn content(image: &Image, given: Option<&Path>) -> Content {
-    let given_instead = given.filter(|given| is_same_image(image.path(), given));
-    match (image, given_instead) {
-        (Image::Inside(name, bytes), None) => Content::Inside(name.clone(), bytes.clone()),
-        (image, _) => Content::File(whereabouts(image.path(), given), Turn::AsStored),
+/// The content of an image; the given file is that of those that it replaces.
+fn content(image: &Image, given: Option<&Path>, replaced: &[&Path]) -> Content {
+    match (image, given) {
+        (image, Some(given)) if replaced.contains(&image.path()) => {
+            Content::File(given.to_owned(), Turn::AsStored)
+        }
+        (Image::Inside(name, bytes), _) => Content::Inside(name.clone(), bytes.clone()),
+        (Image::File(path), given) => Content::File(whereabouts(path, given), Turn::AsStored),
     }
 }
 
-/// The path of an image: as given, where the materials say, or next to the given one.
+/// The path of an image: where the materials say, or next to the given one.
 fn whereabouts(image: &Path, given: Option<&Path>) -> PathBuf {
     match given {
-        Some(given) if is_same_image(image, given) => given.to_owned(),
         Some(given) if !image.exists() => {
             match image.file_name().map(|name| given.with_file_name(name)) {
                 Some(beside) if beside.exists() => beside,

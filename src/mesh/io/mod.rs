@@ -60,7 +60,7 @@ use self::rules::{
     INVALID_TEXTURE, TOO_FEW_CORNERS, check_coordinate, check_faces, coordinates, fan, known,
     uv_of_vertices, valid_uv, warn_untextured,
 };
-use self::unpack::unpacked;
+use self::unpack::Unpacked;
 
 pub use freesurfer::{Annotation, read_annotation, read_curvature, write_annotation};
 pub use gifti::{GiftiArrays, GiftiLabel, read_arrays, write_labels};
@@ -236,13 +236,20 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     warn_of_losses(path, format, mesh);
     match format {
         Format::Obj => {
-            let mesh = &*unpacked(path, mesh)?;
-            let library = write_materials(path, mesh)?;
-            file::write(path, |out: &mut dyn Write| obj::write(out, mesh, library.as_deref()))
+            let unpacked = Unpacked::new(path, mesh)?;
+            let library = write_materials(path, &unpacked.mesh)?;
+            file::write(path, |out: &mut dyn Write| {
+                obj::write(out, &unpacked.mesh, library.as_deref())
+            })?;
+            unpacked.keep();
+            Ok(())
         }
         Format::Ply => {
-            let mesh = &*unpacked(path, mesh)?;
-            file::write(path, |out: &mut dyn Write| ply::write(out, mesh, folder_of(path)))
+            let unpacked = Unpacked::new(path, mesh)?;
+            let folder = folder_of(path);
+            file::write(path, |out: &mut dyn Write| ply::write(out, &unpacked.mesh, folder))?;
+            unpacked.keep();
+            Ok(())
         }
         Format::Off => file::write(path, |out: &mut dyn Write| off::write(out, mesh)),
         Format::Stl => {

@@ -180,3 +180,30 @@ fn without_cuts_it_is_classification_em() {
         }
     }
 }
+
+/// Up to the largest and the smallest numbers, data are segmented as any, or refused in a sentence.
+#[test]
+fn data_whose_variances_overflow_are_refused() {
+    let mesh = shape("sphere:2");
+    let (data, _) = equal_means(&mesh, 3, [1.0, 3.0], 9);
+    let mut refused = 0;
+    for exponent in
+        [-165, -156, -155, -154, -153, -152, -140, 0, 140, 150, 151, 152, 153, 154, 155, 156, 165]
+    {
+        let values = data.values.iter().map(|x| x * 10_f64.powi(exponent)).collect();
+        let data = Data::new(3, values).unwrap();
+        let found = Gaussian::new(&data).and_then(|model| {
+            let alternation = Alternation { regions: 2, ..alternation(Initial::KMeans, 5) };
+            segment(&mesh, &model, &alternation, &request(0.01, Mass::Barycentric), &mut go)
+        });
+        match found {
+            Ok(found) => assert_eq!(found.solution.summary.status, Status::Converged, "{exponent}"),
+            Err(error) => {
+                assert!(exponent.abs() > 140, "{exponent}: {error}");
+                assert!(error.to_string().contains("scale the data"), "{exponent}: {error}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused >= 4);
+}

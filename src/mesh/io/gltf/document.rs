@@ -5,15 +5,15 @@
 //! refer to each other by their index from 0;  scene: the index of the default scene
 //! ```
 //!
-//! Values of a wrong type are errors, except in materials and images, of which only that entry is not valid then.
+//! Values of a wrong type are errors, except in materials and images, of which only that list, entry or name is missing then.
 //! Unknown keys are skipped, and indices are checked where they are used.
 //!
 //! Reference: Khronos Group, *glTF 2.0 Specification*, section 5, "Properties Reference".
 
 use std::collections::HashMap;
 
-use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer};
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
@@ -26,9 +26,13 @@ pub struct Document {
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<View>,
     pub buffers: Vec<Buffer>,
+    #[serde(deserialize_with = "list")]
     pub materials: Vec<Entry<Material>>,
+    #[serde(deserialize_with = "list")]
     pub textures: Vec<Entry<Texture>>,
+    #[serde(deserialize_with = "list")]
     pub images: Vec<Entry<Image>>,
+    #[serde(deserialize_with = "list")]
     pub samplers: Vec<Entry<Sampler>>,
 }
 
@@ -38,6 +42,22 @@ pub struct Document {
 pub enum Entry<T> {
     Valid(T),
     Invalid(IgnoredAny),
+}
+
+/// A list, or nothing in place of a value of another type.
+fn list<'a, T: Deserialize<'a>, D: Deserializer<'a>>(from: D) -> Result<Vec<Entry<T>>, D::Error> {
+    Ok(match Entry::deserialize(from)? {
+        Entry::Valid(list) => list,
+        Entry::Invalid(_) => Vec::new(),
+    })
+}
+
+/// A text, or nothing in place of a value of another type.
+fn text<'a, D: Deserializer<'a>>(from: D) -> Result<Option<String>, D::Error> {
+    Ok(match Entry::deserialize(from)? {
+        Entry::Valid(text) => Some(text),
+        Entry::Invalid(_) => None,
+    })
 }
 
 /// An entry of a list, if it exists and is valid.
@@ -138,6 +158,7 @@ pub struct Buffer {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Material {
+    #[serde(default, deserialize_with = "text")]
     pub name: Option<String>,
     #[serde(rename = "pbrMetallicRoughness")]
     metallic: Option<Surface>,
@@ -194,6 +215,7 @@ pub struct Texture {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Image {
+    #[serde(default, deserialize_with = "text")]
     pub name: Option<String>,
     pub uri: Option<String>,
     pub buffer_view: Option<usize>,

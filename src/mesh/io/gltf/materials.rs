@@ -12,9 +12,9 @@
 //!
 //! Reference: Khronos Group, *glTF 2.0 Specification*, section 3.9, "Materials", and *KHR_texture_transform*.
 
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use super::accessor::Reader;
 use super::document::{self, Document, TextureUse, entry};
@@ -25,6 +25,9 @@ use crate::mesh::{Image, Material, Materials, Placement};
 
 const CLAMPED: u32 = 33071;
 const REPEATED: u32 = 10497;
+
+/// The most characters of the name of an image, of up to four bytes each, which leaves room for what is written around it.
+const LONGEST_NAME: usize = 40;
 
 /// Texture coordinates that are rounded are still inside the image.
 const ROUNDING: f64 = 1e-3;
@@ -53,6 +56,7 @@ pub fn of_faces(
         folder,
         names: HashSet::new(),
         inside: HashMap::new(),
+        contents: HashMap::new(),
         left_out: LeftOut::default(),
     };
     let mut all = Vec::new();
@@ -136,6 +140,8 @@ struct Painter<'a> {
     names: HashSet<String>,
     /// Images inside the file, by their index.
     inside: HashMap<usize, Image>,
+    /// The contents of views that are images, which several images may share.
+    contents: HashMap<usize, Arc<[u8]>>,
     left_out: LeftOut,
 }
 
@@ -194,18 +200,16 @@ impl Painter<'_> {
         let source = entry(textures, texture.index).and_then(|texture| texture.source);
         let found = source.and_then(|index| Some((index, entry(images, index)?)));
         let image = found.and_then(|(index, image)| {
-            match (image.uri.as_deref().map(Target::of), image.buffer_view) {
+            let uri = image.uri.as_deref().filter(|uri| !uri.is_empty());
+            match (uri.map(Target::of), image.buffer_view) {
                 (Some(Target::File(file)), _) => {
                     Some(Image::File(self.folder.unwrap_or(Path::new("")).join(file)))
                 }
                 (Some(Target::Inside(data)), _) => {
-                    self.inside(index, image, || uri::bytes(data).map(Cow::Owned))
+                    self.inside(index, image, |_| uri::bytes(data).map(Arc::from))
                 }
                 (Some(Target::Elsewhere), _) | (None, None) => None,
-                (None, Some(view)) => {
-                    let reader = self.reader;
-                    self.inside(index, image, || reader.view(view).ok().map(Cow::Borrowed))
-                }
+                (None, Some(view)) => self.inside(index, image, |painter| painter.content(view)),
             }
         });
         if image.is_none() {
@@ -214,34 +218,45 @@ impl Painter<'_> {
         image
     }
 
+    /// The bytes of a view, once for all of its images.
+    fn content(&mut self, view: usize) -> Option<Arc<[u8]>> {
+        if let Some(known) = self.contents.get(&view) {
+            return Some(known.clone());
+        }
+        let content: Arc<[u8]> = self.reader.view(view).ok()?.into();
+        self.contents.insert(view, content.clone());
+        Some(content)
+    }
+
     /// An image inside the file. Its name is that in the file, as far as it can be the name of a file, and no other
     /// image has it.
-    fn inside<'b>(
+    fn inside(
         &mut self,
         index: usize,
         image: &document::Image,
-        content: impl FnOnce() -> Option<Cow<'b, [u8]>>,
+        content: impl FnOnce(&mut Self) -> Option<Arc<[u8]>>,
     ) -> Option<Image> {
         if let Some(known) = self.inside.get(&index) {
             return Some(known.clone());
         }
-        let content = content()?;
+        let content = content(self)?;
         let extension = match &content[..] {
             [0x89, b'P', b'N', b'G', ..] => "png",
             [0xff, 0xd8, 0xff, ..] => "jpg",
             _ => return None,
         };
         let is_plain = |c: &char| c.is_alphanumeric() || "-_ ".contains(*c);
-        let given: String =
-            image.name.iter().flat_map(|name| name.chars()).filter(is_plain).collect();
+        let given = image.name.as_deref().unwrap_or_default();
+        let given: String = given.chars().filter(is_plain).take(LONGEST_NAME).collect();
         let mut name = match given.trim() {
             "" => format!("image-{index}"),
             name => name.to_owned(),
         };
-        while !self.names.insert(format!("{name}.{extension}")) {
+        // Names of files may not differ in case only.
+        while !self.names.insert(format!("{name}.{extension}").to_lowercase()) {
             name = format!("{name}-{index}");
         }
-        let image = Image::Inside(format!("{name}.{extension}").into(), content.into());
+        let image = Image::Inside(format!("{name}.{extension}").into(), content);
         self.inside.insert(index, image.clone());
         Some(image)
     }

@@ -274,10 +274,64 @@ fn images_inside_become_files() {
             assert_eq!(&fs::read(image.path()).unwrap(), bytes);
         }
     }
-    fs::write(folder.path().join("a-image-1.jpg"), "mine").unwrap();
-    let message = io::write(&folder.path().join("a.ply"), &mesh).unwrap_err().to_string();
-    assert!(message.contains("a-image-1.jpg: exists and would be replaced"), "{message}");
-    assert_eq!(fs::read(folder.path().join("a-image-1.jpg")).unwrap(), b"mine");
+    // Another file of the second image's name: not even the first image is written.
+    for name in ["b.ply", "b.obj"] {
+        fs::write(folder.path().join("b-image-1.jpg"), "mine").unwrap();
+        let message = io::write(&folder.path().join(name), &mesh).unwrap_err().to_string();
+        assert!(message.contains("b-image-1.jpg: exists and would be replaced"), "{message}");
+        assert_eq!(fs::read(folder.path().join("b-image-1.jpg")).unwrap(), b"mine");
+        assert!(!folder.path().join("b-my atlas1.png").exists());
+        assert!(!folder.path().join(name).exists());
+    }
+    // A mesh that cannot be written leaves no images.
+    fs::create_dir(folder.path().join("c.ply")).unwrap();
+    assert!(io::write(&folder.path().join("c.ply"), &mesh).is_err());
+    assert!(!folder.path().join("c-my atlas1.png").exists());
+    // A file that another material names is not taken for an image.
+    let mut other = mesh.clone();
+    let materials = other.materials.as_mut().unwrap();
+    materials.all[1].image = Some(Image::File(folder.path().join("d-my atlas1.png")));
+    io::write(&folder.path().join("d.ply"), &other).unwrap();
+    let read = io::read(&folder.path().join("d.ply")).unwrap().materials.unwrap();
+    let names = read.all.iter().map(|m| m.image.as_ref().unwrap().path().file_name().unwrap());
+    assert!(names.eq(["inside-d-my atlas1.png", "d-my atlas1.png"]));
+}
+
+/// Many images of one view share its bytes; names are short and differ in more than case; values of a wrong type are missing, and the
+/// rest is read.
+#[test]
+fn images_inside_are_shared_and_named_in_short() {
+    let png = [b"\x89PNG\r\n\x1a\n".as_slice(), &[7; 30]].concat();
+    let used = [0, 1].map(|index| texture(json!({"index": index})));
+    let (mut file, rest) = painted(json!(used), json!({}));
+    let view = file.view(&png);
+    let long = "long ".repeat(100);
+    let images = json!([{"bufferView": view, "name": long}, {"bufferView": view, "name": long.to_uppercase()}]);
+    let textures = json!([{"source": 0}, {"source": 1}]);
+    let with_images = with(rest.clone(), json!({"textures": textures, "images": images}));
+    let materials = file.read(with_images).materials.unwrap();
+    let [Some(Image::Inside(a, first)), Some(Image::Inside(b, second))] =
+        [&materials.all[0].image, &materials.all[1].image]
+    else {
+        panic!("{materials:?}")
+    };
+    assert!(std::sync::Arc::ptr_eq(first, second));
+    assert!(a.to_str().unwrap().len() < 50 && b.to_str().unwrap().len() < 60);
+    assert_ne!(a.to_str().unwrap().to_lowercase(), b.to_str().unwrap().to_lowercase());
+    for wrong in [json!({}), json!(5), json!("text"), json!(null)] {
+        for key in ["images", "textures", "samplers"] {
+            let mut whole = json!({"textures": textures, "images": images});
+            whole[key] = wrong.clone();
+            let mesh = file.read(with(rest.clone(), whole));
+            assert_eq!(mesh.faces.len(), 2, "{key} {wrong}");
+        }
+        let mut whole = rest.clone();
+        whole["materials"] = wrong.clone();
+        assert_eq!(file.read(whole).faces.len(), 2);
+    }
+    let named = json!([{"bufferView": view, "name": 5}, {"bufferView": view, "uri": ""}]);
+    let read = file.read(with(rest, json!({"textures": textures, "images": named})));
+    assert!(read.materials.unwrap().all.iter().all(|material| material.image.is_some()));
 }
 
 #[test]
