@@ -117,17 +117,63 @@ fn arrays_of_vtk_stay_arrays() {
     }
 }
 
+/// Triangle strips have no properties, so that not every face of such a mesh has one.
 #[test]
-fn properties_of_divided_polygons_are_left_out_with_a_warning() {
+fn properties_of_faces_beside_strips_are_left_out_with_a_warning() {
     let folder = Folder::new();
-    let quads = PLY.replace("element face 2", "element face 1");
-    let quads = quads.split("3 0 1 2 65535").next().unwrap().to_owned() + "4 0 1 2 3 65535 1\n";
-    folder.write("quad.ply", quads);
+    let strips = PLY
+        .replace("element face 2", "element face 1")
+        .replace(
+            "end_header",
+            "element tristrips 1\nproperty list int int vertex_indices\nend_header",
+        )
+        .replace("3 0 2 3 7 1\n", "3 0 2 3\n");
+    folder.write("strips.ply", strips);
     folder.array("S.npy", &costs(4, 2));
-    let output = folder.run("solve quad.ply --costs S.npy --lambda 0.1 --no-preview --out out");
+    let output = folder.run("solve strips.ply --costs S.npy --lambda 0.1 --no-preview --out out");
     assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(said.contains("its properties of faces do not reach the results"), "{said}");
     let found = properties(&folder.path("out/segmented.ply"));
     assert!(found.of_faces.is_none() && found.of_vertices.is_some());
+}
+
+/// What a polygon has, its triangles have: n - 2 for n corners, and none for fewer than three; also as probabilities by name.
+#[test]
+fn properties_of_polygons_reach_their_triangles() {
+    let folder = Folder::new();
+    folder.write(
+        "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\nelement face 3\n\
+         property uchar part\nproperty list uchar int vertex_indices\nproperty float p_0\nproperty float p_1\nend_header\n\
+         0 0 0\n1 0 0\n2 0 0\n2 1 0\n1 1 0\n0 1 0\n7 4 0 1 4 5 0.9 0.1\n8 2 0 1 0.5 0.5\n9 4 1 2 3 4 0.2 0.8\n",
+    );
+    let given = properties(&folder.path("a.ply")).of_faces.unwrap();
+    assert_eq!(column(&given, "part"), [7.0, 7.0, 9.0, 9.0]);
+    folder.done("segment a.ply --property p_* --lambda 0.01 --no-preview --also vtp --out out");
+    let labels: ndarray::Array1<i32> =
+        ndarray_npy::read_npy(folder.path("out/face_labels.npy")).unwrap();
+    assert_eq!(labels.to_vec(), [0, 0, 1, 1]);
+    for file in ["segmented.ply", "segmented.vtp"] {
+        let found = properties(&folder.path(&format!("out/{file}"))).of_faces.unwrap();
+        assert_eq!(column(&found, "part"), [7.0, 7.0, 9.0, 9.0], "{file}");
+    }
+    // A polygon of many corners and numbers: a file of 500 kB.
+    let names: String = (0..2000).map(|c| format!("property uchar n{c}\n")).collect();
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 1\nproperty list uint int vertex_indices\n{names}end_header\n"
+    )
+    .into_bytes();
+    for x in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        bytes.extend(x.to_le_bytes());
+    }
+    bytes.extend(120_000_u32.to_le_bytes());
+    (0..120_000_i32).for_each(|k| bytes.extend((k % 3).to_le_bytes()));
+    bytes.extend(vec![1; 2000]);
+    folder.write("b.ply", bytes);
+    let message =
+        io::read_properties(&folder.path("b.ply"), &io::read(&folder.path("a.ply")).unwrap());
+    let message = message.err().unwrap().to_string();
+    assert!(message.contains("divide the polygons first"), "{message}");
 }

@@ -250,7 +250,7 @@ impl Table<'_> {
 
 /// A text as a cell of CSV. A spreadsheet computes what begins as a formula, unless an apostrophe comes first.
 fn cell(text: &str) -> String {
-    match text.trim_start_matches('\'').starts_with(FORMULAS) {
+    match is_formula(text.trim_start_matches('\'')) {
         true => format!("'{text}"),
         false => text.to_owned(),
     }
@@ -259,13 +259,16 @@ fn cell(text: &str) -> String {
 /// The text of such a cell.
 fn of_cell(cell: &str) -> &str {
     match cell.strip_prefix('\'') {
-        Some(text) if text.trim_start_matches('\'').starts_with(FORMULAS) => text,
+        Some(text) if is_formula(text.trim_start_matches('\'')) => text,
         _ => cell,
     }
 }
 
-/// How formulas of spreadsheets begin.
-const FORMULAS: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
+/// Whether a text begins as a formula, and is more than numbers with commas between them.
+fn is_formula(text: &str) -> bool {
+    let is_number = |part: &str| part.trim().parse::<f64>().is_ok();
+    text.starts_with(['=', '+', '-', '@', '\t', '\r']) && !text.split(',').all(is_number)
+}
 
 /// Escapes a text for Markdown: markup, tags and cell borders.
 fn markdown(text: &str) -> String {

@@ -93,7 +93,7 @@ fn tables_are_written_as_markdown_csv_and_latex() {
 #[test]
 fn labels_are_no_formulas() {
     let mut table = table();
-    let labels = ["=1+1", "'=1", "-x", "@a", "+1", "'quoted'", "\tx", "plain"];
+    let labels = ["=1+1", "'=1", "-x", "@a", "+1+1", "'quoted'", "\tx", "-1,cmd", "-1,0.2,0.3"];
     table.rows = (labels.iter())
         .map(|label| {
             vec![
@@ -109,7 +109,7 @@ fn labels_are_no_formulas() {
     table.write(folder.path()).unwrap();
     let path = folder.path().join("t.csv");
     let text = std::fs::read_to_string(&path).unwrap();
-    assert!(text.contains("'=1+1,'=s,-1.5,\n") && text.contains("plain,'=s"), "{text}");
+    assert!(text.contains("'=1+1,'=s,-1.5,\n") && text.contains("\"-1,0.2,0.3\",'=s"), "{text}");
     let cells = text.lines().flat_map(|line| line.split(','));
     assert!(
         cells

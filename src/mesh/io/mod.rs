@@ -211,8 +211,8 @@ pub fn read_properties(path: &Path, mesh: &Mesh) -> Result<Properties> {
     for (scalars, count, many) in [of_vertices, (&mut found.of_faces, mesh.faces.len(), "faces")] {
         if scalars.take_if(|scalars| scalars.numbers.nrows() != count).is_some() {
             tracing::warn!(
-                "{}: its properties of {many} do not reach the results, since the mesh has {count} {many}: polygons \
-                 were divided into triangles",
+                "{}: its properties of {many} do not reach the results, since the mesh has {count} {many}: triangle \
+                 strips have none",
                 path.display()
             );
         }

@@ -1,14 +1,18 @@
-//! Numeric properties of vertices or faces that the mesh itself does not keep, such as class probabilities.
+//! Numeric properties of vertices or faces that the mesh itself does not keep, such as class probabilities. Those of a polygon are given
+//! to its triangles, n - 2 for n corners.
 
 use std::path::Path;
 
 use ndarray::Array2;
 
 use super::header::{Encoding, Header, Kind, Property};
-use super::items::skip_property;
+use super::items::{list_length, skip_property};
 use super::values::{Ascii, Binary, Values};
 use crate::error::{Error, Result};
 use crate::mesh::io::scalars::{Properties, Scalars};
+
+/// So many numbers may be repeated for the triangles of polygons.
+const MOST_REPEATED: usize = 1 << 27;
 
 /// Reads the scalar properties of vertices or of faces whose element, `vertex` or `face`, and name `matches`.
 ///
@@ -108,20 +112,45 @@ fn body(
                 found.types.push(scalar);
             }
         }
-        let mut numbers = Vec::with_capacity(values.capacity(element) * found.names.len());
+        let columns = found.names.len();
+        let corners = match found.of_faces {
+            true => Some(element.indices(path)?),
+            false => None,
+        };
+        let (mut rows, mut repeated) = (0, 0);
+        let mut numbers = Vec::with_capacity(values.capacity(element) * columns);
         for _ in 0..element.count {
             values.begin()?;
-            for property in &element.properties {
+            let begin = numbers.len();
+            let mut copies = 1;
+            for (at, property) in element.properties.iter().enumerate() {
                 match property.kind {
                     Kind::Scalar(scalar) if is_wanted(property) => {
                         numbers.push(values.number(scalar)?);
                     }
+                    Kind::List { count, item } if corners == Some(at) => {
+                        let n = list_length(&mut values, count)?;
+                        values.skip(item, n)?;
+                        copies = usize::try_from(n).unwrap_or(usize::MAX).saturating_sub(2);
+                    }
                     _ => skip_property(property, &mut values)?,
                 }
             }
+            rows += copies;
+            repeated += copies.saturating_sub(1).saturating_mul(columns);
+            if repeated > MOST_REPEATED {
+                return Err(Error::malformed(
+                    path,
+                    "has more numbers at its polygons than fit at their triangles; divide the polygons first",
+                ));
+            }
+            match copies {
+                0 => numbers.truncate(begin),
+                _ => (1..copies).for_each(|_| numbers.extend_from_within(begin..begin + columns)),
+            }
         }
-        found.numbers = Array2::from_shape_vec((element.count, found.names.len()), numbers)
-            .expect("a number for each name");
+        found.numbers =
+            Array2::from_shape_vec((rows, columns), numbers).expect("a number for each name");
     }
     values.finish()?;
     Ok(found)
@@ -179,7 +208,8 @@ mod tests {
             assert_eq!(found.numbers.row(0).to_vec(), [0.25, 3.0]);
             assert!(found.numbers[[1, 0]].is_nan() && found.numbers[[1, 1]] == 4.0);
             let found = read_scalars(path, &bytes, &|_, name| name == "q").unwrap();
-            assert!(found.of_faces && found.numbers.column(0).to_vec() == [-7.0, 8.0]);
+            // The second face is a quadrilateral, of two triangles.
+            assert!(found.of_faces && found.numbers.column(0).to_vec() == [-7.0, 8.0, 8.0]);
             let message = |matches: &dyn Fn(&str, &str) -> bool| {
                 read_scalars(path, &bytes, matches).err().unwrap().to_string()
             };
