@@ -87,8 +87,8 @@ pub fn abandon() {
     std::mem::forget(all);
 }
 
-/// Writes one file. An existing file at `path` stays until the new content is complete; of a link, the file that it leads to. Fails if `content` fails, or if
-/// the file cannot be written, flushed or renamed.
+/// Writes one file. An existing file at `path` stays until the new content is complete; of a link, the file that it
+/// leads to. Fails if `content` fails, or if the file cannot be written, flushed or renamed.
 pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<()> {
     let write = || {
         let path = &*followed(path)?;
@@ -205,7 +205,8 @@ fn check_writable(path: &Path, existing: &Path) -> Result<()> {
 /// The temporary folder is created inside an existing `path`: the folder above may be on another file system or not
 /// writable.
 ///
-/// Of several programs that write to `path`, one after the other replaces files, so that those of the last one are together.
+/// Of several programs that write to `path`, one after the other replaces files, so that those of the last one are
+/// together.
 ///
 /// Fails if `fill` fails, if the folder cannot be created, read or renamed, or if a subfolder of `path` has the name of
 /// a new file; in that case no file of `path` was replaced.
@@ -274,8 +275,8 @@ fn renamed(folder: &Path, path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Waits until no other program has locked a folder, and keeps others waiting while the result lives; `None` where the system has no
-/// such locks.
+/// Waits until no other program has locked a folder, and keeps others waiting while the result lives; `None` where the
+/// system has no such locks.
 fn locked(path: &Path) -> Option<File> {
     let folder = File::open(path).ok()?;
     folder.lock().ok().map(|()| folder)

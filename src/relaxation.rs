@@ -7,17 +7,19 @@
 //! metric      the same times d(a, b)             for all a, b      the support function, see `relaxation/transport.rs`
 //! ```
 //!
-//! q_jp in R^2 is the tangent vector of region p. To the right is the support function of the set, max_q <q_j, (K U)_j>, which
-//! is the energy of face j. (K U)_j sums to zero over the regions, and then each of the first three is at most the next one. Where
-//! only two regions change, as in a face whose corners have at most two labels, these are equal; they are the same for m = 2.
-//! Three labels in a face cost 1 to 1.2247 times as much with `separate`, and 1 to 1.4143 times with `envelope`. In the fourth, a cut between the labels
-//! a and b weighs d(a, b), for a metric d on the labels; with d = 1 it is the third.
+//! q_jp in R^2 is the tangent vector of region p. To the right is the support function of the set, max_q <q_j, (K
+//! U)_j>, which is the energy of face j. (K U)_j sums to zero over the regions, and then each of the first three is at
+//! most the next one. Where only two regions change, as in a face whose corners have at most two labels, these are
+//! equal; they are the same for m = 2. Three labels in a face cost 1 to 1.2247 times as much with `separate`, and 1 to
+//! 1.4143 times with `envelope`. In the fourth, a cut between the labels a and b weighs d(a, b), for a metric d on the
+//! labels; with d = 1 it is the third.
 //!
 //! - frobenius: equation (3) of Delaunoy et al., ICCV 2009; J. Lellmann et al., *Convex multi-class image labeling by
 //!   simplex-constrained total variation*, SSVM 2009.
 //! - separate: C. Zach, D. Gallup, J.-M. Frahm, M. Niethammer, *Fast global labeling for real-time stereo using multiple plane
 //!   sweeps*, VMV 2008.
-//! - envelope, metric: A. Chambolle, D. Cremers, T. Pock, *A convex approach to minimal partitions*, SIAM J. Imaging Sciences 5, 2012.
+//! - envelope, metric: A. Chambolle, D. Cremers, T. Pock, *A convex approach to minimal partitions*, SIAM J. Imaging
+//!   Sciences 5, 2012.
 
 mod balls;
 mod diameter;

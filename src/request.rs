@@ -38,8 +38,8 @@ impl Request {
         self.keep_dual || self.label_gap.is_some()
     }
 
-    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method, or the label gap, is out of range or
-    /// does not apply to the relaxation.
+    /// Fails if lambda or the label gap is negative or not finite, or a setting of the method, or the label gap, is out
+    /// of range or does not apply to the relaxation.
     pub fn check(&self) -> Result<()> {
         check_lambda(self.lambda)?;
         if let Some(gap) = self.label_gap

@@ -121,8 +121,8 @@ fn fit_labels<D: DataModel>(
     model.fit(Weights::new(&numbers, m), mu).map(drop)
 }
 
-/// The solution, found in a unit of cost that suits it, and the number of re-estimations. Not generic, so that it is compiled here and
-/// not where it is called.
+/// The solution, found in a unit of cost that suits it, and the number of re-estimations. Not generic, so that it is
+/// compiled here and not where it is called.
 fn segment_estimate(
     mesh: &Mesh,
     warnings: Vec<String>,

@@ -190,7 +190,8 @@ struct Given<'a> {
     unit: Option<Unit>,
 }
 
-/// The solution in the order of the domain, found in a unit of cost that suits it. Not generic, so that it is compiled once.
+/// The solution in the order of the domain, found in a unit of cost that suits it. Not generic, so that it is compiled
+/// once.
 fn solve_given(
     domain: Domain<'_>,
     order: &Order,

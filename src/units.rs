@@ -4,8 +4,8 @@
 //! s, lambda, q = unit s', unit lambda', unit q'          E(U; s, lambda) = unit E(U; s', lambda')
 //! ```
 //!
-//! Solvers square costs, lambda and entries of q, which fails near 1e-160 and 1e160. A unit is a power of two, so that nothing is
-//! rounded; it is 1 unless costs and lambda are far from 1.
+//! Solvers square costs, lambda and entries of q, which fails near 1e-160 and 1e160. A unit is a power of two, so that
+//! nothing is rounded; it is 1 unless costs and lambda are far from 1.
 
 use ndarray::Array2;
 
@@ -23,8 +23,8 @@ const LARGEST_RATIO: f64 = 1e200;
 pub(crate) struct Unit(f64);
 
 impl Unit {
-    /// That of finite costs and a lambda per length, which weigh as much as costs on an area if length^2 is the area. `None` if
-    /// it is 1, and if one of the two is so much larger that no unit suits both.
+    /// That of finite costs and a lambda per length, which weigh as much as costs on an area if length^2 is the area.
+    /// `None` if it is 1, and if one of the two is so much larger that no unit suits both.
     pub fn of(costs: &Array2<f64>, lambda: f64, length: f64) -> Option<Self> {
         let finite = costs.iter().map(|cost| cost.abs()).filter(|&cost| cost < FORBIDDEN_COST);
         let (costs, lambda) = (finite.fold(0.0, f64::max), lambda / length);

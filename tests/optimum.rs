@@ -3,9 +3,9 @@
 //!
 //!     min sum_k <u_k, f_k> + sum_j t_j    u_k in the simplex,  lambda |(K U)_j| <= t_j
 //!
-//! In the relaxation `separate` there is a cone for each face and region. In `envelope` (K U)_j is divided into flows between
-//! regions, sqrt(2) lambda (K U)_jp = sum_b w_pb with w_pb = -w_bp, whose lengths are added up; with a metric on the labels, they
-//! count d(p, b) times.
+//! In the relaxation `separate` there is a cone for each face and region. In `envelope` (K U)_j is divided into flows
+//! between regions, sqrt(2) lambda (K U)_jp = sum_b w_pb with w_pb = -w_bp, whose lengths are added up; with a metric
+//! on the labels, they count d(p, b) times.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use std::ops::ControlFlow;
@@ -338,8 +338,8 @@ fn all_relaxations() {
     assert!(separate > frobenius * (1.0 + 1e-4) && envelope > separate * (1.0 + 1e-5));
 }
 
-/// A metric on four labels that no labels in the plane have, one on a line, one with a label between all others, and that
-/// of Potts by its numbers.
+/// A metric on four labels that no labels in the plane have, one on a line, one with a label between all others, and
+/// that of Potts by its numbers.
 #[test]
 fn metrics_on_labels() {
     let (sphere, grid) = (shape("sphere:1"), shape("grid:7x6"));

@@ -20,8 +20,9 @@ use super::{Failure, Outcome, named, note, print, shard, table};
 
 /// Reproducible runs of solvers on instances, with figures, tables and a page.
 ///
-/// An experiment is a TOML file that asks one question. Each of its runs is made once and stored separately. A file may name
-/// commands of solvers outside the program (`name = "external"`), which `run` starts as you: read a file of somebody else first.
+/// An experiment is a TOML file that asks one question. Each of its runs is made once and stored separately. A file may
+/// name commands of solvers outside the program (`name = "external"`), which `run` starts as you: read a file of
+/// somebody else first.
 #[derive(clap::Subcommand)]
 #[command(after_help = EXAMPLES)]
 pub enum Verb {

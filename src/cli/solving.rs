@@ -32,9 +32,10 @@ pub struct Solving {
     #[arg(long, value_parser = named::<Relaxation>())]
     pub relaxation: Option<Relaxation>,
 
-    /// How much cuts between each two labels weigh: a table of pairs `a,b,weight` with this header (labels are numbers, or
-    /// names of --classes; other pairs weigh 1), or m x m numbers (.csv, .npy). The weights must be a metric: none larger than
-    /// two others by way of a third label. The relaxation is then that of `envelope` for these weights, slower than the others
+    /// How much cuts between each two labels weigh: a table of pairs `a,b,weight` with this header (labels are numbers,
+    /// or names of --classes; other pairs weigh 1), or m x m numbers (.csv, .npy). The weights must be a metric: none
+    /// larger than two others by way of a third label. The relaxation is then that of `envelope` for these weights,
+    /// slower than the others
     #[arg(long, value_name = "FILE", conflicts_with_all = ["relaxation", "label_gap"])]
     pub pairs: Option<PathBuf>,
 

@@ -6,8 +6,8 @@
 //! q_<iteration>.npy     2F x m, rows as in K, if the solver has one
 //! ```
 //!
-//! Two files of one number are refused. Only complete lines count, so that a solver that is killed keeps what it wrote before. The last line needs no line
-//! break if its fields are valid and its iterate exists.
+//! Two files of one number are refused. Only complete lines count, so that a solver that is killed keeps what it wrote
+//! before. The last line needs no line break if its fields are valid and its iterate exists.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -156,7 +156,8 @@ fn the_default_mode_of_epsilon_is_that_of_the_paper() {
     assert_eq!(found, [of(SmoothingMode::Paper), of(SmoothingMode::Intrinsic), None, None]);
 }
 
-/// Powers of two far from 1 change the exponents of what is certified, and no bit else; a dual field is that of the problem.
+/// Powers of two far from 1 change the exponents of what is certified, and no bit else; a dual field is that of the
+/// problem.
 #[test]
 fn problems_of_any_size_have_the_same_certificates() {
     let mesh = shape("torus:12x8");

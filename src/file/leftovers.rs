@@ -1,6 +1,7 @@
 //! What programs that were killed have left: temporary files and folders that nobody locks.
 //!
-//! A program locks what it writes under a temporary name. When it ends, however it ends, the system takes the lock away.
+//! A program locks what it writes under a temporary name. When it ends, however it ends, the system takes the lock
+//! away.
 
 use std::collections::HashSet;
 use std::fs::{self, DirEntry, File};
@@ -20,7 +21,8 @@ const YOUNG: Duration = Duration::from_secs(60);
 /// The folders that were looked at: one with many files is read once.
 static SWEPT: Mutex<Option<HashSet<PathBuf>>> = Mutex::new(None);
 
-/// Removes what killed programs have left in a folder, the first time that this program writes there. What cannot be removed stays.
+/// Removes what killed programs have left in a folder, the first time that this program writes there. What cannot be
+/// removed stays.
 pub fn sweep(folder: &Path) {
     let Ok(folder) = folder.canonicalize() else { return };
     let mut swept = SWEPT.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,12 +1,13 @@
-//! The set of points in the plane, one per region, that are at most sqrt(2) lambda d(a, b) from each other, and the projection onto
-//! it. For the metric d = 1 of Potts it is that of diameter at most sqrt(2) lambda.
+//! The set of points in the plane, one per region, that are at most sqrt(2) lambda d(a, b) from each other, and the
+//! projection onto it. For the metric d = 1 of Potts it is that of diameter at most sqrt(2) lambda.
 //!
-//! Dykstra's algorithm: pair after pair is projected, q_a and q_b moving by the same length towards each other, and the last
-//! move of a pair is undone before its next one. In each round, the pair that is farthest apart joins those that take part; if
-//! only two regions are too far from each other, one move is all. Moves do not change the sum of all q_p. If that sum is zero,
-//! each |q_p| of the result is less than sqrt(2) lambda times the largest d(a, b), and padding regions, with q_p = 0, keep it. Where
-//! rounds are slow, far outside the set, `multipliers.rs` ends them. What is left after the last round is scaled away, so that
-//! the result is feasible. R. L. Dykstra, *An algorithm for restricted least squares regression*, J. Amer. Statist. Assoc. 78, 1983.
+//! Dykstra's algorithm: pair after pair is projected, q_a and q_b moving by the same length towards each other, and the
+//! last move of a pair is undone before its next one. In each round, the pair that is farthest apart joins those that
+//! take part; if only two regions are too far from each other, one move is all. Moves do not change the sum of all q_p.
+//! If that sum is zero, each |q_p| of the result is less than sqrt(2) lambda times the largest d(a, b), and padding
+//! regions, with q_p = 0, keep it. Where rounds are slow, far outside the set, `multipliers.rs` ends them. What is left
+//! after the last round is scaled away, so that the result is feasible. R. L. Dykstra, *An algorithm for restricted
+//! least squares regression*, J. Amer. Statist. Assoc. 78, 1983.
 //!
 //! The projection is exact to 1e-10 up to the size of the set, to twice that size for up to 9 regions, and to a hundred times that
 //! size for up to 4. At ten times the size, with 16 regions that are all active, it errs by up to 1e-3; farther outside, by more.

@@ -5,8 +5,8 @@
 //! d(a, a) = 0,    d(a, b) = d(b, a) > 0,    d(a, b) <= d(a, c) + d(c, b)
 //! ```
 //!
-//! Without the last inequality, a thin layer of c would make the border between a and b cheaper. J. Lellmann, C. Schnörr,
-//! *Continuous multiclass labeling approaches and algorithms*, SIAM J. Imaging Sciences 4, 2011.
+//! Without the last inequality, a thin layer of c would make the border between a and b cheaper. J. Lellmann, C.
+//! Schnörr, *Continuous multiclass labeling approaches and algorithms*, SIAM J. Imaging Sciences 4, 2011.
 
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
@@ -18,7 +18,8 @@ use crate::error::{Error, Result};
 /// Enough for the largest number of regions, see `regions.rs`.
 const LENGTH: usize = 64;
 
-/// Sums of two distances may miss the third, and two that must be equal may differ, by this share: numbers in files are rounded.
+/// Sums of two distances may miss the third, and two that must be equal may differ, by this share: numbers in files are
+/// rounded.
 const ROUNDING: f64 = 1e-12;
 
 /// Distances smaller than this share of the largest one would be lost in rounding errors of the others.

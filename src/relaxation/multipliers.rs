@@ -1,5 +1,5 @@
-//! Points at most limit d(a, b) from each other that are nearest to given ones, by Newton's method, with a multiplier mu_ab for each
-//! pair that is as far apart as it may be:
+//! Points at most limit d(a, b) from each other that are nearest to given ones, by Newton's method, with a multiplier
+//! mu_ab for each pair that is as far apart as it may be:
 //!
 //! ```text
 //! ( I + sum mu_ab (e_a - e_b) (e_a - e_b)^T ) q = q_given        1 / |q_a - q_b| = 1 / (limit d(a, b))
@@ -22,8 +22,8 @@ const MAX_PAIRS: usize = 32;
 /// The largest number of steps.
 const MAX_STEPS: usize = 30;
 
-/// The nearest points, from pairs that are about as far apart as they may be and mu_ab (q_a - q_b) for each; `None` if there are too
-/// many pairs, or no convergence.
+/// The nearest points, from pairs that are about as far apart as they may be and mu_ab (q_a - q_b) for each; `None` if
+/// there are too many pairs, or no convergence.
 pub fn project<'a, const M: usize>(
     given: Tangent<M>,
     (limit, metric): (f64, LabelMetric),

@@ -231,8 +231,8 @@ fn energies_are_support_functions() {
     }
 }
 
-/// Of all transports from one region to another, those that pass through many others are the cheapest in trees: all that
-/// is on one side of an edge passes it.
+/// Of all transports from one region to another, those that pass through many others are the cheapest in trees: all
+/// that is on one side of an edge passes it.
 #[test]
 fn transports_in_trees_are_sums_over_edges() {
     for g in variations::<4>(200, 412) {

@@ -1,22 +1,22 @@
-//! The largest sum of <q_p, g_p> over points q_p of the plane with |q_a - q_b| <= d(a, b) for a metric d, where the vectors
-//! g_p sum to zero: what it costs to transport g along flows t_ab between regions.
+//! The largest sum of <q_p, g_p> over points q_p of the plane with |q_a - q_b| <= d(a, b) for a metric d, where the
+//! vectors g_p sum to zero: what it costs to transport g along flows t_ab between regions.
 //!
 //! ```text
 //! max { sum <q_p, g_p> :  |q_a - q_b| <= d(a, b) }  =  min { sum_ab d(a, b) |t_ab| :  sum_b t_pb = g_p,  t_ba = -t_ab }
 //! ```
 //!
-//! A primal-dual interior-point method: Newton's method for the perturbed optimality conditions, with a multiplier z_ab > 0 for each pair, in which
-//! t_ab = 2 z_ab (q_a - q_b):
+//! A primal-dual interior-point method: Newton's method for the perturbed optimality conditions, with a multiplier z_ab
+//! > 0 for each pair, in which t_ab = 2 z_ab (q_a - q_b):
 //!
 //! ```text
 //! 2 sum_b z_pb (q_p - q_b) = g_p          z_ab ( d(a, b)^2 - |q_a - q_b|^2 ) = mu -> 0
 //! ```
 //!
-//! What is missing to g flows by way of one region, so that every iterate gives an upper bound, and every q a lower one.
-//! S. Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optimization 2, 1992.
+//! What is missing to g flows by way of one region, so that every iterate gives an upper bound, and every q a lower
+//! one. S. Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optimization 2, 1992.
 //!
-//! A region with g_p = 0 takes part only if it is near: a q_p in the center of the smallest circle around all other points, whose
-//! radius is at most their diameter over sqrt(3) by Jung's theorem, is no farther from them than that.
+//! A region with g_p = 0 takes part only if it is near: a q_p in the center of the smallest circle around all other
+//! points, whose radius is at most their diameter over sqrt(3) by Jung's theorem, is no farther from them than that.
 
 use std::iter::repeat;
 
@@ -42,8 +42,8 @@ const MAX_HALVINGS: usize = 20;
 /// The share of the way to the border of the set that a step takes.
 const WAY: f64 = 0.99;
 
-/// The sum, from above; exact up to about 1e-13 of itself, or 1e-10 where some distances are sums of others, so that several
-/// transports cost the same.
+/// The sum, from above; exact up to about 1e-13 of itself, or 1e-10 where some distances are sums of others, so that
+/// several transports cost the same.
 pub fn support<const M: usize>(g: Tangent<M>, metric: LabelMetric) -> f64 {
     let Tangent([gx, gy]) = g;
     let (mut regions, mut vectors) = ([0_u8; M], [[0.0; 2]; M]);
@@ -118,8 +118,8 @@ impl Transport {
         let n = regions.len();
         let scaled = vectors.iter().map(|g| g.map(|x| x / size)).chain(repeat([0.0; 2]));
         let mut all: Vec<(u8, Vector)> = regions.iter().copied().zip(scaled).collect();
-        // The last point stays in the origin, and the others are eliminated in this order: those of long vectors are ends of
-        // the stiffest pairs, whose entries would cancel those of the others.
+        // The last point stays in the origin, and the others are eliminated in this order: those of long vectors are
+        // ends of the stiffest pairs, whose entries would cancel those of the others.
         all.sort_by(|a, b| norm(a.1).total_cmp(&norm(b.1)));
         let (regions, g): (Vec<u8>, Vec<Vector>) = all.into_iter().unzip();
         let d = DMatrix::from_fn(n, n, |a, b| {
@@ -233,8 +233,8 @@ impl Transport {
         matrix
     }
 
-    /// The solution of the linear equations. For each pair, `aim` has what the product of multiplier and slack is to become, and
-    /// a flow that is there besides.
+    /// The solution of the linear equations. For each pair, `aim` has what the product of multiplier and slack is to
+    /// become, and a flow that is there besides.
     fn step(
         &self,
         factor: &Cholesky<f64, Dyn>,
@@ -264,8 +264,8 @@ impl Transport {
         Step { points, pairs }
     }
 
-    /// The largest share of a step, up to 1, that takes no more than a share of the way to the border; `None` if the step is
-    /// none.
+    /// The largest share of a step, up to 1, that takes no more than a share of the way to the border; `None` if the
+    /// step is none.
     fn way(&self, step: &Step, share: f64) -> Option<f64> {
         let mut way: f64 = 1.0;
         for (pair, &(dx, dz)) in self.pairs.iter().zip(&step.pairs) {

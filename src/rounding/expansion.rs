@@ -209,8 +209,8 @@ pub fn best_expansion<'a>(
         for &(w, weight) in neighbors(v) {
             let other = labels[w as usize];
             let apart = weight * distance(own, other);
-            // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), `first` for (1, 0), `second` for (0, 1),
-            // and nothing for (1, 1).
+            // x = 1 where the label becomes p. The edge costs `apart` for (0, 0), `first` for (1, 0), `second` for (0,
+            // 1), and nothing for (1, 1).
             match node[w as usize] {
                 NONE => change += weight * distance(p, other) - apart,
                 j if i < j => {

@@ -75,8 +75,8 @@ fn energies_are_those_of_the_operator() {
     }
 }
 
-/// Each expansion finds the best set of changes of a graph in which edges weigh d(a, b) times as much, as a comparison with all
-/// sets shows.
+/// Each expansion finds the best set of changes of a graph in which edges weigh d(a, b) times as much, as a comparison
+/// with all sets shows.
 #[test]
 fn expansions_are_the_best_for_any_metric() {
     let mesh = shape("grid:2x2");

@@ -80,8 +80,8 @@ pub struct Summary {
     pub cut: Option<CutRecord>,
     /// Weight of the total variation, in units of cost times length.
     pub lambda: f64,
-    /// The relaxation: `frobenius`, `separate`, `envelope` or `metric`. Energies and bounds are those of this relaxation, also
-    /// those of labels. `None` in results from before there were others than `frobenius`.
+    /// The relaxation: `frobenius`, `separate`, `envelope` or `metric`. Energies and bounds are those of this
+    /// relaxation, also those of labels. `None` in results from before there were others than `frobenius`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relaxation: Option<Cow<'static, str>>,
     /// The weights of the pairs of labels, m x m, if cuts between them weigh differently.

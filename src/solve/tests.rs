@@ -32,8 +32,8 @@ fn as_it_is() -> Order {
     Order::of(&shape("grid:1x1"))
 }
 
-/// Powers of two from 1e-301 to 1e301 change the exponents of energies, bounds and q, and no bit else, in every method and relaxation:
-/// no square under- or overflows on the way.
+/// Powers of two from 1e-301 to 1e301 change the exponents of energies, bounds and q, and no bit else, in every method
+/// and relaxation: no square under- or overflows on the way.
 #[test]
 fn costs_of_any_size_have_the_same_solution() {
     let mesh = shape("torus:12x8");

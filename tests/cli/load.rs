@@ -16,7 +16,8 @@ fn program(folder: &Folder, line: &str) -> Command {
     command
 }
 
-/// Four programs write to one folder, first to none: in each round, the files there are those of one run, and no program fails.
+/// Four programs write to one folder, first to none: in each round, the files there are those of one run, and no
+/// program fails.
 #[test]
 fn of_several_writers_the_last_one_is_whole() {
     let folder = Folder::new();
@@ -78,7 +79,8 @@ fn an_environment_that_asks_for_too_many_threads_is_refused() {
     assert!(output.status.success());
 }
 
-/// What a killed program has left is removed by the next one that writes there; what is in use, young, or somebody else's stays.
+/// What a killed program has left is removed by the next one that writes there; what is in use, young, or somebody
+/// else's stays.
 #[test]
 fn leftovers_of_killed_programs_are_removed() {
     let folder = Folder::new();

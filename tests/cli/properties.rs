@@ -138,7 +138,8 @@ fn properties_of_faces_beside_strips_are_left_out_with_a_warning() {
     assert!(found.of_faces.is_none() && found.of_vertices.is_some());
 }
 
-/// What a polygon has, its triangles have: n - 2 for n corners, and none for fewer than three; also as probabilities by name.
+/// What a polygon has, its triangles have: n - 2 for n corners, and none for fewer than three; also as probabilities by
+/// name.
 #[test]
 fn properties_of_polygons_reach_their_triangles() {
     let folder = Folder::new();

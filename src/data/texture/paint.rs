@@ -86,7 +86,8 @@ pub fn images(materials: &Materials) -> Vec<&Path> {
     images
 }
 
-/// The images that a given one takes the place of: those of its name, or, if there are none, of its name in another case.
+/// The images that a given one takes the place of: those of its name, or, if there are none, of its name in another
+/// case.
 pub fn replaced<'a>(images: &[&'a Path], given: &Path) -> Vec<&'a Path> {
     let of_name = |same: fn(&Path, &Path) -> bool| -> Vec<&'a Path> {
         images.iter().copied().filter(|image| same(image, given)).collect()

@@ -225,8 +225,8 @@ pub fn holds_texture(path: &Path) -> bool {
     matches!(Format::of_extension(path), Some(Format::Obj | Format::Ply))
 }
 
-/// Writes a mesh in the format of the extension. A warning names what the format cannot hold and is left out. Images inside
-/// the file of the mesh become files next to this one.
+/// Writes a mesh in the format of the extension. A warning names what the format cannot hold and is left out. Images
+/// inside the file of the mesh become files next to this one.
 ///
 /// # Errors
 /// The extension is unknown or that of a format that is only read, the coordinates do not fit into the format, or the

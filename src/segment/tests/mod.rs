@@ -117,8 +117,8 @@ fn three_colors_are_recovered() {
     }
 }
 
-/// Data of any size have the same labels, and means of their size: powers of two change nothing else. Lambda has the size of the costs,
-/// which is the square of that of the data.
+/// Data of any size have the same labels, and means of their size: powers of two change nothing else. Lambda has the
+/// size of the costs, which is the square of that of the data.
 #[test]
 fn data_of_any_size_have_the_same_regions() {
     let mesh = shape("sphere:3");

@@ -70,8 +70,8 @@ const STEP_RATIO: f64 = 1.5;
 const STEP_RATIO_OF_ESTIMATES: f64 = 0.5;
 
 impl Settings {
-    /// Fails if the settings do not apply to a relaxation: the fused engine, and with it single precision, lacks those whose
-    /// sets do not consist of balls.
+    /// Fails if the settings do not apply to a relaxation: the fused engine, and with it single precision, lacks those
+    /// whose sets do not consist of balls.
     pub fn check_relaxation(&self, relaxation: Relaxation) -> Result<()> {
         let lacking = match relaxation {
             Relaxation::Frobenius | Relaxation::Separate => return Ok(()),

@@ -5,8 +5,8 @@
 //! refer to each other by their index from 0;  scene: the index of the default scene
 //! ```
 //!
-//! Values of a wrong type are errors, except in materials and images, of which only that list, entry or name is missing then.
-//! Unknown keys are skipped, and indices are checked where they are used.
+//! Values of a wrong type are errors, except in materials and images, of which only that list, entry or name is missing
+//! then. Unknown keys are skipped, and indices are checked where they are used.
 //!
 //! Reference: Khronos Group, *glTF 2.0 Specification*, section 5, "Properties Reference".
 

@@ -26,7 +26,8 @@ use crate::mesh::{Image, Material, Materials, Placement};
 const CLAMPED: u32 = 33071;
 const REPEATED: u32 = 10497;
 
-/// The most characters of the name of an image, of up to four bytes each, which leaves room for what is written around it.
+/// The most characters of the name of an image, of up to four bytes each, which leaves room for what is written around
+/// it.
 const LONGEST_NAME: usize = 40;
 
 /// Texture coordinates that are rounded are still inside the image.

@@ -16,8 +16,8 @@
 //!
 //! Colors of vertices and `baseColorFactor` are taken as stored, as in the other formats. The specification calls them
 //! linear (and images sRGB), but many files hold what was on the screen. Integers are over their largest value, alpha
-//! is dropped. Materials have the image of `baseColorTexture`, a file or inside this one; its `KHR_texture_transform` is
-//! the placement of the image. Positions and texture coordinates may be integers (`KHR_mesh_quantization`).
+//! is dropped. Materials have the image of `baseColorTexture`, a file or inside this one; its `KHR_texture_transform`
+//! is the placement of the image. Positions and texture coordinates may be integers (`KHR_mesh_quantization`).
 //!
 //! We use our own reader of the JSON, by serde_json: the crate gltf computes where accessors end in unchecked
 //! arithmetic, which a count of 0 or 2^63 overflows, and does not read quantized positions. Every access is checked

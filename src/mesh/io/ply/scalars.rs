@@ -1,5 +1,5 @@
-//! Numeric properties of vertices or faces that the mesh itself does not keep, such as class probabilities. Those of a polygon are given
-//! to its triangles, n - 2 for n corners.
+//! Numeric properties of vertices or faces that the mesh itself does not keep, such as class probabilities. Those of a
+//! polygon are given to its triangles, n - 2 for n corners.
 
 use std::path::Path;
 

@@ -239,8 +239,8 @@ fn images_are_files_next_to_it() {
     }
 }
 
-/// A PNG image and a JPEG image by their first bytes, in a view and in a URI: one image of two materials is the same. Written to
-/// OBJ or PLY, they become files, which replace no other ones.
+/// A PNG image and a JPEG image by their first bytes, in a view and in a URI: one image of two materials is the same.
+/// Written to OBJ or PLY, they become files, which replace no other ones.
 #[test]
 fn images_inside_become_files() {
     let png = [b"\x89PNG\r\n\x1a\n".as_slice(), &[7; 30]].concat();
@@ -297,8 +297,8 @@ fn images_inside_become_files() {
     assert!(names.eq(["inside-d-my atlas1.png", "d-my atlas1.png"]));
 }
 
-/// Many images of one view share its bytes; names are short and differ in more than case; values of a wrong type are missing, and the
-/// rest is read.
+/// Many images of one view share its bytes; names are short and differ in more than case; values of a wrong type are
+/// missing, and the rest is read.
 #[test]
 fn images_inside_are_shared_and_named_in_short() {
     let png = [b"\x89PNG\r\n\x1a\n".as_slice(), &[7; 30]].concat();
