@@ -101,36 +101,17 @@ pub fn write(
             Properties::default()
         })
     });
-    let clear = || {
-        let had_a_result =
-            ["summary.json", "trace.csv"].iter().all(|name| folder.join(name).is_file());
-        if !had_a_result {
-            return Ok(());
-        }
-        // A picture or a field of an earlier run does not belong to this one.
-        let written = [
-            ("preview.png", looks.data.is_some()),
-            ("views.png", looks.views.is_some()),
-            ("q.npy", solution.q.is_some()),
-            ("face_labels.npy", faces.is_some()),
-            ("contours.obj", contours.is_some()),
-        ];
-        let exported = Export::iter().map(|export| (export.file(), exports.contains(&export)));
-        for (name, _) in written.into_iter().chain(exported).filter(|(_, written)| !written) {
-            let path = folder.join(name);
-            let is_source = source.is_some_and(|source| is_same(source, &path));
-            if is_source {
-                continue;
-            }
-            match std::fs::remove_file(&path) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(Error::io(&path, error));
-                }
-                _ => {}
-            }
-        }
-        Ok(())
-    };
+    // What an earlier run may have written and this one does not.
+    let written = [
+        ("preview.png", looks.data.is_some()),
+        ("views.png", looks.views.is_some()),
+        ("q.npy", solution.q.is_some()),
+        ("face_labels.npy", faces.is_some()),
+        ("contours.obj", contours.is_some()),
+    ];
+    let exported = Export::iter().map(|export| (export.file(), exports.contains(&export)));
+    let missing = written.into_iter().chain(exported).filter(|(_, written)| !written);
+    let clear = || remove_earlier(folder, missing.map(|(name, _)| name), source);
     let fill = |folder: &Path| {
         let arrays = || {
             npy::write(&folder.join("u.npy"), &solution.u)?;
@@ -187,6 +168,30 @@ pub fn write(
         })
     };
     file::write_folder_over(folder, fill, clear)
+}
+
+/// Removes files of an earlier run, which do not belong to this one, but for the file of the mesh.
+fn remove_earlier(
+    folder: &Path,
+    mut names: impl Iterator<Item = &'static str>,
+    source: Option<&Path>,
+) -> Result<()> {
+    let had_a_result = ["summary.json", "trace.csv"].iter().all(|name| folder.join(name).is_file());
+    if !had_a_result {
+        return Ok(());
+    }
+    names.try_for_each(|name| {
+        let path = folder.join(name);
+        if source.is_some_and(|source| is_same(source, &path)) {
+            return Ok(());
+        }
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(Error::io(&path, error))
+            }
+            _ => Ok(()),
+        }
+    })
 }
 
 /// Whether two paths name the same existing file.

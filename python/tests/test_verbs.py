@@ -237,7 +237,7 @@ def test_other_processes(torus, costs, method):
 
 
 def test_pairs_weigh_differently(torus, costs):
-    """The weights as an array: the energy of labels of faces is a sum over edges; what is no metric is refused."""
+    """The weights as an array: evaluate confirms the energy of the labels that solve finds; what is no metric is refused."""
     pairs = np.array([[0, 0.5, 2], [0.5, 0, 1.75], [2, 1.75, 0]])
     faces = np.random.default_rng(5).random((len(torus.faces), 3))
     result = meshseg.solve(torus, faces, 0.05, on="faces", pairs=pairs, gap=1e-6)

@@ -19,6 +19,7 @@ use crate::run::{Status, Stop, time_limit};
 use crate::solve::{Request, Summary};
 use crate::solver::chambolle_pock::Precision;
 use crate::solver::{Method, Options};
+use crate::sweep::MAX_THREADS;
 use crate::{Error, Result};
 
 use super::{Failure, Outcome, named, table};
@@ -117,7 +118,7 @@ pub struct Solving {
     pub also: Vec<Export>,
 
     /// Number of threads; the result does not depend on it [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_THREADS)), allow_negative_numbers = true)]
     threads: Option<u16>,
 
     /// Folder for the results; written completely or not at all

@@ -9,6 +9,7 @@
 //! Schnörr, *Continuous multiclass labeling approaches and algorithms*, SIAM J. Imaging Sciences 4, 2011.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::sync::{Mutex, PoisonError};
 
 use ndarray::Array2;
@@ -24,6 +25,9 @@ const ROUNDING: f64 = 1e-12;
 
 /// Distances smaller than this share of the largest one would be lost in rounding errors of the others.
 const SMALLEST_SHARE: f64 = 1e-6;
+
+/// Squares of larger and smaller distances, and what is divided by them, would leave the range of double precision.
+const RANGE: RangeInclusive<f64> = 1e-60..=1e60;
 
 /// The weights of all pairs of labels. Equal metrics are one in memory, which is kept until the program ends, so that a
 /// metric is as handy as a number.
@@ -62,7 +66,7 @@ impl LabelMetric {
     /// The metric with these distances, m x m.
     ///
     /// Fails unless m is from 2 to 64, and the matrix symmetric, zero on its diagonal and positive elsewhere, with
-    /// numbers that are no more than a factor 1e6 apart and fulfill the triangle inequality.
+    /// numbers from 1e-60 to 1e60 that are no more than a factor 1e6 apart and fulfill the triangle inequality.
     pub fn new(d: &Array2<f64>) -> Result<Self> {
         let m = d.nrows();
         if d.ncols() != m {
@@ -161,12 +165,6 @@ impl PartialEq for LabelMetric {
 
 impl Eq for LabelMetric {}
 
-impl Default for LabelMetric {
-    fn default() -> Self {
-        LabelMetric::POTTS
-    }
-}
-
 impl fmt::Debug for LabelMetric {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(formatter, "LabelMetric of {} labels, {:?}", self.labels(), self.0.range)
@@ -194,6 +192,12 @@ fn check(d: &Array2<f64>) -> Result<()> {
         return unsuitable(format!(
             "labels {a} and {b} have the weights {there:?} and {:?}: a cut has no direction, so both must be equal",
             d[[b, a]]
+        ));
+    }
+    if let Some((a, b, d)) = entries().find(|&(a, b, d)| a != b && !RANGE.contains(&d)) {
+        return unsuitable(format!(
+            "labels {a} and {b} have the weight {d:?}: weights must be from 1e-60 to 1e60; scale all of them, and lambda the \
+             other way"
         ));
     }
     let largest = d.iter().copied().fold(0.0, f64::max);

@@ -9,6 +9,7 @@ use crate::evolve::shots::Behind;
 use crate::evolve::start;
 use crate::evolve::{Light, Plan};
 use crate::render::View;
+use crate::sweep::MAX_THREADS;
 use crate::triple::Triple;
 use crate::{Error, Result};
 
@@ -94,7 +95,7 @@ pub struct Arguments {
     pub seed: u64,
 
     /// Number of threads; the result does not depend on it [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_THREADS)), allow_negative_numbers = true)]
     pub threads: Option<u16>,
 
     /// Folder for the results; written whole after each level

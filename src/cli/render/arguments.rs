@@ -9,6 +9,7 @@ use crate::data::projection::{Fit, Projection};
 use crate::data::texture::Texel;
 use crate::data::views::ViewOptions;
 use crate::render::panels::{PageWidth, Shown};
+use crate::sweep::MAX_THREADS;
 
 use super::viewpoints::Viewpoints;
 use crate::cli::named;
@@ -98,7 +99,7 @@ pub struct Arguments {
     pub transparent: bool,
 
     /// Number of threads; the picture does not depend on it [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_THREADS)), allow_negative_numbers = true)]
     pub threads: Option<u16>,
 
     #[command(flatten)]
